@@ -31,12 +31,18 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 LONGEST = {"solar_array": 0.15, "mast": 0.2, "long": 0.02, "ring": 0.15, "lift": 0.3, "self_deploying": 0.5, "controlled": 0.3}
 """Runs that end before their case file says [s]; the runs of the others are short."""
 
+OWN = {
+    name: [f"structure.angle={first} deg", f"drive.cycloidal.start={first} deg", f"drive.cycloidal.end={last} deg"]
+    for name, first, last in (("solar_array", 15, 75), ("controlled", 30, 60))
+}
+"""Cases that fold, while their files deploy."""
+
 HORIZON = 0.12
 """End of the runs of random mechanisms [s]; those without contact go on for ten times as long."""
 
 
 def _example(name: str) -> sd.Case:
-    return sd.read_case(EXAMPLES / f"{name}.toml")
+    return sd.read_case(EXAMPLES / f"{name}.toml", OWN.get(name, []))
 
 
 def _run_example(name: str) -> xr.Dataset:

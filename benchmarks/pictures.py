@@ -1,4 +1,4 @@
-"""The pictures of the documentation: of each example the preview, stills, a film's frame and the explorer; the gallery.
+"""The pictures of the documentation: of each example preview, stills, film and explorer; the gallery; the front page's film.
 
 ``python -m benchmarks.pictures`` draws all of them, ``python -m benchmarks.pictures lift gallery`` some.
 """
@@ -10,11 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from scissordyn.config.file import read_case
-from scissordyn.plot.animation import magnified_first
+from scissordyn.plot.animation import animate, magnified_first
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.comparison import comparison
@@ -23,6 +22,7 @@ from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import structure
 from scissordyn.run.simulate import simulate
+from scissordyn.run.spacing import spread_samples
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -41,7 +41,7 @@ def draw(name: str, browser: Any) -> None:
     """Draw one example."""
     path = ROOT / "examples" / f"{name}.toml"
     case = read_case(path)
-    run = simulate(case.mechanism, **case.run.keywords)
+    run = simulate(case.mechanism, **case.run.keywords | {"samples": "auto"})
     figures = {
         "-preview": preview(case.mechanism).get_figure(root=True),
         "": structure(run, case.mechanism)[0].get_figure(root=True),
@@ -56,7 +56,7 @@ def draw(name: str, browser: Any) -> None:
 
 def film_frame(run: xr.Dataset, mechanism: Any) -> Any:
     """The frame of a film after two thirds of the run."""
-    frames = np.unique(np.linspace(0, run.sizes["time"] - 1, FRAMES).round().astype(int))
+    frames = spread_samples(run["time"].values, FRAMES)
     shown, joints, guides = magnified_first(run, mechanism, None)
     scene = scene_of(run, mechanism, frames, joints, guides=guides, shown=shown)
     film = Film(scene, 6.0 / float(scene.time[-1] - scene.time[0]))
@@ -85,13 +85,22 @@ def screenshot(case: Path, browser: Any, target: Path) -> Path:
 def gallery() -> None:
     """Draw every picture of the paper's case."""
     case = read_case(ROOT / "examples" / "paper.toml")
-    run = simulate(case.mechanism, **case.run.keywords)
-    ideal = simulate(case.mechanism.ideal(), **case.run.keywords)
-    smaller = simulate(case.mechanism.replace("A.clearance", 0.2e-3), **case.run.keywords)
+    options = case.run.keywords | {"samples": "auto"}
+    run = simulate(case.mechanism, **options)
+    ideal = simulate(case.mechanism.ideal(), **options)
+    smaller = simulate(case.mechanism.replace("A.clearance", 0.2e-3), **options)
     drawn = draw_all(run, ideal, DOCS / "gallery", case.mechanism)
     figure = comparison(run, smaller, labels=("0.5 mm", "0.2 mm"))[0].get_figure(root=True)
     assert figure is not None
     print(*drawn, write(figure, DOCS / "gallery" / "comparison.png"), sep="\n", flush=True)
+
+
+def front() -> None:
+    """Film the deployment on the front page."""
+    case = read_case(ROOT / "examples" / "solar_array.toml")
+    print(
+        animate(simulate(case.mechanism, **case.run.keywords), case.mechanism, DOCS / "_static" / "deployment.mp4"), flush=True
+    )
 
 
 def main(wanted: list[str]) -> None:
@@ -102,6 +111,8 @@ def main(wanted: list[str]) -> None:
     names = [path.stem for path in sorted((ROOT / "examples").glob("*.toml")) if not wanted or path.stem in wanted]
     if not wanted or "gallery" in wanted:
         gallery()
+    if not wanted or "front" in wanted:
+        front()
     if missing():
         print(f"without the explorer: {missing()}")
         for name in names:

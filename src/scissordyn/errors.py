@@ -109,7 +109,9 @@ class InputError(ScissordynError, ValueError):
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """The known name nearest to `name`, as a question to append to a message, or nothing."""
-    near = get_close_matches(str(name), list(known), n=1, cutoff=0.5)
+    names = list(known)
+    same = [each for each in names if each.casefold() == str(name).casefold()]  # "a" is "A" before it is "all"
+    near = same or get_close_matches(str(name), names, n=1, cutoff=0.5)
     return f" (did you mean '{near[0]}'?)" if near else ""
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
-from scissordyn.annotation import MismatchError, accepted, in_words, is_number, plain_hint, shown, type_decides
+from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = [
@@ -28,8 +28,10 @@ __all__ = [
     "checked",
     "degrees",
     "extras",
+    "prefix",
     "quantities",
     "rpm",
+    "short",
 ]
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -250,7 +252,11 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 
     @functools.wraps(function)
     def compared(*given: Arguments.args, **named: Arguments.kwargs) -> Result:
-        bound, hints = signature.bind(*given, **named), _hints(function)
+        try:
+            bound = signature.bind(*given, **named)
+        except TypeError as error:
+            raise TypeError(f"{name}() {error}{_nearest(signature, named)}") from None
+        hints = _hints(function)
         called = bound.arguments.get("name")
         owner = f"{name} '{called}'" if isinstance(called, str) and called else f"{name}()"
         for key, value in bound.arguments.items():
@@ -264,6 +270,12 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
         return function(*bound.args, **bound.kwargs)
 
     return compared
+
+
+def _nearest(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
+    """The parameter that the first unknown keyword is nearest to, as a question."""
+    unknown = next((key for key in named if key not in signature.parameters), None)
+    return "" if unknown is None else did_you_mean(unknown, signature.parameters)
 
 
 @cache
@@ -347,7 +359,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
         near = did_you_mean(value, get_args(plain_hint(hint))) if get_origin(plain_hint(hint)) is Literal else ""
         example = _example(name, value, hint, field)
         raise InputError(f"{owner}: {name} = {shown(value)}{near}", _allowed(hint), example) from None
-    if quantity is None or fitting is None:
+    if quantity is None or fitting is None or isinstance(fitting, str):  # a word that is allowed in place of a number
         return fitting
     numbers = fitting if isinstance(fitting, tuple) else (fitting,)
     if not all(quantity.admits(number) for number in numbers):
@@ -365,11 +377,11 @@ def _allowed(hint: Any) -> str:
 
 def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:
     plain = plain_hint(hint)
-    allowed = f"{name} must be {'a whole number, ' if plain is int else ''}{quantity.allowed}"
+    allowed = f"{name} must be {'a whole number, ' if int in members(plain) else ''}{quantity.allowed}"
     if get_origin(plain) is tuple:
         allowed = f"{'several' if ... in get_args(plain) else 'two'} of: {quantity.allowed}"
     sample: Sample | str = ""
-    if isinstance(value, str) and plain is not int:
+    if isinstance(value, str) and int not in members(plain):
         sample = _as_number(name, value, quantity)
     return InputError(f"{owner}: {name} = {shown(value)}", allowed, sample)
 
@@ -401,3 +413,19 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
     if not meant or "=" in meant.partition("(")[0]:
         return meant
     return f"{name}={meant}"
+
+
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+
+
+def prefix(largest: float) -> tuple[float, str]:
+    """The factor and letter of the engineering prefix of a number."""
+    if not (math.isfinite(largest) and largest > 0.0):
+        return 1.0, ""
+    return next(((factor, letter) for factor, letter in PREFIXES if largest >= factor), PREFIXES[-1])
+
+
+def short(value: float, unit: str) -> str:
+    """One number with its unit, to four digits."""
+    factor, letter = prefix(abs(value))
+    return f"{value / factor:.4g} {letter}{unit}"

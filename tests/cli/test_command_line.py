@@ -212,7 +212,7 @@ def test_saved_runs_that_are_not_whole_are_refused(folder: Path, capsys: pytest.
         (("rum",), "Did you mean 'run'?"),
         (("run",), "Missing argument"),
         (("run", str(PAPER), "--smples", "3"), "--samples"),
-        (("run", str(PAPER), "--samples", "many"), "integer"),
+        (("run", str(PAPER), "--samples", "many"), 'or "auto"'),
         (("run", str(PAPER), "--samples", "1"), ">= 2"),
         (("run", str(PAPER), "--events", "-1"), "--events"),
         (("new", "scisor"), "did you mean 'scissor'"),

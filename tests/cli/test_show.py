@@ -16,7 +16,7 @@ from scissordyn.cli.compare import change
 from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
 from scissordyn.cli.scale import column, prefix, short
-from scissordyn.cli.show import TextConsole, show_events, show_summary
+from scissordyn.cli.show import TextConsole, show_answer, show_events, show_summary
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.run.store import load
 
@@ -83,6 +83,7 @@ def small_run() -> xr.Dataset:
 def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
     """What is printed about a run."""
     to = TextConsole(file=io.StringIO(), width=width, highlight=False)
+    show_answer(run, to)
     show_events(run, rows, to)
     show_summary(run, to)
     assert isinstance(to.file, io.StringIO)
@@ -148,7 +149,7 @@ def test_names_are_text() -> None:
     run["contact_joint"] = ("contact", [HOSTILE, "unit 1/pivot", HOSTILE])
     run.attrs["warnings"] = json.dumps([f"joint '{HOSTILE}'"])
     text = "".join(shown(run, width=140).split())
-    assert text.count(r"[/red][link=http://x]:smile:\x1b[31m\x07\u202e") == 4
+    assert text.count(r"[/red][link=http://x]:smile:\x1b[31m\x07\u202e") == 5
     assert not any(letter in text for letter in "\x1b\x07\u202e")
 
 
@@ -164,7 +165,7 @@ def test_many_joints_are_a_table() -> None:
     """Identity: one row for each joint, the largest force first, in place of a sentence for each."""
     names = [f"unit {k}/pivot" for k in range(1, 13)]
     text = shown(many_joints(names), rows=0)
-    rows = [line.split() for line in text.splitlines() if "/pivot" in line]
+    rows = [line.split() for line in text.splitlines() if "/pivot" in line and "Largest" not in line]
     assert [" ".join(row[1:3]) for row in rows] == names[::-1]
     assert rows[0] == ["1", "unit", "12/pivot", "10", "12.000", "15.000"]
     assert "Joint unit" not in text

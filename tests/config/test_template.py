@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -24,10 +25,13 @@ PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 
 
 def test_template_is_the_paper_case(tmp_path: Path) -> None:
-    """Identity: what is printed reads back as the paper's case."""
+    """Identity: what is printed reads back as the paper's case, but it deploys, and it records the contacts' own instants."""
     path = tmp_path / "case.toml"
     path.write_text(template("scissor"), encoding="utf-8")
-    assert read_case(path) == read_case(PAPER)
+    changes = ["structure.angle=60 deg", "drive.speed=-150 rpm", "run.samples=auto"]
+    assert read_case(path) == read_case(PAPER, changes)
+    run = simulate(read_case(path).mechanism.ideal(), until=0.05, samples=2)
+    assert run.scissordyn.summary().span.change == "extends"
 
 
 @pytest.mark.parametrize("kind", TEMPLATES)
@@ -74,7 +78,9 @@ def test_structures_of_the_templates_are_the_defaults(tmp_path: Path, kind: str)
     assert issubclass(table, BuiltTable)
     path = tmp_path / "case.toml"
     path.write_text(template(kind), encoding="utf-8")
-    read, built = read_case(path).mechanism.ideal(), table.builder()
+    start = STARTERS[kind].get("structure", {})
+    angle = {"angle": math.radians(float(start["angle"].split()[0]))} if "angle" in start else {}
+    read, built = read_case(path).mechanism.ideal(), table.builder(**angle)
     assert (read.joints, read.ground, read.gravity) == (built.joints, built.ground, built.gravity)
     for one, other in zip(read.bodies, built.bodies, strict=True):
         assert (one.name, list(one.points)) == (other.name, list(other.points))

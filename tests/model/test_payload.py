@@ -57,7 +57,8 @@ def test_payload_at_a_joint():
     arm = sd.scissor(units=2)
     assert sd.with_payload(arm, "unit 1/upper", 2.0) == sd.with_payload(arm, ("unit 1/bar 1", "end"), 2.0)
     slider = sd.with_payload(arm, ("slider", "centre"), 2.0).body("slider")
-    assert slider == dataclasses.replace(arm.body("slider"), mass=7.0)
+    marked = {**arm.body("slider").points, "payload": (0.0, 0.0)}
+    assert slider == dataclasses.replace(arm.body("slider"), mass=7.0, points=marked)
 
 
 def test_panels_take_patterns():

@@ -107,7 +107,10 @@ def test_torque_of_a_controller_is_drawn(servo: xr.Dataset, tmp_path: Path) -> N
     """Identity: a run without a drive has the picture of its controller's torque, and the work of it among the energies."""
     (axes,) = torque(servo)
     assert axes.get_ylabel().replace("\n", " ").startswith("torque of actuator of crank")
-    np.testing.assert_allclose(line(axes, "with clearance")[:, 1], servo["control_torque"].values[:, 0], rtol=1e-12)
+    drawn = line(axes, "with clearance")[:, 1]
+    sampled = servo["control_torque"].values[:, 0]
+    np.testing.assert_allclose(np.delete(drawn, int(np.argmax(np.abs(drawn)))), sampled, rtol=1e-12)  # beside its located peak
+    assert np.max(np.abs(drawn)) == float(servo["peak_control_torque"][0])
     balance = energy(servo)[0]
     drawn = line(balance, "work of motors and actuators")[:, 1]
     assert servo["motor_work"].values[-1] > 0.1

@@ -26,8 +26,8 @@ from scissordyn.plot.window import window
 
 UNTIL = 0.01
 
-DRY = [kind for kind in KINDS if kind != "film"]
-"""Pictures of a run without oil."""
+PLAIN = [kind for kind in KINDS if kind not in ("film", "track")]
+"""Pictures of a run without oil and without a tracked point."""
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_accessor_draws_what_the_functions_draw(saved: xr.Dataset) -> None:
 
 def test_accessor_has_all_pictures(saved: xr.Dataset) -> None:
     """Identity: each kind of picture is a method, and `sd.plot` has the function of the same name."""
-    for kind in DRY:
+    for kind in PLAIN:
         assert getattr(saved.scissordyn.plot, kind)()
         assert callable(getattr(sd.plot, kind))
     assert saved.scissordyn.mechanism.joint("A").clearance.clearance == 0.5e-3
@@ -107,7 +107,7 @@ def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypa
     monkeypatch.setattr("scissordyn.run.simulate.compute", refuse)
     a, b = map(str, stored)
     assert status_of(["plot", a, "-o", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{kind}.png" for kind in DRY)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{kind}.png" for kind in PLAIN)
     assert status_of(["animate", a, str(tmp_path / "film.html")]) == 0
     assert status_of(["compare", a, b, "-o", str(tmp_path), "--format", "svg"]) == 0
     assert (tmp_path / "comparison.svg").read_text().startswith("<?xml")

@@ -10,6 +10,7 @@ import xarray as xr
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.spacing import time_mean
 
 __all__ = ["deviation"]
 
@@ -70,7 +71,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     apart = np.linalg.norm(difference("position", "body", "axis"), axis=-1)
     variables: dict[str, Variable] = {
         "position_error_max": described(("body",), np.max(apart, axis=0), "m", "largest error of position"),
-        "position_error_rms": described(("body",), _rms(apart), "m", "root mean square error of position"),
+        "position_error_rms": described(("body",), _rms(apart, own[inside]), "m", "root mean square error of position"),
     }
     output_body = _output_body(run)
     output: np.ndarray | None = None
@@ -80,7 +81,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         output = apart[:, bodies.index(output_body)]
     if output is not None:
         variables["output_error_max"] = described((), np.max(np.abs(output)), "m", "largest error of the output")
-        variables["output_error_rms"] = described((), _rms(output), "m", "root mean square error of the output")
+        variables["output_error_rms"] = described((), _rms(output, own[inside]), "m", "root mean square error of the output")
     units = _units(bodies)
     if units:
         turned = difference("angle", "body")
@@ -89,7 +90,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         text = "spread between units of the error of a bar's angle"
         variables["synchronisation_error"] = described(("time",), spread, "rad", text)
         variables["synchronisation_error_max"] = described((), np.max(spread), "rad", f"largest {text}")
-        variables["synchronisation_error_rms"] = described((), _rms(spread), "rad", f"root mean square {text}")
+        variables["synchronisation_error_rms"] = described((), _rms(spread, own[inside]), "rad", f"root mean square {text}")
     coordinates = {"body": bodies, "time": described(("time",), own[inside], "s", "time")}
     return xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end})
 
@@ -107,6 +108,6 @@ def _units(bodies: list[str]) -> list[list[int]]:
     return [columns for columns in parts.values() if len(columns) > 1]
 
 
-def _rms(values: np.ndarray) -> np.ndarray:
-    root: np.ndarray = np.sqrt(np.mean(np.square(values), axis=0))
+def _rms(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    root: np.ndarray = np.sqrt(time_mean(np.square(values), time))
     return root

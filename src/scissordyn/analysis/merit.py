@@ -10,6 +10,7 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.run.configuration import number_attribute, read_configuration
+from scissordyn.run.spacing import time_mean
 
 __all__ = ["figures_of_merit"]
 
@@ -63,7 +64,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
 
     single = {
         "peak_torque": (_peak_torque(run, body, torque, after), "N m", "largest driving torque"),
-        "torque_root_mean_square": (np.sqrt(np.mean(torque**2)), "N m", "root mean square of the driving torque"),
+        "torque_root_mean_square": (np.sqrt(time_mean(torque**2, time[part])), "N m", "root mean square of the driving torque"),
         "energy_used": (np.trapezoid(power, time[part]), "J", "positive driving power, integrated"),
         "tracking_error": (np.max(np.abs(angle - wanted_angle)[part]), "rad", "largest angle error of the driven body"),
         "position_error": (np.max(np.abs(place - wanted_place)[part]), "m", "largest position error of the output body"),

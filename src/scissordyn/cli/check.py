@@ -9,8 +9,13 @@ from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 if TYPE_CHECKING:
     from scissordyn.component.declaration import Component
     from scissordyn.component.time_function import TimeFunction
+    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.run.summary import SpanAnswer
 
 __all__ = ["check"]
+
+MOST_STEPS = 100_000
+"""Of the motion with ideal joints, whose end is shown."""
 
 
 def check(
@@ -34,7 +39,7 @@ def check(
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
     made = plan(mechanism)
     check_tables(made, read.run.until)
-    check_samples(made, read.run.samples)
+    check_samples(made, read.run.count)
     _, prepared, choice = make_driver(made, read.run)
 
     lines = [
@@ -53,6 +58,8 @@ def check(
         laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
         lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
+    span = _span(mechanism, read.run.until)
+    lines += [] if span is None else [f"{span} (ideal joints)".replace(". (", " (") + "."]
     lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
     warnings = [*prepared.warnings, *drive_warnings(made, read.run.until)]
     lines += [f"Warning: {text}." for text in warnings]
@@ -67,6 +74,7 @@ def check(
                 "drives": [drive.body for drive in mechanism.drives],
                 "components": [part.name for part in components],
                 "until": read.run.until,
+                "span": None if span is None else span.plain(),
                 "method": choice.method,
                 "warnings": warnings,
             }
@@ -76,6 +84,15 @@ def check(
         for line in lines:
             to.print(line, markup=False)
     return 0
+
+
+def _span(mechanism: Mechanism, until: float) -> SpanAnswer | None:
+    """Width and height at the start and at the end of the run, with ideal joints; None where that ends early."""
+    from scissordyn.run.simulate import simulate
+    from scissordyn.run.summary import summary_of
+
+    ideal = simulate(mechanism.ideal(), until=until, samples=2, most_steps=MOST_STEPS)
+    return summary_of(ideal).span if ideal.attrs["status"] == "complete" else None
 
 
 def _in_words(motion: TimeFunction) -> str:

@@ -39,7 +39,9 @@ def explore(
         raise InputError(f"the explorer needs {', '.join(missing)}", "the extra 'explore'", "pip install 'scissordyn[explore]'")
     if not case.exists():
         raise InputError(
-            f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {command(case)}"
+            f"cannot read '{case}': no such file",
+            "a case file or a saved run",
+            f"scissordyn new scissor > {command(case)}" if case.suffix in ("", ".toml") else "",
         )
     from scissordyn.explore.access import is_local
     from scissordyn.explore.serve import listen, serve

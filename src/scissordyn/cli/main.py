@@ -10,6 +10,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
@@ -41,7 +42,6 @@ __all__ = ["app", "run", "status_of"]
 app = typer.Typer(
     name="scissordyn",
     help="Dynamics of deployable scissor structures with clearance joints.",
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -112,8 +112,31 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "cache": cache,
 }
 
+EXAMPLES: dict[str, str] = {
+    "run": "scissordyn run case.toml -o run.nc --plot pictures --trust",
+    "check": "scissordyn check case.toml --set drive.speed='250 rpm'",
+    "preview": "scissordyn preview case.toml -o picture.svg --curves curves.svg",
+    "explore": "scissordyn explore case.toml",
+    "plot": "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
+    "animate": "scissordyn animate run.nc film.html",
+    "compare": "scissordyn compare a.nc b.nc -o pictures",
+    "export": "scissordyn export run.nc table.csv",
+    "new": "scissordyn new scissor > case.toml",
+    "laws": "scissordyn laws flores --plot law.png",
+    "controllers": "scissordyn controllers pid",
+    "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",
+    "sweep": "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.zarr",
+    "study": "scissordyn study study.toml -o study.zarr",
+    "paper": "scissordyn paper -o out --figure 9",
+    "cache": "scissordyn cache",
+}
+"""Of each command one that can be typed, below its help."""
+
+OTHER_WORDS = {"simulate": "run", "draw": "plot", "film": "animate", "view": "explore", "open": "explore", "template": "new"}
+"""Words that users try in place of a command."""
+
 for _name, _command in COMMANDS.items():
-    app.command(_name)(_guarded(_command))
+    app.command(_name, epilog=f"Example: {EXAMPLES[_name]}")(_guarded(_command))
 
 # depending on its version typer has its own copy of click or uses the installed one: this is ClickException in both
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
@@ -180,7 +203,7 @@ def status_of(arguments: Sequence[str]) -> int:
     except ScissordynError as error:
         return _complain(str(error), BAD_INPUT)
     except USAGE_ERROR as error:
-        return _complain(f"{error.format_message().rstrip('.')}; type: scissordyn --help", BAD_INPUT)  # type: ignore[attr-defined]
+        return _complain(f"{_usage(error, arguments)}; type: scissordyn --help", BAD_INPUT)
     except (NothingComputedError, KeyboardInterrupt):
         return _complain(STOPPED, INTERRUPTED)
     except (ClosedPipeError, BrokenPipeError, SystemExit):  # typer's own answer to it, while it prints a help, is to exit
@@ -198,6 +221,16 @@ def status_of(arguments: Sequence[str]) -> int:
     finally:
         if not received():  # then that of `interrupt` stays until the process ends
             sys.unraisablehook = hook
+
+
+def _usage(error: Exception, arguments: Sequence[str]) -> str:
+    """What typer says of the words of a command, and the command that a word of another program means."""
+    said = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
+    first = next((word for word in arguments if not word.startswith("-")), "")
+    if "No such command" in said and "Did you mean" not in said:
+        near = get_close_matches(first, OTHER_WORDS, n=1, cutoff=0.6)
+        said += f" (did you mean '{OTHER_WORDS[near[0]]}'?)" if near else ""
+    return said
 
 
 def _refused(error: OSError) -> str:

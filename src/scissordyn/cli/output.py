@@ -9,6 +9,9 @@ from scissordyn.errors import InputError
 
 __all__ = ["check_file", "check_folder"]
 
+PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
+"""Endings of pictures."""
+
 
 def check_file(path: Path, case: Path, sample: str) -> None:
     """Raise `InputError` unless a file can be written there without loss of another.
@@ -31,7 +34,9 @@ def check_file(path: Path, case: Path, sample: str) -> None:
 
 
 def check_folder(folder: Path, sample: str) -> None:
-    """Raise `InputError` unless a folder exists or can be created, and is writable."""
+    """Raise `InputError` unless a folder exists or can be created, and is writable; a name of a picture is no folder."""
+    if folder.suffix.lower() in PICTURES and not folder.is_dir():
+        raise InputError(f"'{folder}' for a folder of pictures", "a folder", sample)
     existing = next(ancestor for ancestor in (folder, *folder.absolute().parents) if ancestor.exists())
     if not existing.is_dir():
         raise InputError(f"cannot write into '{folder}': '{existing}' is a file", "a folder", sample)

@@ -5,62 +5,19 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from scissordyn.run.advice import read_warnings
+from scissordyn.run.summary import joint_summaries, summary_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
 
-__all__ = ["JointSummary", "joint_summaries", "print_json", "run_record"]
-
-
-class JointSummary(NamedTuple):
-    """The contacts of one joint in a run.
-
-    Parameters
-    ----------
-    name : str
-    contacts : int
-    fraction : float
-        Of the time, in contact.
-    largest : float
-        Largest normal force [N].
-    when : float
-        Its instant [s].
-    """
-
-    name: str
-    contacts: int
-    fraction: float
-    largest: float
-    when: float
-
-
-def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
-    """The joints of a run that had contacts, in the order of their first ones.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of JointSummary
-    """
-    end, found = float(run.attrs["end"]), []
-    for joint in dict.fromkeys(run["contact_joint"].values.tolist()):
-        here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
-        start, lasting = here["contact_start"].values, here["contact_duration"].values
-        lasting = np.where(np.isnan(lasting), end - start, lasting)
-        peaks = here["peak_force"].values
-        highest = int(np.argmax(peaks))
-        when = float(start[highest] + here["peak_time"].values[highest])
-        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        found.append(JointSummary(str(joint), here.sizes["contact"], fraction, float(peaks[highest]), when))
-    return found
+__all__ = ["print_json", "run_record"]
 
 
 def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, Any]:
@@ -75,7 +32,7 @@ def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, A
     Returns
     -------
     dict
-        Forces in N, times in s, energies in J.
+        Forces in N, times in s, energies in J; "summary" answers first what a designer asks.
     """
     trusted = float(run.attrs.get("trusted_until", math.nan))
     residual = float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else math.nan
@@ -84,10 +41,12 @@ def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, A
         "cause": run.attrs["cause"],
         "end": float(run.attrs["end"]),
         "statistics": json.loads(run.attrs["statistics"]),
-        "joints": [joint._asdict() for joint in joint_summaries(run)],
+        "summary": summary_of(run).plain(),
+        "joints": [joint.plain() for joint in joint_summaries(run)],
         "energy_residual": residual if math.isfinite(residual) else None,
         "trusted_until": trusted if math.isfinite(trusted) else None,
         "warnings": json.loads(run.attrs["warnings"]),
+        "warnings_in_short": read_warnings(json.loads(run.attrs["warnings"])),
         "files": [str(path) for path in files],
     }
 

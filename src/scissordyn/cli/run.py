@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["run"]
 
+PATIENCE = 20.0
+"""Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
+
 
 def run(
     case: Annotated[Path, typer.Argument(help="A case file, or a saved run to run again.")],
@@ -31,7 +35,9 @@ def run(
         Path | None, typer.Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
     ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
-    samples: Annotated[int | None, typer.Option(help="Recorded instants.")] = None,
+    samples: Annotated[
+        str | None, typer.Option(metavar="N", help="Recorded instants, or 'auto': the contacts' own ones too.")
+    ] = None,
     events: Annotated[int, typer.Option(help="Number of contacts to show.", min=0)] = 20,
     checkpoint: Annotated[
         str | None,
@@ -62,7 +68,7 @@ def run(
         stopped = output is not None and _save(result, output, kept)
     finally:  # whatever became of the file, the user sees what was computed
         if not silent:
-            _show(result, events)
+            _show(result, mechanism, events)
     status = result.attrs["status"]
     if output is not None:
         files.append(output)
@@ -113,6 +119,9 @@ def _save(result: xr.Dataset, output: Path, kept: Checkpoint | None) -> bool:
 
 def _pictures(result: xr.Dataset, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
     """Draw and film what is asked for."""
+    if plot is None and film is None:
+        return []
+    result = _refined(result, mechanism)
     files = [] if plot is None else list(_draw(result, mechanism, plot))
     if film is not None:
         from scissordyn.plot.animation import animate
@@ -162,7 +171,7 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     from scissordyn.run.simulate import simulate
 
     case = read_case(path, changes)
-    check_samples(plan(case.mechanism), case.run.samples)
+    check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
         compile_kernels()
         return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)
@@ -190,12 +199,26 @@ def _again(
     return configuration.build_mechanism(allow_code), result
 
 
-def _show(result: xr.Dataset, rows: int) -> None:
-    from scissordyn.cli.show import console, show_events, show_summary
+def _show(result: xr.Dataset, mechanism: Mechanism, rows: int) -> None:
+    from scissordyn.cli.show import console, show_answer, show_events, show_summary
 
     to = console()
+    show_answer(result, to)
     show_events(result, rows, to)
-    show_summary(result, to)
+    show_summary(result, to, mechanism)
+
+
+def _refined(result: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """The run with the instants of its contacts, for its pictures, where that takes no long time and nobody chose samples."""
+    from scissordyn.run.configuration import read_configuration
+    from scissordyn.run.options import EQUALLY_SPACED
+    from scissordyn.run.simulate import refined
+
+    options, seconds = read_configuration(result).options, json.loads(result.attrs["statistics"])["seconds"]
+    chosen = options is None or options.samples != EQUALLY_SPACED
+    if chosen or not result.sizes["contact"] or seconds > PATIENCE or result.attrs["status"] != "complete":
+        return result
+    return refined(result, mechanism)
 
 
 def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> list[Path]:

@@ -14,12 +14,14 @@ from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 
-from scissordyn.cli.record import JointSummary, joint_summaries
 from scissordyn.cli.scale import column, short
 from scissordyn.errors import printable
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.advice import MEANS, read_warnings
+from scissordyn.run.summary import JointSummary, joint_summaries, summary_of
 from scissordyn.run.warn import energy_turned_over
 
-__all__ = ["TextConsole", "console", "counted", "show_events", "show_summary"]
+__all__ = ["TextConsole", "console", "counted", "show_answer", "show_events", "show_summary"]
 
 WIDTH = 100
 """Columns of the output without a terminal."""
@@ -78,6 +80,18 @@ def console() -> Console:
 def counted(number: int, thing: str = "contact") -> str:
     """A count of things, as "1 contact" or "3 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
+def show_answer(run: xr.Dataset, to: Console) -> None:
+    """Print what a designer asks of a run, one sentence a line.
+
+    Parameters
+    ----------
+    run : Dataset
+    to : Console
+    """
+    for line in summary_of(run).lines:
+        to.print(line, markup=False)
 
 
 def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
@@ -165,8 +179,16 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
     )
 
 
-def show_summary(run: xr.Dataset, to: Console) -> None:
-    """Print a run in one paragraph, and its warnings."""
+def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = None) -> None:
+    """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean.
+
+    Parameters
+    ----------
+    run : Dataset
+    to : Console
+    mechanism : Mechanism, optional
+        The one that was run, to compare its laws with others.
+    """
     attributes = run.attrs
     statistics = json.loads(attributes["statistics"])
     end = float(attributes["end"])
@@ -189,11 +211,6 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         turned_over = energy_turned_over(run)
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
-    if math.isfinite(float(attributes.get("trusted_until", math.nan))):
-        trusted, contacts = float(attributes["trusted_until"]), counted(int(attributes["trusted_contacts"]))
-        parts.append(f"Trusted until {short(trusted, 's')}, through {contacts}.")
-    elif "predictability" in attributes:
-        parts.append(f"The predictability horizon is {attributes['predictability']}.")
     to.print(" ".join(parts), markup=False)
-    for warning in json.loads(attributes["warnings"]):
-        to.print(f"Warning: {warning}", markup=False)
+    for warning in read_warnings(json.loads(attributes["warnings"]), mechanism):
+        to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}", markup=False)

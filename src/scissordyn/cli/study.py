@@ -256,7 +256,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
         what = "'study replay' without a case" if case is None else f"case {case}"
         raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(address, 0))
     from scissordyn.cli.output import check_file
-    from scissordyn.cli.show import console, show_events, show_summary
+    from scissordyn.cli.show import console, show_answer, show_events, show_summary
     from scissordyn.run.store import save
 
     if output is not None:
@@ -265,6 +265,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")
     to = console()
+    show_answer(run, to)
     show_events(run, EVENTS, to)
     show_summary(run, to)
     if output is not None:

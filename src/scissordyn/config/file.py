@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Iterable
 from dataclasses import replace
@@ -24,6 +25,9 @@ from scissordyn.run.options import Options
 __all__ = ["read_case", "write_case"]
 
 SAMPLE = "write_case(arm, 'arm.toml')"
+
+UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*=\s*(?P<value>[+-]?[\d.]+\s*[a-zA-Z°µ][^\"#]*)(#.*)?")
+"""A line with a number and its unit without quotes."""
 
 DEEPEST = 32
 """Tables and lists inside each other; a case has six."""
@@ -108,6 +112,14 @@ def _at(tree: Any, place: Place) -> Any:
     return tree
 
 
+def _quoted(text: str, reason: str) -> str:
+    """The line of an error with quotes about its quantity, if quotes are what it lacks."""
+    place = re.search(r"at line (\d+)", reason)
+    lines = text.splitlines()
+    found = UNQUOTED.fullmatch(lines[int(place[1]) - 1]) if place and int(place[1]) <= len(lines) else None
+    return f'{found["key"]} = "{found["value"].strip()}"' if found else ""
+
+
 def _parsed(text: str, path: Path) -> dict[str, Any]:
     try:
         tree = tomllib.loads(text)
@@ -115,7 +127,9 @@ def _parsed(text: str, path: Path) -> dict[str, Any]:
         raise InputError(f"'{path}' has lists or tables inside each other without end", f"at most {DEEPEST} levels") from None
     except ValueError as error:  # also of a whole number of thousands of digits
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
-        raise InputError(f"'{path}' is not valid TOML: {reason}", "TOML, as 'scissordyn new scissor' prints it") from None
+        raise InputError(
+            f"'{path}' is not valid TOML: {reason}", "TOML, as 'scissordyn new scissor' prints it", _quoted(text, reason)
+        ) from None
     level: list[Any] = [tree]
     for _ in range(DEEPEST):
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]

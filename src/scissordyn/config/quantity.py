@@ -179,6 +179,8 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
         found = LEADING_NUMBER.fullmatch(value)
         if found is None:
             raise InputError("no number", wanted, sample)
+        if re.match(r"\s*[+-]?\d+,\d", value):
+            raise InputError("a decimal comma", "a decimal point", value.strip().replace(",", ".", 1))
         if not found[2]:
             raise InputError("missing unit", wanted, _with_unit(float(found[1]), quantity, sample))
         if quantity.unit == "K" and found[2].strip() in CELSIUS:

@@ -8,7 +8,7 @@ from typing import Any
 __all__ = ["STARTERS"]
 
 STARTERS: Mapping[str, Mapping[str, Any]] = {
-    "scissor": {"drive": {"speed": "150 rpm"}},
+    "scissor": {"structure": {"angle": "60 deg"}, "drive": {"speed": "-150 rpm"}},
     "polar": {"drive": {"speed": "30 rpm"}},
     "ring": {"drive": {"speed": "-20 rpm"}, "clearance": {"joint": "unit 1/*", "clearance": "0.1 mm"}},
     "mast": {"drive": {"speed": "20 rpm"}, "clearance": {"joint": "unit 1/*", "clearance": "0.1 mm"}},

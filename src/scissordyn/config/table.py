@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import (
     BaseModel,
@@ -23,6 +23,7 @@ from pydantic import (
     model_validator,
 )
 
+from scissordyn.annotation import members
 from scissordyn.config.line import Place, address
 from scissordyn.config.quantity import example, read_quantity, written
 from scissordyn.errors import InputError, did_you_mean
@@ -45,6 +46,7 @@ __all__ = [
     "quantity_of",
     "table_of",
     "toml",
+    "words_of",
 ]
 
 Hints = tuple[tuple[str, Any], ...]
@@ -76,6 +78,11 @@ def toml(value: Any) -> str:
 def quantity_of(table: type[BaseModel], key: str) -> Quantity | None:
     """The quantity that a key declares, if its value is one."""
     return next((extra for extra in table.model_fields[key].metadata if isinstance(extra, Quantity)), None)
+
+
+def words_of(hint: Any) -> tuple[str, ...]:
+    """The words that an annotation allows, in place of a number or alone."""
+    return tuple(word for each in members(hint) if get_origin(each) is Literal for word in get_args(each))
 
 
 def key_help(table: type[BaseModel], key: str) -> str:
@@ -121,13 +128,17 @@ class Table(BaseModel):
     def _read_quantities(cls, value: Any, info: ValidationInfo) -> Any:
         key = info.field_name or ""
         quantity = quantity_of(cls, key)
-        if quantity is None:
+        words = words_of(cls.model_fields[key].annotation)
+        if quantity is None or (isinstance(value, str) and value in words):
             return value
         try:
+            if words and not isinstance(value, int | str):
+                raise InputError("not a whole number, an integer", quantity.allowed)
             return read_quantity(value, quantity, key_sample(cls, key).strip('"'))
         except InputError as error:
             sample = toml(error.type_this) if quantity.unit != "1" else error.type_this
-            raise InputError(error.what, error.allowed, f"{key} = {sample}") from None
+            allowed = " or ".join((error.allowed, *map(toml, words)))
+            raise InputError(error.what, allowed, f"{key} = {sample}") from None
 
 
 def _documented(described_type: type) -> dict[str, str]:

@@ -14,7 +14,7 @@ from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.run.options import Options
+from scissordyn.run.options import AUTO, Options
 
 __all__ = ["TEMPLATES", "template"]
 
@@ -76,7 +76,7 @@ def template(kind: str) -> str:
         if kind == "mechanism"
     ]
     parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]
-    parts.append(_section("[run]", run, starter.get("run", {})))
+    parts.append(_section("[run]", run, {"samples": AUTO, **starter.get("run", {})}))
     if kind != "mechanism":
         parts.append(
             "# Springs, loads, motors, stops, latches, further bodies and joints: scissordyn new mechanism shows their tables."

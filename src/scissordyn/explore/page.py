@@ -229,6 +229,8 @@ class Page:
 
     def _bar(self, shown: Outcome) -> dict[str, Any]:
         """What the bar says of a run."""
+        from scissordyn.run.advice import condensed  # loads the laws, which the page does not wait for
+
         assert shown.run is not None
         statistics = json.loads(shown.run.attrs["statistics"])
         pins = self.session.pins
@@ -238,7 +240,7 @@ class Page:
         return {
             "text": f"{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}",
             "pins": len(pins),
-            "warnings": list(json.loads(shown.run.attrs["warnings"])),
+            "warnings": condensed(json.loads(shown.run.attrs["warnings"])),
         }
 
     # what is not of a run

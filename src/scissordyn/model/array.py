@@ -16,7 +16,9 @@ from scissordyn.units import Quantity, Sample, checked
 
 __all__ = ["hoberman_ring", "mast", "polar_scissor"]
 
-Inclination = Annotated[float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")]
+Inclination = Annotated[
+    float, Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls")
+]
 
 
 @checked
@@ -29,7 +31,8 @@ def polar_scissor(
     bar_mass: BarMass = 5.0,
     slider_mass: SliderMass = 5.0,
     angle: Annotated[
-        float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")
+        float,
+        Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls"),
     ] = math.pi / 4,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
@@ -96,7 +99,8 @@ def hoberman_ring(
     leg: Annotated[float, Quantity("m", above=0.0, help="from the pivot of a bar to each of its ends")] = 0.5,
     bar_mass: BarMass = 1.0,
     angle: Annotated[
-        float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")
+        float,
+        Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls"),
     ] = math.pi / 4,
     gravity: Gravity = 0.0,
     gravity_direction: GravityDirection = -math.pi / 2,
@@ -154,7 +158,8 @@ def mast(
     slider_mass: SliderMass = 1.0,
     platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, none without it")] = None,
     angle: Annotated[
-        float, Quantity("rad", help="inclination of the bars against the base at the start, above 0 and below 90 deg")
+        float,
+        Quantity("rad", help="of the bars to the base at the start, above 0 and below 90 deg; the mast extends as it grows"),
     ] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,

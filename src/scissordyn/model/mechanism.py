@@ -137,7 +137,12 @@ class Mechanism:
         """The revolute joint of a name, or the point that "BODY.POINT" or a body and one of its points name."""
         if not isinstance(named, str):
             return named
-        return body_point(named) if "." in named and named not in self._joints else self.joint(named)
+        if "." in named and named not in self._joints:
+            return body_point(named)
+        try:
+            return self.joint(named)
+        except InputError as error:
+            raise InputError(error.what, f'{error.allowed}, or a point as "BODY.POINT"', error.type_this) from None
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

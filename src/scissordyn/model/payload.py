@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterable
 from typing import Annotated
 
@@ -15,7 +16,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, checked
 
-__all__ = ["with_panels", "with_payload"]
+__all__ = ["panel_ends", "payload_points", "with_panels", "with_payload"]
+
+PAYLOAD, PANEL = "payload", "panel"
+"""Names of the points that say where a body carries what: "payload", and "panel start" and "panel end", numbered from the
+second one on. Pictures draw them, and they can be tracked as any point."""
 
 
 @checked
@@ -26,7 +31,7 @@ def with_payload(
     *,
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="about the payload's own mass centre")] = 0.0,
 ) -> Mechanism:
-    """The same mechanism with a payload fixed to one of its bodies.
+    """The same mechanism with a payload fixed to one of its bodies, which gets a point "payload" there.
 
     Parameters
     ----------
@@ -47,7 +52,9 @@ def with_payload(
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
     body = mechanism.body(name)
-    return _exchanged(mechanism, [_loaded(body, mass, _local(body, point), inertia)])
+    local = _local(body, point)
+    marked = _marked(body, {PAYLOAD: local}, len(payload_points(body)))
+    return _exchanged(mechanism, [_loaded(marked, mass, local, inertia)])
 
 
 @checked
@@ -60,6 +67,8 @@ def with_panels(
     end: str = "end",
 ) -> Mechanism:
     """The same mechanism with a panel on each of some bars, its mass spread evenly between two points of the bar.
+
+    The bar gets points "panel start" and "panel end" there.
 
     Parameters
     ----------
@@ -81,8 +90,28 @@ def with_panels(
         body = mechanism.body(name)
         one, other = _local(body, start), _local(body, end)
         middle = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1])
-        changed.append(_loaded(body, mass, middle, mass * math.dist(one, other) ** 2 / 12.0))
+        marked = _marked(body, {f"{PANEL} start": one, f"{PANEL} end": other}, len(panel_ends(body)))
+        changed.append(_loaded(marked, mass, middle, mass * math.dist(one, other) ** 2 / 12.0))
     return _exchanged(mechanism, changed)
+
+
+def payload_points(body: Body) -> list[str]:
+    """Names of the points at which a body carries payloads."""
+    return [name for name in body.points if re.fullmatch(rf"{PAYLOAD}( \d+)?", name)]
+
+
+def panel_ends(body: Body) -> list[tuple[str, str]]:
+    """Names of the points between which a body carries panels."""
+    starts = [name for name in body.points if re.fullmatch(rf"{PANEL}( \d+)? start", name)]
+    pairs = [(name, name.removesuffix("start") + "end") for name in starts]
+    return [pair for pair in pairs if pair[1] in body.points and body.points[pair[0]] != body.points[pair[1]]]
+
+
+def _marked(body: Body, places: dict[str, Point], earlier: int) -> Body:
+    """A body with further points, numbered if there are such points already."""
+    number = f" {earlier + 1}" if earlier else ""
+    named = {re.sub(f"^({PAYLOAD}|{PANEL})", rf"\g<1>{number}", name): place for name, place in places.items()}
+    return dataclasses.replace(body, points={**body.points, **named})
 
 
 def _local(body: Body, point: str) -> Point:

@@ -64,7 +64,9 @@ def scissor(
     bar_length: BarLength = 2.0,
     bar_mass: BarMass = 5.68,
     slider_mass: SliderMass = 5.0,
-    angle: Annotated[float, Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")] = math.pi / 6,
+    angle: Annotated[
+        float, Quantity("rad", help="of the bars to the axis at the start, 0 to 90 deg; the array extends as it falls")
+    ] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
     driven_bar: Annotated[
@@ -80,7 +82,8 @@ def scissor(
     bar_length, bar_mass, slider_mass : float
         L [m], m [kg], m_s [kg].
     angle : float
-        Half opening angle th_0 at the start [rad], strictly between 0 and pi/2.
+        Half opening angle th_0 at the start [rad], strictly between 0 and pi/2: the angle of the bars to the axis of the array,
+        which extends as the angle falls (length ``units * bar_length * cos(angle)``).
     gravity, gravity_direction : float
         Acceleration [m/s^2] and direction [rad].
     driven_bar : {"pinned", "slider"}

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from scissordyn.plot.response import response
     from scissordyn.plot.structure import structure
     from scissordyn.plot.torque import torque
+    from scissordyn.plot.track import track
 
-__all__ = ["Pictures", "comparison", "energy", "film", "force", "orbit", "response", "structure", "torque"]
+__all__ = ["Pictures", "comparison", "energy", "film", "force", "orbit", "response", "structure", "torque", "track"]
 
 _HOMES = {name: "pictures" if name == "Pictures" else name for name in __all__}
 

@@ -17,6 +17,7 @@ from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_joints, clearance_pins, largest_forces
+from scissordyn.run.spacing import spread_samples
 
 __all__ = ["FILMS", "animate", "check_film", "magnified_first"]
 
@@ -87,7 +88,7 @@ def animate(
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
     shown, every, guides = magnified_first(run, mechanism, joints)
-    frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
+    frames = spread_samples(run["time"].values, max(2, min(samples, round(seconds * rate))))
     scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown)
     rate = max(1, round(len(frames) / seconds))
     slower = len(frames) / rate / float(scene.time[-1] - scene.time[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
@@ -42,6 +43,17 @@ DPI = 100
 
 WIDE = 1.5
 """Structures wider than this have the panels of their joints below, others beside them."""
+
+
+LOADS: dict[str, dict[str, Any]] = {
+    "payload": {"facecolor": to_rgba(GREY, 0.45), "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
+    "panel": {"facecolor": to_rgba(PURPLE, 0.25), "edgecolor": PURPLE, "linewidth": 0.6, "zorder": 1.7},
+}
+"""Payloads and panels."""
+
+
+LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 4.5}
+"""The thin line from a name to its joint."""
 
 
 class Film:
@@ -89,6 +101,10 @@ class Film:
                 block = Polygon(shape.points[0], facecolor=LIGHT, edgecolor=BLACK, linewidth=0.9, zorder=1.8)
                 self.axes.add_patch(block)
                 artists.append(block)
+            elif shape.kind in LOADS:
+                load = Polygon(shape.points[0], **LOADS[shape.kind])
+                self.axes.add_patch(load)
+                artists.append(load)
             elif shape.kind == "plate":
                 color = (BLUE, GREEN)[shape.tone]
                 plate = Polygon(shape.points[0], facecolor=to_rgba(color, 0.15), edgecolor=color, linewidth=1.6, zorder=1.9)
@@ -130,7 +146,15 @@ def _gain(axes: Axes, gain: float) -> None:
 
 def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
     """A name beside its joint, readable over bars."""
-    made = axes.annotate(literal(text), (0.0, 0.0), xytext=tuple(aside), textcoords="offset points", fontsize=SMALL, zorder=6.0)
+    made = axes.annotate(
+        literal(text),
+        (0.0, 0.0),
+        xytext=tuple(aside),
+        textcoords="offset points",
+        fontsize=SMALL,
+        zorder=6.0,
+        arrowprops=LEADER,
+    )
     made.set(ha="center", va="center")
     made.set_color(BLACK)
     made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])

@@ -17,6 +17,7 @@ from scissordyn.model.track import Track
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
 from scissordyn.plot.contact import frame_contacts
 from scissordyn.plot.label_place import aside
+from scissordyn.plot.load import loads
 from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
@@ -31,6 +32,12 @@ TRAIL = 12
 FINEST = 4000
 """Largest number of points of a journal's path in a film, about the resolution of a screen."""
 
+CLOSED = ("plate", "block", "payload", "panel")
+"""Kinds of shapes whose last point is joined to the first."""
+
+LOAD = 0.015
+"""Size of payloads and panels as a fraction of the picture's longer side."""
+
 SYMBOL = 0.03
 """Radius of the symbol of a component as a fraction of the picture's longer side."""
 
@@ -42,7 +49,7 @@ class Shape:
     Parameters
     ----------
     name : str
-    kind : {"bar", "plate", "block", "component", "rod", "guide"}
+    kind : {"bar", "plate", "block", "payload", "panel", "component", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the frame of the picture, where gravity points downwards [m].
     tone : int
@@ -195,7 +202,9 @@ def scene_of(
         for symbol in symbols(run, mechanism, placement, frames, SYMBOL * size)
         for stroke in symbol.strokes
     ]
-    shapes = [*_guides(mechanism, placement, size), *solid, *parts]
+    carried = [Shape(load.name, load.kind, load.corners) for load in loads(mechanism, placement, LOAD * size)]
+    panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
+    shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *parts]
     pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     scene = Scene(
@@ -227,7 +236,7 @@ def _asides(scene: Scene) -> np.ndarray:
     if not scene.magnified:
         return np.empty((0, 2))
     lines = [
-        np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in ("plate", "block") else shape.points
+        np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in CLOSED else shape.points
         for shape in scene.shapes
     ]
     places = np.stack([joint.place for joint in scene.magnified], axis=1)

@@ -14,6 +14,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
 from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
+from scissordyn.run.spacing import spread_samples
 
 __all__ = ["CANVAS", "FRAMES", "packed", "packed_scene"]
 
@@ -49,7 +50,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
         JSON.
     """
     samples = run.sizes["time"]
-    chosen = np.unique(np.linspace(0, samples - 1, min(samples, frames)).round().astype(int))
+    chosen = spread_samples(run["time"].values, min(samples, frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
     return packed(scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose), run, number=number, note=note)
 

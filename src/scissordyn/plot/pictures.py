@@ -19,6 +19,7 @@ from scissordyn.plot.response import response
 from scissordyn.plot.structure import structure
 from scissordyn.plot.style import Canvas
 from scissordyn.plot.torque import torque
+from scissordyn.plot.track import track
 from scissordyn.plot.window import window
 from scissordyn.run.configuration import read_configuration
 
@@ -77,6 +78,10 @@ class Pictures:
     def torque(self, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
         """The driving torque; see `plot.torque`."""
         return torque(window(self._run, start, end), axes=axes)
+
+    def track(self, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
+        """Deviation of the tracked points against their tolerances; see `plot.track`."""
+        return track(window(self._run, start, end), axes=axes)
 
     def energy(self, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
         """The energy balance; see `plot.energy`."""

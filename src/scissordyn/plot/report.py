@@ -21,13 +21,15 @@ from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pi
 from scissordyn.plot.source import torque_sources
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
+from scissordyn.plot.track import has_tracks, track
 
 __all__ = ["KINDS", "check_kinds", "draw_all"]
 
-KINDS = ("response", "force", "torque", "orbit", "film", "energy", "structure")
+KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure")
 """All pictures, in order."""
 
 NEEDS = {
+    "track": "a tracked point and a clearance joint",
     "force": "a clearance joint",
     "orbit": "a clearance joint with a journal",
     "torque": "a drive, an actuator or a motor",
@@ -58,11 +60,10 @@ def draw_all(
     only: Sequence[str] | None = None,
     joints: Sequence[str] | None = None,
 ) -> list[Path]:
-    """Every picture that a run has data for: response, force, torque, orbit, energy, structure.
+    """Every picture that a run has data for: response, track, force, torque, orbit, energy, structure.
 
-    Force needs a clearance joint or guide, orbit a revolute clearance joint, torque a drive, an actuator or a
-    motor, structure a mechanism. Nothing is
-    written before all are drawn.
+    Track needs a tracked point, force a clearance joint or guide, orbit a revolute clearance joint, torque a drive, an actuator
+    or a motor, structure a mechanism. Nothing is written before all are drawn.
 
     Parameters
     ----------
@@ -96,6 +97,8 @@ def draw_all(
         chosen_joints(run, joints)
     turning = None if joints is None else [name for name in joints if name in pins]
     makers: dict[str, Callable[[], list[Axes]]] = {"response": lambda: response(run, ideal)}
+    if has_tracks(run):
+        makers["track"] = lambda: track(run)
     if has_clearance:
         makers["force"] = lambda: force(run, ideal, joints=joints)
     if torque_sources(run):

@@ -9,11 +9,12 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.contact import with_instants
+from scissordyn.run.summary import actuator_limits
 
 __all__ = ["TorqueSource", "torque_sources"]
 
-OF_COMPONENTS = (("control_torque", "actuator"), ("motor_torque", "motor"))
-"""Variables along the dimension of their sources."""
+OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
+"""Variables along the dimension of their sources, with those of their largest values."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,8 @@ class TorqueSource:
         Along "time" [N m], with its located maximum between the samples.
     peak : (float, float), optional
         Instant [s] and value [N m] of the largest magnitude, where the run has it.
+    limit : float, optional
+        Largest torque in either sense [N m], where there is one.
     """
 
     name: str
@@ -36,6 +39,7 @@ class TorqueSource:
     part: int
     curve: xr.DataArray
     peak: tuple[float, float] | None = None
+    limit: float | None = None
 
 
 def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
@@ -54,13 +58,16 @@ def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
     for k in range(drives):
         sampled = run["drive_torques"].isel(drive=k) if "drive_torques" in run else run["drive_torque"]
         name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
-        peak = _peak(run, sampled.values, k)
+        peak = _peak(run, sampled.values, "peak_drive_torque", "drive", k)
         found.append(TorqueSource(name, "drive_torque", k, _with_peak(sampled, peak), peak))
-    for variable, along in OF_COMPONENTS:
+    limits = actuator_limits(run)
+    for variable, along, largest in OF_COMPONENTS:
         if variable in run and along in run[variable].dims:
             for k, name in enumerate(run[along].values.astype(str).tolist()):
                 sampled = run[variable].isel({along: k})
-                found.append(TorqueSource(f"torque of {name}", variable, k, _with_peak(sampled, None)))
+                peak = _peak(run, sampled.values, largest, along, k)
+                curve = _with_peak(sampled, peak)
+                found.append(TorqueSource(f"torque of {name}", variable, k, curve, peak, limits.get(name)))
     return found
 
 
@@ -70,11 +77,11 @@ def _with_peak(sampled: xr.DataArray, peak: tuple[float, float] | None) -> xr.Da
     return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
 
 
-def _peak(run: xr.Dataset, values: np.ndarray, drive: int) -> tuple[float, float] | None:
-    """When the torque of a drive is largest [s], and the torque [N m]; None if that is not in this part of the run."""
-    if "peak_drive_torque" not in run:
+def _peak(run: xr.Dataset, values: np.ndarray, largest: str, along: str, source: int) -> tuple[float, float] | None:
+    """When the torque of a source is largest [s], and the torque [N m]; None if that is not in this part of the run."""
+    if largest not in run or f"{largest}_time" not in run:
         return None
-    when, size = (float(run[name].isel(drive=drive)) for name in ("peak_drive_torque_time", "peak_drive_torque"))
+    when, size = (float(run[name].isel({along: source})) for name in (f"{largest}_time", largest))
     time = run["time"].values
     if not (time.size and time[0] <= when <= time[-1] and math.isfinite(size)):
         return None

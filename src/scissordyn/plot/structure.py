@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.transforms import Affine2D
@@ -19,6 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import channel, guides_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.label import Label, write_labels
+from scissordyn.plot.load import loads
 from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, note_more, predictability_horizon, time_scale
 from scissordyn.plot.style import (
@@ -177,7 +179,7 @@ def draw_mechanism(
     low, high = corners_of(placed) if corners is None else corners
     size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
     _bodies(axes, mechanism, placed, size)
-    labels = []
+    labels = _loads(axes, mechanism, placed, size)
     for guide in mechanism.guides:
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
         first, further = placed.points(guide.body, np.array(guide.through) + np.array([[0.0], [1.0]]) * along)[0]
@@ -286,6 +288,19 @@ def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) ->
         closed = shape[[*range(len(shape)), 0]]
         axes.plot(closed[:, 0], closed[:, 1], color=(BLUE, GREEN)[bars % 2], linewidth=1.8, solid_capstyle="round", zorder=2.0)
         bars += 1
+
+
+def _loads(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> list[Label]:
+    """Draw payloads and panels; the names of payloads."""
+    labels = []
+    for load in loads(mechanism, placed, 0.8 * size):
+        corners = load.corners[0]
+        if load.kind == "panel":
+            axes.add_patch(Polygon(corners, facecolor=PURPLE, edgecolor="none", alpha=0.25, zorder=1.7))
+        else:
+            axes.add_patch(Polygon(corners, facecolor=to_rgba(GREY, 0.45), edgecolor=BLACK, linewidth=0.8, zorder=2.2))
+            labels.append(Label(load.name, corners.mean(axis=0), BLACK))
+    return labels
 
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:

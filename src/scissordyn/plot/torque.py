@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError
-from scissordyn.plot.scale import engineering
+from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import compare, finish, time_scale
-from scissordyn.plot.source import torque_sources
-from scissordyn.plot.style import BLACK, Canvas, legend, literal, panels
+from scissordyn.plot.source import TorqueSource, torque_sources
+from scissordyn.plot.style import BLACK, ORANGE, VERMILION, Canvas, legend, literal, panels
+from scissordyn.run.summary import at_limit
 
 __all__ = ["torque"]
 
 
 def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
     """The torques of drives, actuators and motors with their located maxima, beside the ideal mechanism's; one panel for each.
+
+    A limit is a dotted line in either sense; where the torque is at its limit the panel is shaded.
 
     Parameters
     ----------
@@ -47,6 +53,28 @@ def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = N
         if source.peak is not None:
             when, largest = time.factor * source.peak[0], scale.factor * source.peak[1]
             one.plot(when, largest, label="largest", linestyle="", marker="o", markersize=2.5, color=BLACK)
+        _limit(one, source, scale, time)
     finish(drawn, run, time)
     legend(drawn, above=axes is None)
     return drawn
+
+
+def _limit(axes: Axes, source: TorqueSource, scale: Scale, time: Scale) -> None:
+    """Lines at the limit where the curve comes near it, and shading where the torque is there."""
+    if source.limit is None:
+        return
+    values = source.curve.values
+    for sign in (1.0, -1.0):
+        if np.max(sign * values, initial=0.0) > 0.5 * source.limit:
+            look: dict[str, Any] = {"color": VERMILION, "linewidth": 0.8, "linestyle": (0, (1, 1.5)), "label": "limit"}
+            axes.axhline(sign * scale.factor * source.limit, **look)
+    for start, end in at_limit(source.curve["time"].values, values, source.limit):
+        axes.axvspan(
+            time.factor * start,
+            time.factor * end,
+            facecolor=ORANGE,
+            alpha=0.22,
+            linewidth=0.0,
+            zorder=0.5,
+            label="at the limit",
+        )

@@ -12,6 +12,7 @@ from scissordyn.file.export import export
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.offer import offered
 from scissordyn.run.configuration import read_configuration
+from scissordyn.run.summary import Summary, summary_of
 
 __all__ = ["RunAccessor"]
 
@@ -32,6 +33,10 @@ class RunAccessor:
     def mechanism(self) -> Mechanism:
         """The mechanism that was run; `InputError` if it uses functions in a file of the user's."""
         return read_configuration(self._run).build_mechanism()
+
+    def summary(self) -> Summary:
+        """Tracked points against their tolerances, actuators against their limits, largest force, span, work and horizon."""
+        return summary_of(self._run)
 
     @property
     def plot(self) -> Any:

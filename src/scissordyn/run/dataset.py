@@ -270,6 +270,8 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             kind = "torque" if declared.port.forces == ("torque",) else "force"
             unit = "N m" if kind == "torque" else "N"
             variables[f"{section}_peak_{kind}"] = _described((section,), largest["largest"], unit, f"largest {kind}")
+            when = largest["largest_time"]
+            variables[f"{section}_peak_{kind}_time"] = _described((section,), when, "s", f"when the {kind} is largest")
         for output in declared.reported:
             if declared.force is None and not output.coordinate:
                 continue
@@ -318,6 +320,7 @@ def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
         "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
         "peak_control_torque": _described(("actuator",), peaks["largest"], "N m", "largest torque that a controller gives"),
+        "peak_control_torque_time": _described(("actuator",), peaks["largest_time"], "s", "when that torque is largest"),
     }
     recorder = content.model.recorder
     if np.any(recorder >= 0):

@@ -10,11 +10,21 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["EventKind", "Options", "StartKind"]
+__all__ = ["AUTO", "EQUALLY_SPACED", "EventKind", "Options", "SampleCount", "StartKind"]
+
+AUTO = "auto"
+"""In place of a number of samples: equally spaced ones, and the contacts' own instants."""
+
+EQUALLY_SPACED = 2001
+"""Samples without a number of them."""
 
 StartKind = Literal["concentric", "in-contact", "static", "as-placed"]
 
 EventKind = Literal["auto", "located", "crossed"]
+
+SampleCount = Annotated[
+    int | Literal["auto"], Quantity("1", minimum=2, maximum=10_000_000, help='recorded instants, or "auto"')
+]
 
 
 @dataclass(frozen=True)
@@ -29,8 +39,9 @@ class Options:
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
         of the ideal reaction; in static equilibrium under gravity, springs and loads, the drives fixed at t = 0; or with
         positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
-    samples : int
-        Number of recorded instants, equally spaced; steps and events do not depend on it.
+    samples : int or "auto"
+        Number of recorded instants, equally spaced; steps and events do not depend on it. With "auto" those of the contacts
+        themselves are added, so that no curve misses its own peaks: the run is computed a second time at them.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
@@ -48,7 +59,7 @@ class Options:
 
     until: Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end of the simulated time")]
     start: StartKind = "concentric"
-    samples: Annotated[int, Quantity("1", minimum=2, maximum=10_000_000, help="recorded instants")] = 2001
+    samples: SampleCount = EQUALLY_SPACED
     rtol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="relative tolerance")] = 1e-8
     atol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="tolerance as a fraction of the clearance")] = 1e-8
     method: str = "auto"
@@ -62,6 +73,11 @@ class Options:
             raise InputError(
                 f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS)
             )
+
+    @property
+    def count(self) -> int:
+        """Number of equally spaced samples."""
+        return EQUALLY_SPACED if isinstance(self.samples, str) else self.samples
 
     @property
     def keywords(self) -> dict[str, Any]:

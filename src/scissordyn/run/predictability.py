@@ -137,7 +137,7 @@ def compared(
         With the samples that the options ask for.
     compared : Comparable
     """
-    asked = np.linspace(0.0, options.until, options.samples)
+    asked = np.linspace(0.0, options.until, options.count)
     every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
     path = compute(plan, options, progress, times=every, record_steps=True, ideal=ideal, keeper=keeper)
     found, wanted = path.samples, np.isin(path.samples.time, asked)

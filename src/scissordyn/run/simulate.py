@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from collections.abc import Callable, Sequence
 from typing import Annotated
 
+import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
@@ -19,17 +21,18 @@ from scissordyn.run.configuration import is_run, read_configuration, write_confi
 from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.demand import check_samples
-from scissordyn.run.ideal_path import ideal_path
-from scissordyn.run.options import EventKind, Options, StartKind
+from scissordyn.run.ideal_path import IdealPath, ideal_path
+from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
+from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.painleve import painleve_warnings
 from scissordyn.run.predictability import compared, predictability
 from scissordyn.run.state_scale import scale_warnings
 from scissordyn.run.track import deviation_variables
-from scissordyn.run.trajectory import compute
+from scissordyn.run.trajectory import Trajectory, compute
 from scissordyn.run.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
-__all__ = ["replay", "simulate"]
+__all__ = ["refined", "replay", "simulate"]
 
 
 @checked
@@ -38,7 +41,7 @@ def simulate(
     *,
     until: float,
     start: StartKind = Options.start,
-    samples: int = Options.samples,
+    samples: SampleCount = Options.samples,
     rtol: float = Options.rtol,
     atol: float = Options.atol,
     method: str = Options.method,
@@ -59,8 +62,9 @@ def simulate(
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
         of the ideal reaction; in static equilibrium under gravity, springs and loads, the drives fixed at t = 0; or with
         positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
-    samples : int
-        Number of recorded instants, equally spaced; steps and events do not depend on it.
+    samples : int or "auto"
+        Number of recorded instants, equally spaced; steps and events do not depend on it. With "auto" those of the contacts
+        themselves are added, so that no curve misses its own peaks: the run is computed a second time at them.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
@@ -149,7 +153,7 @@ def _simulate(
 ) -> xr.Dataset:
     made = plan(mechanism)
     check_tables(made, options.until)
-    check_samples(made, options.samples)
+    check_samples(made, MOST_INSTANTS if options.samples == AUTO else options.count)
     configuration = write_configuration(mechanism, options)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
     run = _computed(made, options, configuration, progress, keeper)
@@ -158,18 +162,49 @@ def _simulate(
     return run
 
 
+def refined(run: xr.Dataset, mechanism: Mechanism, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+    """A run with the instants of its contacts among its samples, for pictures: the same motion bit for bit.
+
+    Parameters
+    ----------
+    run : Dataset
+        That is complete.
+    mechanism : Mechanism
+        The one that was run.
+    progress : callable, optional
+
+    Returns
+    -------
+    Dataset
+        With the attributes of the run; the run itself if that was interrupted.
+    """
+    options = read_configuration(run).options
+    assert options is not None
+    made, once = plan(mechanism), dataclasses.replace(options, trust=False, samples=EQUALLY_SPACED)
+    found = _computed(made, once, str(run.attrs["configuration"]), progress, None, of_run(run))
+    return found.assign_attrs(run.attrs) if found.attrs["status"] == "complete" else run
+
+
 def _computed(
-    plan: Plan, options: Options, configuration: str, progress: Callable[[float], None] | None, keeper: Keeper | None
+    plan: Plan,
+    options: Options,
+    configuration: str,
+    progress: Callable[[float], None] | None,
+    keeper: Keeper | None,
+    times: np.ndarray | None = None,
 ) -> xr.Dataset:
     ideal = ideal_path(plan, options) if plan.tracks and plan.contacts else None
     states = None
     if options.trust:
         path, states = compared(plan, options, progress, ideal=ideal, keeper=keeper)
     else:
-        path = compute(plan, options, progress, ideal=ideal, keeper=keeper)
+        path = compute(plan, options, progress, times=times, ideal=ideal, keeper=keeper)
+    further: list[str] = []
+    if options.samples == AUTO and path.status == "complete":
+        path, further = _at_own_instants(plan, options, path, progress, ideal)
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = to_dataset(plan, configuration, path, record)
-    found = [*path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
+    found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
     found += painleve_warnings(path, record) + scale_warnings(options, path)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
@@ -186,3 +221,13 @@ def _computed(
         found.append(f"the last checkpoints are missing: {keeper.problem}")
     run.attrs["warnings"] = json.dumps(found)
     return run
+
+
+def _at_own_instants(
+    plan: Plan, options: Options, path: Trajectory, progress: Callable[[float], None] | None, ideal: IdealPath | None
+) -> tuple[Trajectory, list[str]]:
+    """The same run recorded at the instants of its contacts too, and a warning if that was interrupted."""
+    anew = compute(plan, options, progress, times=of_trajectory(path), ideal=ideal)
+    if anew.status != "complete":
+        return path, ['samples = "auto" was interrupted: the samples are equally spaced, and curves can miss their peaks']
+    return dataclasses.replace(path, samples=anew.samples), []

@@ -176,7 +176,7 @@ def compute(
     driver, prepared, choice = make_driver(plan, options)
     content = driver.system.content
     still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))
-    driver.sample_at(np.linspace(0.0, options.until, options.samples) if times is None else times)
+    driver.sample_at(np.linspace(0.0, options.until, options.count) if times is None else times)
     driver.monitor(monitor)
     if record_steps:
         driver.record_steps()

@@ -13,6 +13,7 @@ from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
 from scissordyn.plan.plan import Plan
 from scissordyn.run.film import film_warnings
+from scissordyn.run.spacing import time_mean
 
 if TYPE_CHECKING:
     from scissordyn.run.driver import Driver
@@ -251,7 +252,7 @@ def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
         time = _values(run, "time")
         text = f"actuator '{part.name}': the controller is at its limit of {limit:g} N m "
         if at.any():
-            text += f"for {np.mean(at):.2g} of the run, first at t = {time[at][0]:.6g} s"
+            text += f"for {float(time_mean(at, time)):.2g} of the run, first at t = {time[at][0]:.6g} s"
         else:
             text += "for less than the time between two samples"
         if part.reference is not None and at.any():

@@ -55,8 +55,7 @@ function unpacked(text) {
 function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
 
 function newtons(force) {
-  for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]])
-    if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
+  for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]]) if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
 }
 
 function render({ model, el }) {
@@ -107,13 +106,11 @@ function render({ model, el }) {
       camera.scale = 0.96 * Math.min((main - left - right) / (x1 - x0), height / (y1 - y0));
       camera.x = (x0 + x1) / 2 - (left - right) / 2 / camera.scale;
     };
-    camera.y = (y0 + y1) / 2; camera.own = false; view(0, 0);
-    view(...beyond(main));
+    camera.y = (y0 + y1) / 2; camera.own = false; view(0, 0); view(...beyond(main));
   }
   // how far names leave the drawing at its sides during the run [pixel], at most a sixth of it at each
   function beyond(main) {
-    let left = 0, right = 0;
-    context.font = `12px ${LETTER}`;
+    let left = 0, right = 0; context.font = `12px ${LETTER}`;
     for (const inset of scene.insets) {
       if (!inset.block && scene.joints.length > MOST_NAMES) continue;
       const wide = context.measureText(inset.name).width, step = Math.max(1, Math.floor(frames() / 20));
@@ -154,16 +151,16 @@ function render({ model, el }) {
   }
   function drawShapes(source, frame, X, Y, faint) {
     for (const shape of source.shapes) {
-      const solid = shape.kind === "bar" || shape.kind === "plate";
+      const solid = shape.kind === "bar" || shape.kind === "plate", load = shape.kind === "payload", closed = load || ["plate", "block", "panel"].includes(shape.kind);
       context.setLineDash(shape.kind === "guide" ? [10, 4, 2, 4] : shape.kind === "rod" || faint ? [6, 3] : []);
-      context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
+      context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, payload: 1.2, panel: 0.8, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
       context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (shape.tone ? colors.green : colors.blue)
-        : shape.kind === "block" ? colors.ink : colors.part;
+        : shape.kind === "block" || load ? colors.ink : colors.part;
       if (faint && !solid) continue;
-      line(shape.points, frame, shape.count, X, Y, shape.kind === "plate" || shape.kind === "block");
-      if (!faint && (shape.kind === "block" || shape.kind === "plate")) {
-        context.save(); context.globalAlpha = shape.kind === "plate" ? 0.15 : 1;
-        context.fillStyle = shape.kind === "block" ? colors.fill : context.strokeStyle; context.fill(); context.restore();
+      line(shape.points, frame, shape.count, X, Y, closed);
+      if (!faint && closed) {
+        context.save(); context.globalAlpha = { plate: 0.15, panel: 0.25, payload: 0.45 }[shape.kind] || 1;
+        context.fillStyle = shape.kind === "block" ? colors.fill : load ? colors.faint : context.strokeStyle; context.fill(); context.restore();
       }
       context.stroke();
     }
@@ -181,12 +178,15 @@ function render({ model, el }) {
   }
   // the name of a point of the drawing, moved into the drawing where it would leave it; that of a point outside is not drawn
   function name(words, x, y, dx, dy, color, align = "center") {
-    const { main, height } = box();
-    if (x < 0 || x > main || y < 0 || y > height) return;
+    const { main, height } = box(); if (x < 0 || x > main || y < 0 || y > height) return;
     context.font = `12px ${LETTER}`;
     const wide = context.measureText(words).width, left = within(x + dx - (align === "left" ? 0 : wide / 2), wide, main);
     const top = within(y + dy - HIGH / 2, HIGH, height);
     named.push({ words, left, top, right: left + wide, bottom: top + HIGH });
+    const nx = Math.max(left, Math.min(x, left + wide)), ny = Math.max(top, Math.min(y, top + HIGH)), part = 6 / Math.hypot(nx - x, ny - y);
+    context.beginPath(); context.moveTo(nx, ny); context.lineTo(x + (nx - x) * part, y + (ny - y) * part);
+    context.setLineDash([]); context.strokeStyle = color; context.lineWidth = 0.6;
+    if (part < 0.7) context.stroke();  // a thin line to a point further off
     text(words, left, top + HIGH / 2, color, "left");
   }
   function drawTracks(source, frame, X, Y) {

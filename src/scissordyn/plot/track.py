@@ -1,0 +1,96 @@
+"""How far the tracked points are from where they are in the ideal mechanism, against their tolerances."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError
+from scissordyn.plot.contact import with_instants
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import finish, time_scale
+from scissordyn.plot.style import BLACK, BLUE, LINE, SMALL, VERMILION, Canvas, legend, literal, panels
+from scissordyn.run.summary import summary_of
+
+__all__ = ["has_tracks", "track"]
+
+
+def has_tracks(run: xr.Dataset) -> bool:
+    """Whether a run has the deviation of tracked points.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    bool
+    """
+    return "track_deviation" in run and run.sizes.get("track", 0) > 0
+
+
+def track(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+    """Deviation of the tracked points from the ideal mechanism, with the located maximum and the tolerance; one panel for each.
+
+    Where a point is outside its tolerance the panel is shaded.
+
+    Parameters
+    ----------
+    run : Dataset
+    axes : Axes or iterable of Axes, optional
+        One for each tracked point. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If the run has no tracked point with a deviation.
+    """
+    if not has_tracks(run):
+        raise InputError(
+            "a run without the deviation of a tracked point",
+            "a run of a mechanism with clearance and a tracked point",
+            'arm.track("tip", "unit 2/bar 1", "end", 1e-3)',
+        )
+    answers = {point.name: point for point in summary_of(run).points}
+    names = run["track"].values.astype(str).tolist()
+    drawn = panels(axes, len(names), size=(8.0, 0.7 + 2.4 * len(names)))
+    time = time_scale(run)
+    for one, name in zip(drawn, names, strict=True):
+        sampled = run["track_deviation"].sel(track=name).values
+        point = answers.get(name)
+        tolerance = None if point is None else point.tolerance
+        peak = [] if point is None else [point.when], [] if point is None else [point.deviation]
+        instants, values = with_instants(run["time"].values, sampled, np.array(peak[0]), np.array(peak[1]))
+        scale = engineering("m", values, *(() if tolerance is None else (tolerance,)))
+        one.plot(time.factor * instants, scale.factor * values, color=BLUE, linewidth=LINE, label="deviation")
+        if point is not None and instants[0] <= point.when <= instants[-1]:
+            when, largest = time.factor * point.when, scale.factor * point.deviation
+            one.plot(when, largest, linestyle="", marker="o", markersize=2.5, color=BLACK, label="largest")
+        if tolerance is not None:
+            look: dict[str, Any] = {"color": VERMILION, "linewidth": 0.8, "linestyle": (0, (1, 1.5)), "label": "tolerance"}
+            one.axhline(scale.factor * tolerance, **look)
+            outside = values > tolerance
+            one.fill_between(
+                time.factor * instants,
+                scale.factor * tolerance,
+                scale.factor * values,
+                where=outside,
+                facecolor=VERMILION,
+                alpha=0.15,
+                linewidth=0.0,
+                interpolate=True,
+                label="outside" if outside.any() else None,
+            )
+        one.set_ylim(bottom=0.0)
+        one.set_ylabel(scale.label("deviation"))
+        one.set_title(f"tracked point {literal(name)}", loc="left", fontsize=SMALL)
+    finish(drawn, run, time)
+    legend(drawn)
+    return drawn

@@ -1,0 +1,457 @@
+"""What the designer asked for, from a run: tracked points, actuators, the largest force, the span and the horizon."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.motor import Motor
+from scissordyn.errors import InputError, printable
+from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.units import short
+
+__all__ = [
+    "ActuatorAnswer",
+    "ForceAnswer",
+    "JointSummary",
+    "PointAnswer",
+    "SpanAnswer",
+    "Summary",
+    "actuator_limits",
+    "at_limit",
+    "joint_summaries",
+    "summary_of",
+]
+
+AT_LIMIT = 1.0 - 1e-9
+"""Torque over its limit from which on an actuator counts as at its limit."""
+
+SAME = 1e-3
+"""Change of a span, as a fraction of it, below which it counts as none."""
+
+WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
+"""Accounts of work in a run, and whose work they are."""
+
+
+class _Words:
+    """A part of a summary as plain data."""
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers by name, in SI units; None for what is not known."""
+        names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]  # of the dataclasses below
+        return {name: _plain(getattr(self, name)) for name in names}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, _Words):
+        return value.plain()
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@dataclass(frozen=True)
+class PointAnswer(_Words):
+    """A tracked point against its tolerance.
+
+    Parameters
+    ----------
+    name : str
+    deviation : float
+        Its largest distance from where it is in the ideal mechanism [m]; NaN where the ideal mechanism ends early.
+    when : float
+        Instant of it [s].
+    tolerance : float or None
+        [m]
+    settled : float or None
+        From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end.
+    at_end : float
+        Its deviation at the last sample [m].
+    """
+
+    name: str
+    deviation: float
+    when: float
+    tolerance: float | None
+    settled: float | None
+    at_end: float
+
+    @property
+    def met(self) -> bool | None:
+        """Whether it never leaves its tolerance; None if there is none, or the deviation is not known."""
+        if self.tolerance is None or not math.isfinite(self.deviation):
+            return None
+        return self.deviation <= self.tolerance
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers, and whether the tolerance is met."""
+        return {**super().plain(), "met": self.met}
+
+    def __str__(self) -> str:
+        name = f"Tracked point {printable(self.name)}"
+        if not math.isfinite(self.deviation):
+            return f"{name}: its deviation is not known, as the ideal mechanism does not reach the end of the run."
+        said = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}"
+        if self.tolerance is None:
+            return f"{said}; no tolerance is given."
+        if self.met:
+            return f"{said}; tolerance {short(self.tolerance, 'm')}: met."
+        ratio = self.deviation / self.tolerance
+        settled = (
+            f"within it from {short(self.settled, 's')} on"
+            if self.settled is not None
+            else f"{short(self.at_end, 'm')} at the end"
+        )
+        return f"{said}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}; {settled}."
+
+
+@dataclass(frozen=True)
+class ActuatorAnswer(_Words):
+    """A drive, an actuator or a motor against its limit.
+
+    Parameters
+    ----------
+    name : str
+    kind : {"drive", "actuator", "motor"}
+    torque : float
+        Its largest torque [N m].
+    when : float
+        Instant of it [s]; NaN if the run does not have it.
+    limit : float or None
+        [N m]
+    time_at_limit : float
+        How long it is at its limit [s], as the samples show it.
+    """
+
+    name: str
+    kind: str
+    torque: float
+    when: float
+    limit: float | None
+    time_at_limit: float
+
+    def __str__(self) -> str:
+        when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
+        said = f"{self.kind.capitalize()} {printable(self.name)}: largest torque {short(self.torque, 'N m')}{when}"
+        if self.limit is None:
+            return f"{said}."
+        if self.torque < AT_LIMIT * self.limit:
+            return f"{said}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
+        lasting = f"for {short(self.time_at_limit, 's')}" if self.time_at_limit > 0.0 else "for less than a sample"
+        return f"{said}: at its limit of {short(self.limit, 'N m')} {lasting}."
+
+
+@dataclass(frozen=True)
+class ForceAnswer(_Words):
+    """The largest contact force of a run.
+
+    Parameters
+    ----------
+    joint : str
+    force : float
+        [N]
+    when : float
+        [s]
+    """
+
+    joint: str
+    force: float
+    when: float
+
+    def __str__(self) -> str:
+        return f"Largest force: {short(self.force, 'N')} at joint {printable(self.joint)}, at {short(self.when, 's')}."
+
+
+@dataclass(frozen=True)
+class SpanAnswer(_Words):
+    """Width and height of the region that the points of all bodies take.
+
+    Parameters
+    ----------
+    start, end : (float, float)
+        At the first and the last sample [m].
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+
+    @property
+    def change(self) -> str:
+        """In which sense the longer of the two sides changes."""
+        longer = int(np.argmax(np.maximum(self.start, self.end)))
+        first, last = self.start[longer], self.end[longer]
+        if abs(last - first) <= SAME * max(first, last):
+            return "keeps its length"
+        return "extends" if last > first else "folds"
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers, and whether it extends or folds."""
+        return {**super().plain(), "change": self.change}
+
+    def __str__(self) -> str:
+        first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
+        return f"Span: {first} at the start, {last} at the end: it {self.change}."
+
+
+@dataclass(frozen=True)
+class Summary(_Words):
+    """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first.
+
+    Parameters
+    ----------
+    points : tuple of PointAnswer
+        Each tracked point against its tolerance.
+    actuators : tuple of ActuatorAnswer
+        Each drive, actuator and motor against its limit.
+    force : ForceAnswer or None
+        None for a run without contacts.
+    span : SpanAnswer or None
+        None where the run does not say where its points are.
+    work : dict of str to float
+        Work over the whole run by whose it is, and "dissipated" [J].
+    horizon : float or None
+        Until when the run is predictable [s]; None if that was not computed.
+    horizon_contacts : int or None
+        Number of contacts until then.
+    horizon_text : str
+        In place of both where the run has words for it.
+    """
+
+    points: tuple[PointAnswer, ...]
+    actuators: tuple[ActuatorAnswer, ...]
+    force: ForceAnswer | None
+    span: SpanAnswer | None
+    work: dict[str, float]
+    horizon: float | None
+    horizon_contacts: int | None
+    horizon_text: str = ""
+
+    @property
+    def met(self) -> bool | None:
+        """Whether every tracked point with a tolerance stays within it; None if there is none."""
+        known = [point.met for point in self.points if point.met is not None]
+        return all(known) if known else None
+
+    @property
+    def lines(self) -> list[str]:
+        """One sentence for each answer."""
+        found = [str(part) for part in (*self.points, *self.actuators, self.force, self.span) if part is not None]
+        if self.work:
+            parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
+            found.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
+        if self.horizon is not None:
+            number = self.horizon_contacts or 0
+            contacts = f"{number} contact" + ("" if number == 1 else "s")
+            found.append(f"Trusted until {short(self.horizon, 's')}, through {contacts}.")
+        elif self.horizon_text:
+            found.append(f"The predictability horizon is {self.horizon_text}.")
+        return found
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers, and whether the tolerances are met."""
+        return {**super().plain(), "met": self.met}
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+@dataclass(frozen=True)
+class JointSummary(_Words):
+    """The contacts of one joint in a run.
+
+    Parameters
+    ----------
+    name : str
+    contacts : int
+    fraction : float
+        Of the time, in contact.
+    largest : float
+        Largest normal force [N].
+    when : float
+        Its instant [s].
+    """
+
+    name: str
+    contacts: int
+    fraction: float
+    largest: float
+    when: float
+
+
+def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
+    """The joints of a run that had contacts, in the order of their first ones.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    list of JointSummary
+    """
+    end, found = float(run.attrs["end"]), []
+    for joint in dict.fromkeys(run["contact_joint"].values.tolist()):
+        here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
+        start, lasting = here["contact_start"].values, here["contact_duration"].values
+        lasting = np.where(np.isnan(lasting), end - start, lasting)
+        peaks = here["peak_force"].values
+        highest = int(np.argmax(peaks))
+        when = float(start[highest] + here["peak_time"].values[highest])
+        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
+        found.append(JointSummary(str(joint), here.sizes["contact"], fraction, float(peaks[highest]), when))
+    return found
+
+
+def summary_of(run: xr.Dataset) -> Summary:
+    """What a designer asks of a run, from what it has recorded.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    Summary
+    """
+    trusted = float(run.attrs.get("trusted_until", math.nan))
+    known = math.isfinite(trusted)
+    joints = joint_summaries(run) if "contact_joint" in run else []
+    largest = max(joints, key=lambda joint: joint.largest, default=None)
+    return Summary(
+        points=tuple(_points(run)),
+        actuators=tuple(_actuators(run)),
+        force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when),
+        span=_span(run),
+        work=_work(run),
+        horizon=trusted if known else None,
+        horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,
+        horizon_text="" if known else str(run.attrs.get("predictability", "")),
+    )
+
+
+def _mechanism(run: xr.Dataset) -> Any:
+    """What a run says of its mechanism, or None where it says nothing; nothing is executed."""
+    return read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None
+
+
+def _points(run: xr.Dataset) -> Iterator[PointAnswer]:
+    if "peak_track_deviation" not in run or not run.sizes["time"]:
+        return
+    described = _mechanism(run)
+    tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
+    for name in run["track"].values.astype(str).tolist():
+        here = run.sel(track=name)
+        settled = float(here["settling_time"])
+        yield PointAnswer(
+            name=name,
+            deviation=float(here["peak_track_deviation"]),
+            when=float(here["peak_track_deviation_time"]),
+            tolerance=tolerances.get(name),
+            settled=settled if math.isfinite(settled) else None,
+            at_end=float(here["track_deviation"].values[-1]),
+        )
+
+
+def actuator_limits(run: xr.Dataset) -> dict[str, float]:
+    """The limits of actuators and motors that have one, by name [N m].
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    dict of str to float
+    """
+    described, found = _mechanism(run), {}
+    for part in () if described is None else described.components:
+        kind = getattr(part, "kind", None)
+        if kind not in (Actuator, Motor):
+            continue
+        try:
+            limit = getattr(part.controller if kind is Actuator else part, "limit", None)
+        except InputError:  # a controller without such a number
+            limit = None
+        if limit is not None:
+            found[str(part.name)] = float(limit)
+    return found
+
+
+def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
+    """When a torque is at its limit: from sample to sample, with half the way to the samples beside them.
+
+    Parameters
+    ----------
+    time, torque : ndarray, shape (samples,)
+        [s], [N m]
+    limit : float or None
+        [N m]
+
+    Returns
+    -------
+    list of (float, float)
+        Starts and ends [s].
+    """
+    if limit is None or time.size < 2:
+        return []
+    middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
+    there = np.concatenate([[False], np.abs(torque) >= AT_LIMIT * limit, [False]]).astype(int)
+    change = np.diff(there)
+    return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
+
+
+def _actuators(run: xr.Dataset) -> Iterator[ActuatorAnswer]:
+    if "peak_drive_torque" in run:
+        for k, name in enumerate(run["drive"].values.astype(str).tolist()):
+            torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
+            yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
+    limits = actuator_limits(run)
+    for kind, curve, peak in (
+        ("actuator", "control_torque", "peak_control_torque"),
+        ("motor", "motor_torque", "motor_peak_torque"),
+    ):
+        if curve not in run or peak not in run:
+            continue
+        for k, name in enumerate(run[kind].values.astype(str).tolist()):
+            values, limit = run[curve].transpose("time", kind).values[:, k], limits.get(name)
+            lasting = sum(end - start for start, end in at_limit(run["time"].values, values, limit))
+            when = float(run[f"{peak}_time"].values[k]) if f"{peak}_time" in run else math.nan
+            yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting)
+
+
+def _span(run: xr.Dataset) -> SpanAnswer | None:
+    described = _mechanism(run)
+    if described is None or "position" not in run or not run.sizes["time"]:
+        return None
+    ends = run[["position", "angle"]].isel(time=[0, -1])
+    places = {str(name): k for k, name in enumerate(run["body"].values)}
+    position = ends["position"].transpose("time", "body", "axis").values
+    angle = ends["angle"].transpose("time", "body").values
+    found = []
+    for body in described.bodies:
+        k, local = places[body.name], np.array([body.centre, *dict(body.points).values()], float) - np.array(body.centre, float)
+        turn = angle[:, k, None] if body.inertia is not None else np.zeros((2, 1))
+        cos, sin = np.cos(turn), np.sin(turn)
+        x, y = local.T
+        found.append(position[:, k, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
+    if not found:
+        return None
+    start, end = np.ptp(np.concatenate(found, axis=1), axis=1).tolist()
+    return SpanAnswer(tuple(start), tuple(end))
+
+
+def _work(run: xr.Dataset) -> dict[str, float]:
+    if "dissipated_energy" not in run or not run.sizes["time"]:
+        return {}
+    last = {name: float(run[name].values[-1]) for name, _ in WORKS if name in run}
+    return {
+        **{whose: last[name] for name, whose in WORKS if name in last and np.any(run[name].values)},
+        "dissipated": float(run["dissipated_energy"].values[-1]),
+    }

@@ -1,0 +1,59 @@
+"""What is said to somebody who has mistyped: one line, with what to type."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import COMMANDS, EXAMPLES, status_of
+
+CASE = '[structure]\nkind = "scissor"\n{}\n[run]\nuntil = "1 ms"\n'
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("bar_length = 2 m", 'type: bar_length = "2 m"'),
+        ('bar_length = "0,5 mm"', 'a decimal comma; allowed: a decimal point; type: bar_length = "0.5 mm"'),
+        ('[[clearance]]\njoint = "a"\nclearance = "1 mm"', "did you mean 'A'?"),
+        ('[[payload]]\nat = "tip"\nmass = "1 kg"', 'or a point as "BODY.POINT"'),
+        ('[drive]\nspeed = "150 rpm"\n# 2 m', ""),
+    ],
+)
+def test_case_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: str, says: str) -> None:
+    """Identity: the line that mends it."""
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.format(lines))
+    assert status_of(["check", str(path), "--quiet"]) == (2 if says else 0)
+    assert says in capsys.readouterr().err
+
+
+def test_words_of_other_programs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """Identity: a word near "simulate" means run; a missing store is not to be written as a case; pictures want a folder."""
+    for words, says in (
+        (["smulate", "case.toml"], "did you mean 'run'?"),
+        (["rnu"], "Did you mean 'run'?"),
+        (["plot", "run.nc", "-o", str(tmp_path / "p.png")], "a folder of pictures"),
+    ):
+        assert status_of(words) == 2
+        assert says in capsys.readouterr().err
+    assert status_of(["explore", str(tmp_path / "s.zarr")]) == 2
+    assert "new scissor" not in capsys.readouterr().err
+    assert not (tmp_path / "p.png").exists()
+
+
+def test_keywords_of_functions() -> None:
+    """Identity: the error names the function and the nearest keyword."""
+    with pytest.raises(TypeError, match=r"scissor\(\) .* 'unit' \(did you mean 'units'\?\)"):
+        sd.scissor(unit=2)
+
+
+def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: every command has one, which begins with its name."""
+    assert EXAMPLES.keys() == COMMANDS.keys()
+    for name, example in EXAMPLES.items():
+        assert example.startswith(f"scissordyn {name}")
+        assert status_of([name, "--help"]) == 0
+        assert f"Example: {example}" in " ".join(capsys.readouterr().out.split())

@@ -1,0 +1,176 @@
+"""What a run answers first, its warnings in short, and the instants of `samples = "auto"`."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.record import run_record
+from scissordyn.laws.elastic.persson import Persson
+from scissordyn.run.advice import MEANS, condensed, force_at_equal_energy, read_warnings
+from scissordyn.run.instants import MOST_INSTANTS, own_instants
+from scissordyn.run.simulate import refined
+from scissordyn.run.spacing import equally_spaced, spread_samples, time_mean
+from scissordyn.run.summary import at_limit
+
+TOLERANCE = 0.05e-3
+
+
+def controlled(limit: float) -> sd.Mechanism:
+    """A slider-crank with a tracked slider pin and a controller with a limit."""
+    crank = sd.slider_crank().with_clearance("slider pin", sd.Clearance(2e-4)).track("pin", "rod", "end", TOLERANCE)
+    return crank.controlled(sd.PID(30.0, 0.5, 5.0, limit=limit), reference=sd.Cycloidal(0.0, 2.0, 0.05))
+
+
+@pytest.fixture(scope="module")
+def weak() -> xr.Dataset:
+    return sd.simulate(controlled(2.0), until=0.1, samples=2001)
+
+
+def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
+    """Identity: the located deviation, its instant and the tolerance of the mechanism; met or not, in words and as data."""
+    (point,) = weak.scissordyn.summary().points
+    assert point.deviation == float(weak["peak_track_deviation"][0]) >= float(weak["track_deviation"].max())
+    assert point.tolerance == TOLERANCE
+    assert point.met is False
+    assert f"not met, by a factor of {point.deviation / TOLERANCE:.3g}" in str(point)
+    record = run_record(weak)["summary"]
+    assert record["points"][0]["met"] is False
+    assert record["met"] is False
+    json.dumps(record, allow_nan=False)
+
+
+def test_actuator_against_its_limit(weak: xr.Dataset) -> None:
+    """Identity: the time at the limit is the number of samples there times their distance; a strong actuator is never there."""
+    (actuator,) = weak.scissordyn.summary().actuators
+    there = int(np.sum(np.abs(weak["control_torque"].values[:, 0]) >= 2.0 * (1.0 - 1e-9)))
+    assert there > 0
+    assert actuator.limit == 2.0
+    assert actuator.time_at_limit == pytest.approx(there * 0.1 / 2000, rel=0.05)
+    assert "at its limit of 2 N m" in str(actuator)
+    strong = sd.simulate(controlled(80.0), until=0.02, samples=201).scissordyn.summary().actuators[0]
+    assert strong.time_at_limit == 0.0
+    assert "of its limit of 80 N m" in str(strong)
+
+
+def test_stretches_at_the_limit() -> None:
+    """Closed form: samples 2 to 4 of six at distance 1 are at the limit from 1.5 to 4.5; nothing without a limit."""
+    time, torque = np.arange(6.0), np.array([0.0, 1.0, 5.0, -5.0, 5.0, 0.0])
+    assert at_limit(time, torque, 5.0) == [(1.5, 4.5)]
+    assert at_limit(time, torque, 6.0) == []
+    assert at_limit(time, torque, None) == []
+    assert at_limit(time, np.full(6, 5.0), 5.0) == [(0.0, 5.0)]
+
+
+def test_span_of_a_scissor() -> None:
+    """Closed form: n units of bars L at the angle a span n L cos a by L sin a; deployment extends, the way back folds."""
+    for first, last, said in ((70.0, 20.0, "extends"), (20.0, 70.0, "folds")):
+        ideal = sd.scissor(units=3, bar_length=1.5, angle=sd.degrees(first)).driven(
+            motion=sd.Cycloidal(sd.degrees(first), sd.degrees(last), 1.0)
+        )
+        span = sd.simulate(ideal, until=1.0, samples=11).scissordyn.summary().span
+        for side, angle in ((span.start, first), (span.end, last)):
+            turned = math.radians(angle)
+            assert side == pytest.approx((4.5 * math.cos(turned), 1.5 * math.sin(turned)), rel=1e-6)
+        assert span.change == said
+
+
+def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
+    """Identity: the force of the table of contacts, the accounts at the end, and one line for each answer."""
+    summary = weak.scissordyn.summary()
+    worst = int(np.argmax(weak["peak_force"].values))
+    assert summary.force.force == float(weak["peak_force"][worst])
+    assert summary.force.joint == str(weak["contact_joint"].values[worst])
+    assert summary.work["motors and actuators"] == float(weak["motor_work"][-1])
+    assert len(str(summary).splitlines()) == 5
+
+
+WARNINGS = [
+    "joint 'A': 7 of 66 contacts start faster than 0.051 m/s (up to 0.199 m/s); above that impacts are not elastic",
+    "joint 'B 2': 23 of 103 contacts start faster than 0.051 m/s (up to 0.408 m/s); above that impacts are not elastic",
+    "the energy balance misses 3 J",
+    "joint 'C': 9 of 66 contacts start faster than 0.051 m/s (up to 0.3 m/s); above that impacts are not elastic",
+]
+
+
+def test_equal_warnings_are_one_line() -> None:
+    """Closed form: ranges of the numbers, the name of the worst, and every other warning as it was."""
+    short = condensed(WARNINGS)
+    assert len(short) == 2
+    assert short[0].startswith("3 joints ('A', 'B 2', 'C'): 7 to 23 of 66 to 103 contacts start faster than 0.051 m/s")
+    assert "(up to 0.199 to 0.408 m/s)" in short[0]
+    assert short[0].endswith("the worst is 'B 2'")
+    assert short[1] == WARNINGS[2]
+    assert condensed(WARNINGS[:1]) == WARNINGS[:1]
+
+
+def test_what_fast_contacts_mean() -> None:
+    """Closed form: forces of line contacts grow as v, those at constant pressure as v^(2/3): 8 times is a factor 2."""
+    _, meant, *_ = read_warnings(WARNINGS)
+    assert meant.startswith(MEANS)
+    assert "a factor of 2 in the fastest contact, at 'B 2'" in meant
+
+
+def test_laws_at_equal_energy() -> None:
+    """Closed form: forces K delta and 4 K delta of equal energy differ by 2; a law is equal to itself."""
+    contact = sd.Clearance(1e-4).contact
+    soft, hard = (sd.law("stiffness", "linear")(stiffness) for stiffness in (1e8, 4e8))
+    assert force_at_equal_energy(soft, hard, contact, 1e-5) == pytest.approx(2.0, rel=1e-4)
+    assert force_at_equal_energy(hard, soft, contact, 1e-5) == pytest.approx(0.5, rel=1e-4)
+    assert force_at_equal_energy(Persson(), Persson(), contact, 1e-5) == pytest.approx(1.0, rel=1e-4)
+
+
+def test_auto_samples_meet_every_peak() -> None:
+    """Identity: the sampled force has the located peak of each contact; the motion at shared instants is the same."""
+    array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
+    plain = sd.simulate(array, until=0.05)
+    auto = sd.simulate(array, until=0.05, samples="auto")
+    force = auto["normal_force"].sel(joint="A")
+    instants = auto["contact_start"].values + auto["peak_time"].values
+    assert np.isin(instants, auto["time"].values).all()
+    assert force.sel(time=instants).values == pytest.approx(auto["peak_force"].values, rel=1e-8)
+    assert float(plain["normal_force"].max()) < float(force.max())
+    np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
+    assert auto.sizes["time"] <= MOST_INSTANTS
+    drawn = refined(plain, array)
+    assert float(drawn["normal_force"].max()) == pytest.approx(float(plain["peak_force"].max()), rel=1e-8)
+    np.testing.assert_array_equal(drawn["position"].sel(time=plain["time"]), plain["position"])
+    assert drawn.attrs == plain.attrs
+
+
+def test_auto_samples_have_a_largest_number() -> None:
+    """Limit: more contacts than samples; the equally spaced instants stay."""
+    start = np.linspace(0.0, 0.999, 50_000)
+    found = own_instants(np.zeros(50_000, int), start, np.full(50_000, 1e-6), np.full(50_000, 2e-6), np.empty(0), 1.0)
+    assert found.size <= MOST_INSTANTS
+    assert np.isin(np.linspace(0.0, 1.0, 2001), found).all()
+
+
+def test_auto_in_a_case_file(tmp_path: Path) -> None:
+    """Identity: the word is read, written and repeated; any other word is refused."""
+    case = tmp_path / "case.toml"
+    text = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "2 ms"\nsamples = "auto"\n'
+    case.write_text(text)
+    read = sd.read_case(case)
+    assert read.run.samples == "auto"
+    with pytest.raises(sd.InputError, match="samples"):
+        sd.simulate(read.mechanism, until=0.01, samples="many")
+    case.write_text(text.replace("auto", "many"))
+    with pytest.raises(sd.InputError, match="samples"):
+        sd.read_case(case)
+
+
+def test_means_and_frames_of_unequal_samples() -> None:
+    """Closed form: the mean over time of t on unequal samples is that of its line; frames are equally spread over the time."""
+    time = np.array([0.0, 0.1, 0.2, 0.25, 0.3, 1.0])
+    assert not equally_spaced(time)
+    assert time_mean(time, time) == pytest.approx(0.5)
+    assert spread_samples(time, 2).tolist() == [0, 5]
+    assert spread_samples(np.linspace(0.0, 1.0, 11), 3).tolist() == [0, 5, 10]
+    assert spread_samples(np.array([0.0, 0.48, 0.5, 0.52, 1.0]), 3).tolist() == [0, 2, 4]

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plan.plan import Plan
+from scissordyn.run.spacing import time_mean
 
 __all__ = ["film_variables", "film_warnings"]
 
@@ -43,9 +44,8 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Vari
         return {}
     thickness, pressure = (variables[name].values for name in ("film_thickness", "film_pressure"))
     rough = np.array([joint.clearance.lubrication.roughness for joint in joints])  # type: ignore[union-attr]
-    samples = max(len(time), 1)
-    dry = np.sum(thickness <= 0.0, axis=0) / samples
-    mixed = np.sum((thickness > 0.0) & (thickness < MIXED * rough), axis=0) / samples
+    dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED * rough)
+    dry, mixed = (time_mean(each, time) if len(time) else np.full(len(joints), math.nan) for each in (dry, mixed))
     at = np.argmin(thickness, axis=0) if len(time) else np.zeros(len(joints), int)
     least = thickness[at, np.arange(len(joints))] if len(time) else np.full(len(joints), math.nan)
     when = time[at] if len(time) else np.full(len(joints), math.nan)
@@ -58,9 +58,9 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Vari
         "film_least_thickness": described(least, "m", "least film thickness among the samples, negative in contact"),
         "film_least_thickness_time": described(when, "s", "instant of the least film thickness"),
         "film_peak_pressure": described(largest, "Pa", "largest pressure of the film among the samples"),
-        "film_dry_share": described(dry, "1", "part of the samples at which the surfaces touch"),
-        "film_mixed_share": described(mixed, "1", "part of the samples with a film below three roughnesses"),
-        "film_full_share": described(1.0 - dry - mixed, "1", "part of the samples with a full film"),
+        "film_dry_share": described(dry, "1", "part of the time in which the surfaces touch"),
+        "film_mixed_share": described(mixed, "1", "part of the time with a film below three roughnesses"),
+        "film_full_share": described(1.0 - dry - mixed, "1", "part of the time with a full film"),
     }
 
 

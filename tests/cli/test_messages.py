@@ -31,7 +31,7 @@ def test_case_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: s
 
 
 def test_words_of_other_programs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Identity: a word near "simulate" means run; a store that is missing is not to be written as a case; pictures want a folder."""
+    """Identity: a word near "simulate" means run; a missing store is not to be written as a case; pictures want a folder."""
     for words, says in (
         (["smulate", "case.toml"], "did you mean 'run'?"),
         (["rnu"], "Did you mean 'run'?"),

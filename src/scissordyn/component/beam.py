@@ -19,7 +19,7 @@ _POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)
 _WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)
 
 
-def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_stiffness):
+def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_stiffness, depth, modulus, strength):
     """Force [N] and torque [N m] on the end, stored energy [J], dissipated power [W], axial force [N], moments [N m].
 
     psi(xi) = p1 b1 + p2 b2 + a b3 is the rotation of the cross-sections against the chord, with p1, p2 those at the ends and a
@@ -56,7 +56,9 @@ def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_s
     energy = 0.5 * axial * strain * length
     energy += rigidity * (2.0 * (p1 * p1 + p1 * p2 + p2 * p2) + 6.0 * a * (a - p1 - p2))
     along, across = axial / (cosines * chord), (m1 + m2) / (chord * chord)
-    return (-along * x - across * y, -along * y + across * x, -m2, energy, 0.0, axial, -m1, m2)
+    fibre = abs(strain) + 0.5 * depth * max(abs(m1), abs(m2)) / bending_stiffness
+    use = modulus * fibre / strength if strength > 0.0 else 0.0
+    return (-along * x - across * y, -along * y + across * x, -m2, energy, 0.0, axial, -m1, m2, fibre, modulus * fibre, use)
 
 
 @component(
@@ -66,9 +68,12 @@ def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_s
         Output("axial_force", "N", "axial force, tension positive"),
         Output("start_moment", "N m", "bending moment at the start"),
         Output("end_moment", "N m", "bending moment at the end"),
+        Output("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown"),
+        Output("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown"),
+        Output("utilisation", "1", "that stress over the yield strength, 0 if it is unknown"),
     ),
     section="beam",
-    symbol="frame",
+    symbol="beam",
     example={
         "start": "bar.start",
         "end": "bar/1.node",
@@ -100,7 +105,7 @@ class Beam:
         [kg/m]; the mass is that of both bodies, half of the element each, and is not added.
     depth : float
         Of the cross-section in the plane [m], for the stress in its extreme fibre; 0 if unknown.
-    yield_strength : float
+    youngs_modulus, yield_strength : float
         [Pa]; 0 if unknown.
 
     References
@@ -116,6 +121,7 @@ class Beam:
     bending_stiffness: Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")]
     mass_per_length: Annotated[float, Quantity("kg/m", minimum=0.0, help="mass per length")]
     depth: Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")] = 0.0
+    youngs_modulus: Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")] = 0.0
     yield_strength: Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")] = 0.0
 
     def __post_init__(self) -> None:
@@ -124,4 +130,5 @@ class Beam:
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """What the kernel reads."""
-        return self.length, self.axial_stiffness, self.bending_stiffness
+        stiffness = self.axial_stiffness, self.bending_stiffness
+        return self.length, *stiffness, self.depth, self.youngs_modulus, self.yield_strength

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterable
 from typing import Annotated, Any
@@ -36,8 +37,8 @@ def with_bending(
     *,
     section: str | Section | None = None,
     material: str | StructuralMaterial | None = None,
-    bending_stiffness: Annotated[float | None, Quantity("N m^2", above=0.0, help="EI")] = None,
-    axial_stiffness: Annotated[float | None, Quantity("N", above=0.0, help="EA")] = None,
+    bending_stiffness: Annotated[float | None, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")] = None,
+    axial_stiffness: Annotated[float | None, Quantity("N", above=0.0, maximum=1e18, help="EA")] = None,
     elements: Annotated[int, Quantity("1", minimum=1, maximum=MOST_ELEMENTS, help="elements along a bar")] = 8,
 ) -> Mechanism:
     """The same mechanism with bars that bend.
@@ -90,6 +91,7 @@ class _Stiffness:
     axial: float
     mass_per_length: float | None
     depth: float
+    youngs_modulus: float
     yield_strength: float
 
 
@@ -101,10 +103,11 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
             made_of.youngs_modulus * shape.area,
             made_of.density * shape.area,
             shape.depth,
+            made_of.youngs_modulus,
             made_of.yield_strength,
         )
     if section is None and material is None and bending is not None and axial is not None:
-        return _Stiffness(bending, axial, None, 0.0, 0.0)
+        return _Stiffness(bending, axial, None, 0.0, 0.0, 0.0)
     given = {"section": section, "material": material, "bending_stiffness": bending, "axial_stiffness": axial}
     named = [name for name, value in given.items() if value is not None]
     raise InputError(
@@ -152,7 +155,7 @@ def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int
             f'bar_mass = "{wanted * length:.4g} kg"',
         )
     marks = [places[0]]
-    for one, other in zip(places, places[1:], strict=False):
+    for one, other in itertools.pairwise(places):
         count = max(1, math.ceil(elements * (other - one) / length - 1e-9))
         marks += [one + (other - one) * k / count for k in range(1, count)] + [other]
     origin = min(range(len(marks)), key=lambda k: abs(marks[k]))
@@ -170,7 +173,7 @@ def _rebuilt(
     mass_per_length: float,
 ) -> Mechanism:
     """The mechanism with cross-sections at `marks` in place of a bar."""
-    spans = [other - one for one, other in zip(marks, marks[1:], strict=False)]
+    spans = [other - one for one, other in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [mass_per_length * span**3 / 105.0 for span in spans]
     cos, sin = math.cos(body.angle), math.sin(body.angle)
@@ -201,6 +204,7 @@ def _rebuilt(
             bending_stiffness=stiffness.bending,
             mass_per_length=mass_per_length,
             depth=stiffness.depth,
+            youngs_modulus=stiffness.youngs_modulus,
             yield_strength=stiffness.yield_strength,
         )
         for k, span in enumerate(spans)

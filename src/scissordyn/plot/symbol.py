@@ -22,6 +22,9 @@ from scissordyn.run.placement import Placement
 
 __all__ = ["STROKES", "Symbol", "symbols"]
 
+CURVE = 9
+"""Points of the axis of a beam element."""
+
 RING = 0.4
 """By how much of the first one's radius each further symbol at the same hinge is larger."""
 
@@ -114,6 +117,7 @@ STROKES: Mapping[str, tuple[np.ndarray, ...]] = MappingProxyType(
         ),
         "wall": _hatched(np.array([0.0, -1.2]), np.array([0.0, 1.2]), np.array([0.4, 0.4]), 6),
         "frame": (_SQUARE,),
+        "beam": (),
         "bushing": (
             _arc(0.45, 0.0, 360.0, 37),
             _arc(1.0, 0.0, 360.0, 37),
@@ -159,6 +163,8 @@ def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples
             strokes = _turned(STROKES[kind], anchor, turned, size * (1.0 + RING * ranks[where]))
         elif port is POINT:
             strokes, anchor = _arrow(run, part, placement, samples, size)
+        elif kind == "beam":
+            strokes, anchor = _bent(placement, part)
         elif port is FRAME:
             anchor, end = placement.place(part.start), placement.place(part.end)
             strokes = (*_turned(STROKES[kind], anchor, placement.angle(part.start[0]), size), np.stack([anchor, end], axis=1))
@@ -171,6 +177,20 @@ def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples
             strokes = _turned(STROKES[kind], anchor, turn, size)
         found.append(Symbol(part.name, part.declaration.symbol, strokes, anchor))
     return found
+
+
+def _bent(placement: Placement, part: Any) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """The bent axis of a beam element: the cubic with its ends and their directions."""
+    start, end = placement.place(part.start), placement.place(part.end)
+    tangents = []
+    for body in (part.start[0], part.end[0]):
+        angle = placement.angle(body)
+        tangents.append(part.length * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
+    s = np.linspace(0.0, 1.0, CURVE)[:, None]
+    shapes = 1.0 + s * s * (2.0 * s - 3.0), s * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s), s * s * (s - 1.0)
+    vectors = start, tangents[0], end, tangents[1]
+    axis = sum((shape * vector[:, None] for shape, vector in zip(shapes, vectors, strict=True)), np.zeros(()))
+    return (np.asarray(axis),), np.asarray(axis)[:, CURVE // 2]
 
 
 def _on_a_line(

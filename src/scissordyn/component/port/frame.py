@@ -52,7 +52,7 @@ FRAME = Port(
         Output("displacement", "m", "of the end from the start, along the axes of the start's body", 0, 2, coordinate=True),
         Output("angle", "rad", "angle of the end's body against the start's", first=2, coordinate=True),
     ),
-    symbols=("frame", "bushing"),
+    symbols=("frame", "bushing", "beam"),
     attachments=attachments,
     start=start,
     ends=ends,

@@ -54,7 +54,7 @@ def with_bending(
     bodies : str or iterable of str
         Names of bars or patterns; "all" are those whose points lie on a line and whose mass is distributed uniformly.
     section : str or Section, optional
-        Such as "tube 60x60x1.5 mm": tube, box, solid, angle or strip with its dimensions, the depth in the plane last but the wall.
+        Such as "tube 60x60x1.5 mm": a kind and its dimensions, of which the depth lies in the plane.
     material : str or StructuralMaterial, optional
         "steel", "aluminium" or "titanium".
     bending_stiffness, axial_stiffness : float, optional

@@ -20,7 +20,7 @@ from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
 
-__all__ = ["STROKES", "Symbol", "symbols"]
+__all__ = ["STROKES", "Symbol", "cross_sections", "symbols"]
 
 CURVE = 9
 """Points of the axis of a beam element."""
@@ -129,6 +129,12 @@ STROKES: Mapping[str, tuple[np.ndarray, ...]] = MappingProxyType(
 
 UPRIGHT = ("motor",)
 """Symbols that do not turn with their body."""
+
+
+def cross_sections(mechanism: Mechanism) -> frozenset[str]:
+    """The bodies that are cross-sections of bars that bend: the elements are drawn in their place."""
+    beams: list[Any] = [part for part in mechanism.components if part.declaration.symbol == "beam"]
+    return frozenset(end[0] for beam in beams if beam.mass_per_length > 0.0 for end in (beam.start, beam.end))
 
 
 def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:

@@ -75,7 +75,7 @@ def with_bending(
     stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
     known = [body.name for body in mechanism.bodies]
     if bodies == "all":
-        names = [body.name for body in mechanism.bodies if _is_bar(body)]
+        names = tuple(body.name for body in mechanism.bodies if _is_bar(body))
         if not names:
             raise InputError("a mechanism without a straight uniform bar", "bars with at least two points on a line")
     else:

@@ -117,7 +117,7 @@ STROKES: Mapping[str, tuple[np.ndarray, ...]] = MappingProxyType(
         ),
         "wall": _hatched(np.array([0.0, -1.2]), np.array([0.0, 1.2]), np.array([0.4, 0.4]), 6),
         "frame": (_SQUARE,),
-        "beam": (),
+        "beam": (_STRAIGHT,),
         "bushing": (
             _arc(0.45, 0.0, 360.0, 37),
             _arc(1.0, 0.0, 360.0, 37),

@@ -23,6 +23,7 @@ from scissordyn.laws.evaluate import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
+from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, straight_maps
 from scissordyn.plan.coordinates import combined
 from scissordyn.plan.plan import Plan
@@ -39,6 +40,9 @@ MOVED = 1e-3
 
 TURNED = 1e-2
 """Likewise for angles [rad]."""
+
+STRAIGHT = 1e-6
+"""A beam element that is placed straight and with its length to within this fraction of it starts so."""
 
 DROPPED = 1e-2
 """Likewise for given velocities, as a fraction of them."""
@@ -250,6 +254,9 @@ def _hold_straight(plan: Plan, held: Held) -> None:
     """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones."""
     coordinates = plan.coordinates
     for beam in beams_of(plan.mechanism):
+        x, y, angle = start_coordinates(plan.mechanism, beam)
+        if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > STRAIGHT * beam.length:
+            continue  # placed bent
         ends = combined((coordinates.place(beam.end), 1.0), (coordinates.place(beam.start), -1.0))
         directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
         for vector, scale in straight_maps(beam, ends, *directions):

@@ -265,7 +265,7 @@ def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
 
 def _overstrained(run: xr.Dataset) -> list[str]:
     """Where bars that bend leave small strains or their elastic range, at the samples."""
-    found = []
+    found = list[str]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
         return found
     for name, limit, text in (

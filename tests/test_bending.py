@@ -120,6 +120,33 @@ def test_a_bar_on_three_pins_has_twice_pi_first() -> None:
     assert beta == pytest.approx(2.0 * math.pi, rel=1e-5)
 
 
+def test_axial_force_changes_the_frequency_down_to_buckling() -> None:
+    """Closed form: omega^2 = omega_0^2 (1 - P/P_cr) of a bar on two pins, P_cr = pi^2 EI/L^2; geometric stiffness."""
+    critical = math.pi**2 * RIGIDITY / LENGTH**2
+    first = (math.pi / LENGTH) ** 2 * math.sqrt(RIGIDITY * LENGTH / MASS)
+    for part in (-0.5, 0.3, 0.9):
+        made = sd.Mechanism(
+            bodies=(sd.bar("bar", length=LENGTH, mass=MASS),),
+            joints=(sd.Revolute("O", ("bar", "start"), ("ground", "O")),),
+            guides=(sd.Guide("end", ("bar", "end")),),
+            components=(sd.Force("load", ("bar", "end"), (-part * critical, 0.0)),),
+            ground=(("O", (0.0, 0.0)),),
+            gravity=0.0,
+        ).with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, elements=8)
+        omega = float(sd.modes(made, count=1)["angular_frequency"][0])
+        assert (omega / first) ** 2 == pytest.approx(1.0 - part, abs=5e-5)  # of the fourth order in the element length
+
+
+def test_an_element_under_an_end_moment_is_an_arc() -> None:
+    """Closed form: M = EI kappa without axial force bends a bar to a circle, and two pi EI/L closes it."""
+    length, turn = 0.125, 2.0 * math.pi / 8.0
+    x, y = length * math.sin(turn) / turn, length * (1.0 - math.cos(turn)) / turn
+    fx, fy, torque, energy, *_ = force(x, y, turn, 0.0, 0.0, 0.0, length, 1e6, 3.0, 0.0, 0.0, 0.0)
+    assert -torque == pytest.approx(3.0 * turn / length, rel=1e-7)  # quadrature with four points
+    assert energy == pytest.approx(0.5 * 3.0 * turn**2 / length, rel=1e-7)
+    assert math.hypot(fx, fy) < 1e-3
+
+
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_a_released_cantilever_keeps_its_energy(method: str) -> None:
     """Identity: the energy balance with strain energy, and the reaction at the clamp as momentum demands it."""

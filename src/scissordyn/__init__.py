@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.zero_one import zero_one_test
     from scissordyn.component.actuator import Actuator
     from scissordyn.component.angle_stop import AngleStop
+    from scissordyn.component.beam import Beam
     from scissordyn.component.bushing import Bushing
     from scissordyn.component.cable import Cable
     from scissordyn.component.clutch import Clutch
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
     from scissordyn.model.array import hoberman_ring, mast, polar_scissor
     from scissordyn.model.bar import angulated_bar
+    from scissordyn.model.bending import with_bending
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
     from scissordyn.model.connection import Weld
@@ -84,6 +86,7 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.model.section import Section, StructuralMaterial
     from scissordyn.model.track import Track
     from scissordyn.periodic.bifurcation import bifurcation
     from scissordyn.periodic.cycles import cycle
@@ -95,6 +98,7 @@ if TYPE_CHECKING:
     from scissordyn.run.engine import Threads
     from scissordyn.run.feed_forward import feed_forward
     from scissordyn.run.ideal import ideal_kinematics
+    from scissordyn.run.modes import modes
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
@@ -115,6 +119,7 @@ __all__ = [
     "Actuator",
     "Ambrosio",
     "AngleStop",
+    "Beam",
     "Body",
     "Bushing",
     "Cable",
@@ -162,8 +167,10 @@ __all__ = [
     "Revolute",
     "Rod",
     "ScissordynError",
+    "Section",
     "Spring",
     "State",
+    "StructuralMaterial",
     "Tabulated",
     "TapeSpring",
     "Threads",
@@ -202,6 +209,7 @@ __all__ = [
     "law",
     "load",
     "mast",
+    "modes",
     "n_four_bar",
     "open_study",
     "plot",
@@ -224,6 +232,7 @@ __all__ = [
     "tabulated",
     "variational_exponent",
     "view",
+    "with_bending",
     "with_panels",
     "with_payload",
     "write_case",
@@ -264,6 +273,7 @@ _HOMES = {
     "laws.user": ("UserDamping", "UserElastic", "UserFriction"),
     "component.actuator": ("Actuator",),
     "component.angle_stop": ("AngleStop",),
+    "component.beam": ("Beam",),
     "component.bushing": ("Bushing",),
     "component.cable": ("Cable",),
     "component.clutch": ("Clutch",),
@@ -293,6 +303,7 @@ _HOMES = {
     "model.drive": ("Drive",),
     "model.array": ("hoberman_ring", "mast", "polar_scissor"),
     "model.bar": ("angulated_bar",),
+    "model.bending": ("with_bending",),
     "model.body": ("Body", "bar", "point_mass"),
     "model.clearance": ("Clearance",),
     "model.guide_clearance": ("GuideClearance",),
@@ -304,6 +315,7 @@ _HOMES = {
     "plot.animation": ("animate",),
     "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
+    "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
     "config.studies": ("open_study", "study"),
     "study.distribution": ("Empirical", "Interval", "Levels", "LogNormal", "Normal", "Uniform"),
@@ -317,6 +329,7 @@ _HOMES = {
     "run.feed_forward": ("feed_forward",),
     "run.constrained_contact": ("constrain_contact",),
     "run.ideal": ("ideal_kinematics",),
+    "run.modes": ("modes",),
     "run.options": ("Options",),
     "run.simulate": ("replay", "simulate"),
     "run.store": ("load", "save"),

@@ -26,6 +26,7 @@ from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
+from scissordyn.cli.modes import modes
 from scissordyn.cli.new import new
 from scissordyn.cli.paper import paper
 from scissordyn.cli.plot import plot
@@ -97,6 +98,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "run": run_case,
     "check": check,
     "preview": preview,
+    "modes": modes,
     "explore": explore,
     "plot": plot,
     "animate": animate,

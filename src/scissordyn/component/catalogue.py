@@ -8,6 +8,7 @@ from typing import Any
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.angle_stop import AngleStop
+from scissordyn.component.beam import Beam
 from scissordyn.component.bushing import Bushing
 from scissordyn.component.cable import Cable
 from scissordyn.component.clutch import Clutch
@@ -34,6 +35,7 @@ _CLASSES: tuple[Any, ...] = (
     TapeSpring,
     Clutch,
     Bushing,
+    Beam,
     Force,
     Torque,
     Motor,

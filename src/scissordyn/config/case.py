@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, create_model
 
 from scissordyn.component.place import Point
+from scissordyn.config.bending import BendingTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
@@ -96,6 +97,7 @@ class _CaseTable(Table):
         list[PayloadTable], Field(description="a mass fixed to a body; one table for each", default_factory=list)
     ]
     panels: Annotated[list[PanelsTable], Field(description="a panel on each of some bars", default_factory=list)]
+    bending: Annotated[list[BendingTable], Field(description="bars that bend; one table for each kind", default_factory=list)]
     run: Annotated[
         Options,
         described(Options, until="50 ms"),
@@ -111,6 +113,9 @@ class _CaseTable(Table):
             for index, load in enumerate(getattr(self, section)):
                 with placed(section, index):
                     mechanism = load.carried(mechanism)
+        for index, bars in enumerate(self.bending):
+            with placed("bending", index):
+                mechanism = bars.applied(mechanism)
         mechanism = self._with_clearances(mechanism)
         driven = set[str]()
         for index, table in enumerate(self.drive):

@@ -462,6 +462,11 @@ class Mechanism:
             made.__dict__[LENT] = known
         return made
 
+    def with_bending(self, bodies: str | Iterable[str] = "all", **options: Any) -> Mechanism:
+        """The same mechanism with bars that bend; see `scissordyn.with_bending`."""
+        made: Mechanism = offered("with_bending")(self, bodies, **options)
+        return made
+
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}
         return self.with_parts({"joints": tuple(new.get(joint.name, joint) for joint in self.joints)})

@@ -23,6 +23,7 @@ from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.bending import beam_mass, beams_of
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
@@ -192,7 +193,8 @@ def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
             if value != 0.0:
                 entries += [(row, column, value), (column, row, value)]
     rows, columns, values = zip(*entries, strict=True)
-    return sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
+    found = sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
+    return sp.csr_array(found + beam_mass(mechanism, natural)) if beams_of(mechanism) else found
 
 
 def _normalized(matrix: Any, mass: Any, free: int) -> Any:

@@ -21,7 +21,7 @@ from scissordyn.plot.load import loads
 from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
-from scissordyn.plot.symbol import symbols
+from scissordyn.plot.symbol import cross_sections, symbols
 from scissordyn.run.placement import Placement
 
 __all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
@@ -244,8 +244,10 @@ def _asides(scene: Scene) -> np.ndarray:
 
 
 def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
-    shapes, bars = [], 0
+    shapes, bars, bent = [], 0, cross_sections(mechanism)
     for body, points in zip(mechanism.bodies, outlines, strict=True):
+        if body.name in bent:
+            continue
         if points.shape[1] == 1:
             shapes.append(Shape(body.name, "block", _block(mechanism, placement, body.name, points[:, 0], 0.02 * size)))
         else:

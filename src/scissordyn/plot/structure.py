@@ -38,7 +38,7 @@ from scissordyn.plot.style import (
     legend,
     literal,
 )
-from scissordyn.plot.symbol import symbols
+from scissordyn.plot.symbol import cross_sections, symbols
 from scissordyn.run.placement import Placement
 
 __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
@@ -187,7 +187,12 @@ def draw_mechanism(
         if guide.clearance is not None:
             labels.append(Label(guide.name, placed.place(guide.follower)[0], VERMILION))
     radius = max(size, min(SYMBOL / _points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
+    tones: dict[str, str] = {}
     for symbol in symbols(run, mechanism, placed, [sample], radius):
+        if symbol.kind == "beam" and "/beam " in symbol.name:  # of a whole bar, which has no name in a picture
+            tone = tones.setdefault(symbol.name.rpartition("/")[0], (BLUE, GREEN)[len(tones) % 2])
+            axes.plot(*symbol.strokes[0][0].T, color=tone, linewidth=1.8, solid_capstyle="round", zorder=2.0)
+            continue
         for stroke in symbol.strokes:
             axes.plot(*stroke[0].T, color=PURPLE, zorder=2.5, **_look(symbol.kind))
         labels.append(Label(symbol.name, symbol.anchor[0], PURPLE))
@@ -279,9 +284,11 @@ def _points_per_metre(axes: Axes, corners: Corners) -> float:
 def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> None:
     """Draw the bodies."""
     direction = {guide.follower[0]: guide.direction + float(placed.angle(guide.body)[0]) for guide in mechanism.guides}
-    bars = 0
+    bars, bent = 0, cross_sections(mechanism)
     for body, shapes in zip(mechanism.bodies, outlines(placed), strict=True):
         shape = shapes[0]
+        if body.name in bent:
+            continue
         if len(shape) == 1:
             _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))
             continue

@@ -15,7 +15,7 @@ from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
 
-__all__ = ["Symbol", "symbols"]
+__all__ = ["Symbol", "cross_sections", "symbols"]
 
 RING = 0.4
 """By how much of the first one's radius each further symbol at the same hinge is larger."""
@@ -74,6 +74,12 @@ class _Scene:
         force = self.run[f"{section}_force"].sel({section: component.name}).transpose("time", "axis").values
         largest = float(np.max(np.linalg.norm(force, axis=-1))) or 1.0
         return self.placement.vectors(force[self.samples].reshape(-1, 2)) / largest
+
+
+def cross_sections(mechanism: Mechanism) -> frozenset[str]:
+    """The bodies that are cross-sections of bars that bend: the elements are drawn in their place."""
+    beams: list[Any] = [part for part in mechanism.components if part.declaration.symbol == "beam"]
+    return frozenset(end[0] for beam in beams if beam.mass_per_length > 0.0 for end in (beam.start, beam.end))
 
 
 def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:

@@ -30,6 +30,7 @@ from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
+from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
 from scissordyn.run.synchronisation import synchronisation_variables
@@ -156,7 +157,7 @@ def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
 
 def _reactions(plan: Plan, found: Record) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
-    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, found)
+    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found))
     reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
     reaction[:, at] = found.wrench[:, : at.size, :2]

@@ -9,6 +9,7 @@ from scissordyn.kinematics.assembly import Held, Start, assemble, held_rods, pla
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.plan import Plan
+from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.driver import make_system
 
 __all__ = ["ideal_reactions"]
@@ -49,5 +50,5 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
     found = record(plan.maps, system, samples)
-    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, found)
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found))
     return np.asarray(joints[0])

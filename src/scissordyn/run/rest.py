@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from scissordyn.component.beam import Beam
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
@@ -33,6 +34,9 @@ SOLVED = 0.1
 
 AWAY = 100.0
 """Sizes of the mechanism: what has moved farther is held by nothing."""
+
+ROUNDING = 2e-16
+"""Of a coordinate, relative to it."""
 
 FIRST_STEP, SHORTEST = 1e-3, 1e-9
 """Step [s] to begin with, and below which the iteration is given up."""
@@ -118,6 +122,8 @@ class _Descent:
         self.load = load or plan.gravity * inertia
         self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
+        first = self.system.parameters.contact.size
+        self.beams = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam)]
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
     def implicit_step(self, step: float) -> str:
@@ -138,7 +144,7 @@ class _Descent:
             # without weight, what the springs exert where it begins
             self.load = self.load or applied
             self.scale = self.load + applied
-            if self.force <= AT_REST * self.scale:
+            if self.force <= max(AT_REST * self.scale, self.rounding()):
                 return "rest"
             if solved and self.force <= MOST_GROWTH * before:
                 return "solved"
@@ -156,6 +162,16 @@ class _Descent:
         state[:n], self.force = base, before
         self.system.state.reference[:] = turns
         return "left"
+
+    def rounding(self) -> float:
+        """What the rounding of coordinates makes of the forces of beam elements, whose axial stiffness exceeds all others."""
+        model, work = self.system.model, self.system.work
+        error = np.zeros(model.n + model.nb)
+        for e in self.beams:
+            columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
+            block = work.block_x[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, columns.size)
+            error[columns] += np.abs(block) @ np.abs(work.X[columns])
+        return ROUNDING * float(np.linalg.norm(error))
 
     @property
     def gone(self) -> float:

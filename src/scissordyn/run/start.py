@@ -23,6 +23,9 @@ from scissordyn.laws.evaluate import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
+from scissordyn.plan.acting import start_coordinates
+from scissordyn.plan.bending import beams_of, straight_maps
+from scissordyn.plan.coordinates import combined
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import check_springs, full_coordinates
 from scissordyn.run.driver import make_system
@@ -37,6 +40,9 @@ MOVED = 1e-3
 
 TURNED = 1e-2
 """Likewise for angles [rad]."""
+
+STRAIGHT = 1e-6
+"""A beam element that is placed straight and with its length to within this fraction of it starts so."""
 
 DROPPED = 1e-2
 """Likewise for given velocities, as a fraction of them."""
@@ -79,6 +85,8 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     held_rods(plan, content, held)
     _hold_references(plan, content, held)
     warnings: list[str] = []
+    if kind in ("concentric", "in-contact"):
+        _hold_straight(plan, held)
     match kind:
         case "as-placed":
             start = assemble(plan, content, guess, held)
@@ -105,6 +113,7 @@ def _concentric(plan: Plan, system: System, guess: Start, held: Held) -> Start:
         handle = make_system(ideal)
         held = Held()
         held_rods(ideal, handle.content, held)
+        _hold_straight(ideal, held)
         _hold_references(ideal, handle.content, held)
         start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
         position, velocity = natural_state(ideal, handle.content, start)
@@ -126,6 +135,7 @@ def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
     offsets = _resting_offsets(plan, system, ideal_reactions(plan))
     resting = Held()
     held_rods(plan, system, resting)
+    _hold_straight(plan, resting)
     _hold_references(plan, system, resting)
     for j, joint in enumerate(plan.clearance_joints):
         resting.add(joint.name, plan.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), plan.coordinates.size)
@@ -238,6 +248,19 @@ def _hold_references(plan: Plan, system: System, held: Held) -> None:
             name = f"the reference of actuator '{component.name}'"
             held.add(name, plan.coordinates.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
             system.state.reference[model.reference_of[i]] = angle
+
+
+def _hold_straight(plan: Plan, held: Held) -> None:
+    """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones."""
+    coordinates = plan.coordinates
+    for beam in beams_of(plan.mechanism):
+        x, y, angle = start_coordinates(plan.mechanism, beam)
+        if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > STRAIGHT * beam.length:
+            continue  # placed bent
+        ends = combined((coordinates.place(beam.end), 1.0), (coordinates.place(beam.start), -1.0))
+        directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
+        for vector, scale in straight_maps(beam, ends, *directions):
+            held.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
 
 
 def _far_from_placed(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:

@@ -43,6 +43,9 @@ MOVED = 1e-9
 """Of the mechanism's size, and in rad: a mechanism that moves by less stands still, and its energies change by the errors that
 default tolerances allow."""
 
+LARGE_STRAIN = 0.01
+"""Strain of a bar above which the model's linear law is no longer meant."""
+
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit above which a controller is at the limit."""
 
@@ -79,6 +82,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
         for name in immobile
     ]
     found += _exceeded(run)
+    found += _overstrained(run)
     found += _undetermined(run)
     found += _saturated(plan, run)
     found += _gained(run)
@@ -259,6 +263,23 @@ def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
             behind = float(np.max(np.abs(_values(run, "control_error")[at, k])))
             text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
         found.append(text)
+    return found
+
+
+def _overstrained(run: xr.Dataset) -> list[str]:
+    """Where bars that bend leave small strains or their elastic range, at the samples."""
+    found = list[str]()
+    if "beam_fibre_strain" not in run or not run.sizes["time"]:
+        return found
+    for name, limit, text in (
+        ("beam_utilisation", 1.0, "is stressed to {:.3g} times its yield strength: the bar stays elastic in the model"),
+        ("beam_fibre_strain", LARGE_STRAIN, "has a strain of {:.3g}: the model is one of small strains"),
+    ):
+        values = run[name].transpose("time", "beam").values
+        at, which = np.unravel_index(int(np.nanargmax(values)) if np.isfinite(values).any() else 0, values.shape)
+        if values[at, which] > limit:
+            where, when = run["beam"].values[which], float(run["time"].values[at])
+            found.append(f"element '{where}' {text.format(values[at, which])} (t = {when:.6g} s)")
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
-from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, turned
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, bent, turned
 from scissordyn.jit import kernel
 
 __all__ = ["FRAME", "curvature", "forces", "gradients", "sense", "wrench"]
@@ -43,12 +43,17 @@ def bodies(component: Any) -> tuple[str, str]:
 
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
-    """Around the start, turning with its body, and a line to the end."""
+    """Around the start, turning with its body, and a line to the end; a beam by its bent axis."""
     start, end = scene.place(component.start), scene.place(component.end)
+    if component.declaration.symbol == "beam":
+        angles = scene.angle(component.start[0]), scene.angle(component.end[0])
+        axis = bent(strokes[0][:, 0], start, end, component.length, angles)
+        return (axis,), axis[:, len(strokes[0]) // 2]
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 
 _SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
+_AXIS = np.stack([np.linspace(0.0, 1.0, 9), np.zeros(9)], axis=1)
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
 
 FRAME = Port(
@@ -64,7 +69,11 @@ FRAME = Port(
         Output("displacement", "m", "of the end from the start, along the axes of the start's body", 0, 2, coordinate=True),
         Output("angle", "rad", "angle of the end's body against the start's", first=2, coordinate=True),
     ),
-    symbols={"frame": (_SQUARE,), "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES)},
+    symbols={
+        "frame": (_SQUARE,),
+        "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES),
+        "beam": (_AXIS,),
+    },
     attachments=attachments,
     start=start,
     ends=ends,

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-__all__ = ["Drawn", "Scene", "Strokes", "arc", "around", "hatched", "spiral", "spread", "turned"]
+__all__ = ["Drawn", "Scene", "Strokes", "arc", "around", "bent", "hatched", "spiral", "spread", "turned"]
 
 Strokes = tuple[np.ndarray, ...]
 """Each of shape (points, 2), or (points, 3) on a line, with the part of the distance first; placed (samples, points, 2) [m]."""
@@ -80,3 +80,14 @@ def turned(strokes: Strokes, where: np.ndarray, angle: np.ndarray, size: float) 
     return tuple(
         where[:, None] + size * np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1) for x, y in (s.T for s in strokes)
     )
+
+
+def bent(
+    part: np.ndarray, start: np.ndarray, end: np.ndarray, length: float, angles: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """A bent axis at parts of its length: the cubic with its ends and their directions, shape (samples, points, 2) [m]."""
+    s = part[:, None]
+    tangents = [length * np.stack([np.cos(angle), np.sin(angle)], axis=-1) for angle in angles]
+    shapes = 1.0 + s * s * (2.0 * s - 3.0), s * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s), s * s * (s - 1.0)
+    vectors = start, tangents[0], end, tangents[1]
+    return np.asarray(sum((shape * vector[:, None] for shape, vector in zip(shapes, vectors, strict=True)), np.zeros(())))

@@ -1,0 +1,134 @@
+"""A beam element: the elastic connection of two neighbouring cross-sections of a bar that bends."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import FRAME, Output
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Beam"]
+
+# Gauss points and weights on 0 .. 1, exact to degree 7
+_OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
+_WEIGHT_OUTER, _WEIGHT_INNER = (18.0 - math.sqrt(30.0)) / 72.0, (18.0 + math.sqrt(30.0)) / 72.0
+_POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)
+_WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)
+
+
+def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_stiffness, depth, modulus, strength):
+    """Force [N] and torque [N m] on the end, stored energy [J], dissipated power [W], axial force [N], moments [N m].
+
+    psi(xi) = p1 b1 + p2 b2 + a b3 is the rotation of the cross-sections against the chord, with p1, p2 those at the ends and a
+    such that the chord ends where it has to: int sin psi = 0.
+    """
+    chord, turn = math.hypot(x, y), math.atan2(y, x)
+    p1, p2 = -turn, angle - turn
+    a = 0.0
+    cosines = slope = by_1 = by_2 = c1 = c2 = c3 = 0.0
+    for attempt in range(3):  # Newton for a, which is of the third order in p1 and p2
+        sines = cosines = slope = by_1 = by_2 = c1 = c2 = c3 = 0.0
+        for k in range(4):
+            xi, weight = _POINTS[k], _WEIGHTS[k]
+            b1, b2, b3 = 1.0 + xi * (3.0 * xi - 4.0), xi * (3.0 * xi - 2.0), 6.0 * xi * (1.0 - xi)
+            psi = p1 * b1 + p2 * b2 + a * b3
+            sine, cosine = weight * math.sin(psi), weight * math.cos(psi)
+            sines += sine
+            cosines += cosine
+            slope += cosine * b3
+            by_1 += cosine * b1
+            by_2 += cosine * b2
+            c1 += sine * b1
+            c2 += sine * b2
+            c3 += sine * b3
+        if attempt < 2:
+            a -= sines / slope
+    a1, a2 = -by_1 / slope, -by_2 / slope
+    strain = chord / (length * cosines) - 1.0
+    axial = axial_stiffness * strain
+    rigidity, by_a = bending_stiffness / length, 12.0 * a - 6.0 * (p1 + p2)
+    stretch = axial * chord / (cosines * cosines)
+    m1 = rigidity * (4.0 * p1 + 2.0 * p2 - 6.0 * a + by_a * a1) + stretch * (c1 + a1 * c3)
+    m2 = rigidity * (4.0 * p2 + 2.0 * p1 - 6.0 * a + by_a * a2) + stretch * (c2 + a2 * c3)
+    energy = 0.5 * axial * strain * length
+    energy += rigidity * (2.0 * (p1 * p1 + p1 * p2 + p2 * p2) + 6.0 * a * (a - p1 - p2))
+    along, across = axial / (cosines * chord), (m1 + m2) / (chord * chord)
+    fibre = abs(strain) + 0.5 * depth * max(abs(m1), abs(m2)) / bending_stiffness
+    use = modulus * fibre / strength if strength > 0.0 else 0.0
+    return (-along * x - across * y, -along * y + across * x, -m2, energy, 0.0, axial, -m1, m2, fibre, modulus * fibre, use)
+
+
+@component(
+    port=FRAME,
+    force=force,
+    outputs=(
+        Output("axial_force", "N", "axial force, tension positive"),
+        Output("start_moment", "N m", "bending moment at the start"),
+        Output("end_moment", "N m", "bending moment at the end"),
+        Output("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown"),
+        Output("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown"),
+        Output("utilisation", "1", "that stress over the yield strength, 0 if it is unknown"),
+    ),
+    section="beam",
+    symbol="beam",
+    example={
+        "start": "bar.start",
+        "end": "bar/1.node",
+        "length": "25 cm",
+        "axial_stiffness": "75 MN",
+        "bending_stiffness": "43 kN m^2",
+        "mass_per_length": "2.84 kg/m",
+    },
+)
+class Beam:
+    r"""A straight Euler-Bernoulli element between two cross-sections: large rotations, small strains.
+
+    .. math:: U = \tfrac12 EA\,l\,\varepsilon^2 + \frac{EI}{2 l}\int_0^1 \psi'^2\,d\xi,\qquad
+        \varepsilon = \frac{c}{l\int\cos\psi\,d\xi} - 1,\quad \int\sin\psi\,d\xi = 0
+
+    c is the chord, psi the rotation of the cross-sections against it, quadratic in xi but for the part that the condition adds;
+    the axial force stiffens or softens bending. The mass is distributed with cubic (Hermite) shapes.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        The points of two bodies that are cross-sections: their x axes are along the unbent bar.
+    length : float
+        l, unstrained [m].
+    axial_stiffness, bending_stiffness : float
+        EA [N] and EI [N m^2].
+    mass_per_length : float
+        [kg/m]; the mass is that of both bodies, half of the element each, and is not added.
+    depth : float
+        Of the cross-section in the plane [m], for the stress in its extreme fibre; 0 if unknown.
+    youngs_modulus, yield_strength : float
+        [Pa]; 0 if unknown.
+
+    References
+    ----------
+    Crisfield 1991, Non-linear finite element analysis of solids and structures, chapter 7, with the exact chord
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    length: Annotated[float, Quantity("m", above=0.0, help="unstrained length")]
+    axial_stiffness: Annotated[float, Quantity("N", above=0.0, maximum=1e18, help="EA")]
+    bending_stiffness: Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")]
+    mass_per_length: Annotated[float, Quantity("kg/m", minimum=0.0, help="mass per length")]
+    depth: Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")] = 0.0
+    youngs_modulus: Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")] = 0.0
+    yield_strength: Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"beam '{self.name}'")
+        check_attachment(self)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """What the kernel reads."""
+        stiffness = self.axial_stiffness, self.bending_stiffness
+        return self.length, *stiffness, self.depth, self.youngs_modulus, self.yield_strength

@@ -1,0 +1,260 @@
+"""Bars that bend: a rigid bar becomes cross-sections that beam elements connect."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.beam import Beam
+from scissordyn.component.motor import Motor
+from scissordyn.errors import InputError
+from scissordyn.model.body import Body
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.pattern import matching
+from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
+from scissordyn.units import Quantity, checked
+
+__all__ = ["with_bending"]
+
+MOST_ELEMENTS = 64
+SLENDER = 5.0
+"""Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out."""
+
+SAME_MASS = 0.05
+"""Largest relative difference of a bar's mass and that of its section and material."""
+
+UNIFORM = 1e-6
+
+
+@checked
+def with_bending(
+    mechanism: Mechanism,
+    bodies: str | Iterable[str] = "all",
+    *,
+    section: str | Section | None = None,
+    material: str | StructuralMaterial | None = None,
+    bending_stiffness: Annotated[float | None, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")] = None,
+    axial_stiffness: Annotated[float | None, Quantity("N", above=0.0, maximum=1e18, help="EA")] = None,
+    elements: Annotated[int, Quantity("1", minimum=1, maximum=MOST_ELEMENTS, help="elements along a bar")] = 8,
+) -> Mechanism:
+    """The same mechanism with bars that bend.
+
+    A bar becomes cross-sections, bodies that rotate, at its points and between them: the one at the origin of its frame keeps
+    the bar's name, the others are "BAR/1", "BAR/2", ... from its first point to its last; beam elements "BAR/beam 1", ... join
+    them. What is attached to a point of the bar is attached to the cross-section there. Drives, motors and actuators of the bar
+    act on the cross-section that has its name.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    bodies : str or iterable of str
+        Names of bars or patterns; "all" are those whose points lie on a line and whose mass is distributed uniformly.
+    section : str or Section, optional
+        Such as "tube 60x60x1.5 mm": a kind and its dimensions, of which the depth lies in the plane.
+    material : str or StructuralMaterial, optional
+        "steel", "aluminium" or "titanium".
+    bending_stiffness, axial_stiffness : float, optional
+        EI [N m^2] and EA [N] in place of section and material.
+    elements : int
+        Along a bar, at least; each span between two points has a whole number of them.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    InputError
+        If a bar is not straight and uniform, its mass is not that of section and material, it is too short for a beam, or
+        something is attached to it that has no place on a bar that bends.
+    """
+    stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
+    known = [body.name for body in mechanism.bodies]
+    if bodies == "all":
+        names = tuple(body.name for body in mechanism.bodies if _is_bar(body))
+        if not names:
+            raise InputError("a mechanism without a straight uniform bar", "bars with at least two points on a line")
+    else:
+        names = matching("body", bodies, known)
+    for name in names:
+        mechanism = _bent(mechanism, mechanism.body(name), stiffness, elements)
+    return mechanism
+
+
+@dataclasses.dataclass(frozen=True)
+class _Stiffness:
+    bending: float
+    axial: float
+    mass_per_length: float | None
+    depth: float
+    youngs_modulus: float
+    yield_strength: float
+
+
+def _stiffness(section: Any, material: Any, bending: float | None, axial: float | None) -> _Stiffness:
+    if section is not None and material is not None and bending is None and axial is None:
+        shape, made_of = read_section(section), read_material(material)
+        return _Stiffness(
+            made_of.youngs_modulus * shape.second_moment,
+            made_of.youngs_modulus * shape.area,
+            made_of.density * shape.area,
+            shape.depth,
+            made_of.youngs_modulus,
+            made_of.yield_strength,
+        )
+    if section is None and material is None and bending is not None and axial is not None:
+        return _Stiffness(bending, axial, None, 0.0, 0.0, 0.0)
+    given = {"section": section, "material": material, "bending_stiffness": bending, "axial_stiffness": axial}
+    named = [name for name, value in given.items() if value is not None]
+    raise InputError(
+        f"a bar that bends with {' and '.join(named) or 'nothing'}",
+        "section and material, or bending_stiffness (EI) and axial_stiffness (EA)",
+        'section = "tube 60x60x1.5 mm", material = "steel"',
+    )
+
+
+def _is_bar(body: Body) -> bool:
+    if body.inertia is None or len(body.points) < 2 or any(y != 0.0 for _, y in body.points.values()):
+        return False
+    first, last = (pick(x for x, _ in body.points.values()) for pick in (min, max))
+    length, middle = last - first, 0.5 * (first + last)
+    uniform = body.mass * length**2 / 12.0
+    return (
+        length > 0.0
+        and math.dist(body.centre, (middle, 0.0)) <= UNIFORM * length
+        and abs(body.inertia - uniform) <= UNIFORM * uniform
+    )
+
+
+def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int) -> Mechanism:
+    if not _is_bar(body):
+        raise InputError(
+            f"body '{body.name}' is to bend and is no straight uniform bar",
+            "points on its x axis, mass centre in the middle, inertia m L^2/12; bend bars before payloads are fixed to them",
+        )
+    named: dict[float, list[str]] = {}
+    for point, (x, _) in body.points.items():
+        named.setdefault(x, []).append(point)
+    places = sorted(named)
+    length = places[-1] - places[0]
+    if stiffness.depth and length < SLENDER * stiffness.depth:
+        raise InputError(
+            f"bar '{body.name}' of {length:g} m with a section {stiffness.depth:g} m deep, which beam theory does not fit",
+            f"a bar of at least {SLENDER * stiffness.depth:g} m, or a rigid one",
+        )
+    mass_per_length = body.mass / length
+    wanted = stiffness.mass_per_length
+    if wanted is not None and abs(wanted - mass_per_length) > SAME_MASS * wanted:
+        raise InputError(
+            f"bar '{body.name}' has a mass of {body.mass:g} kg, its section and material {wanted * length:.4g} kg",
+            f"both the same to within {SAME_MASS:.0%}",
+            f'bar_mass = "{wanted * length:.4g} kg"',
+        )
+    marks = [places[0]]
+    for one, other in itertools.pairwise(places):
+        count = max(1, math.ceil(elements * (other - one) / length - 1e-9))
+        marks += [one + (other - one) * k / count for k in range(1, count)] + [other]
+    origin = min(range(len(marks)), key=lambda k: abs(marks[k]))
+    label = [body.name if k == origin else f"{body.name}/{k}" for k in range(len(marks))]
+    return _rebuilt(mechanism, body, marks, label, named, stiffness, mass_per_length)
+
+
+def _rebuilt(
+    mechanism: Mechanism,
+    body: Body,
+    marks: list[float],
+    label: list[str],
+    named: dict[float, list[str]],
+    stiffness: _Stiffness,
+    mass_per_length: float,
+) -> Mechanism:
+    """The mechanism with cross-sections at `marks` in place of a bar."""
+    spans = [other - one for one, other in itertools.pairwise(marks)]
+    half = [0.5 * mass_per_length * span for span in spans]
+    turned = [mass_per_length * span**3 / 105.0 for span in spans]
+    cos, sin = math.cos(body.angle), math.sin(body.angle)
+    nodes, where = [], dict[str, str]()
+    for k, mark in enumerate(marks):
+        points = named.get(mark, ["node"])
+        where |= dict.fromkeys(points, label[k]) if mark in named else {}
+        spin = body.angular_velocity * mark
+        nodes.append(
+            Body(
+                name=label[k],
+                mass=sum(half[max(0, k - 1) : k + 1]),
+                inertia=sum(turned[max(0, k - 1) : k + 1]),
+                points=dict.fromkeys(points, (0.0, 0.0)),
+                position=(body.position[0] + cos * mark, body.position[1] + sin * mark),
+                angle=body.angle,
+                velocity=(body.velocity[0] - sin * spin, body.velocity[1] + cos * spin),
+                angular_velocity=body.angular_velocity,
+            )
+        )
+    beams = [
+        Beam(
+            f"{body.name}/beam {k + 1}",
+            (label[k], next(iter(nodes[k].points))),
+            (label[k + 1], next(iter(nodes[k + 1].points))),
+            length=span,
+            axial_stiffness=stiffness.axial,
+            bending_stiffness=stiffness.bending,
+            mass_per_length=mass_per_length,
+            depth=stiffness.depth,
+            youngs_modulus=stiffness.youngs_modulus,
+            yield_strength=stiffness.yield_strength,
+        )
+        for k, span in enumerate(spans)
+    ]
+    return _attached(mechanism, body, where, nodes, beams)
+
+
+def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: list[Body], beams: list[Any]) -> Mechanism:
+    """The mechanism with all that was attached to a bar attached to its cross-sections."""
+    name = body.name
+
+    def refused(what: str) -> InputError:
+        return InputError(f"{what} on bar '{name}', which is to bend", "a rigid bar, or what acts at one of its points")
+
+    def moved(reference: Any) -> Any:
+        return (where[reference[1]], reference[1]) if reference[0] == name else reference
+
+    def exchanged(part: Any, what: str, free: tuple[str, ...] = ()) -> Any:
+        changes: dict[str, Any] = {}
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            if isinstance(value, tuple) and len(value) == 2 and value[0] == name and value[1] in where:
+                changes[field.name] = moved(value)
+            elif value == name and field.name != "name" and field.name not in free:
+                raise refused(what)
+        return dataclasses.replace(part, **changes) if changes else part
+
+    for guide in mechanism.guides:
+        on = guide.follower[0] == name
+        if guide.body == name or (on and (guide.aligned or guide.clearance is not None)):
+            raise refused(f"guide '{guide.name}'")
+    components = []
+    for part in mechanism.components:
+        motor = isinstance(part, Motor | Actuator)
+        components.append(exchanged(part, f"component '{part.name}'", ("body",) if motor else ()))
+    tracks = []
+    for track in mechanism.tracks:
+        if track.body == name and track.point not in where:
+            raise refused(f"tracked point '{track.name}'")
+        tracks.append(dataclasses.replace(track, body=where[track.point]) if track.body == name else track)  # type: ignore[index]
+    at = [each.name for each in mechanism.bodies].index(name)
+    return mechanism.with_parts(
+        {
+            "bodies": (*mechanism.bodies[:at], *nodes, *mechanism.bodies[at + 1 :]),
+            "joints": tuple(exchanged(part, f"joint '{part.name}'") for part in mechanism.joints),
+            "guides": tuple(exchanged(part, f"guide '{part.name}'") for part in mechanism.guides),
+            "welds": tuple(exchanged(part, f"weld '{part.name}'") for part in mechanism.welds),
+            "rods": tuple(exchanged(part, f"rod '{part.name}'") for part in mechanism.rods),
+            "latches": tuple(exchanged(part, f"latch '{part.name}'") for part in mechanism.latches),
+            "components": (*components, *beams),
+            "tracks": tuple(tracks),
+        }
+    )

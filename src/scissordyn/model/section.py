@@ -1,0 +1,161 @@
+"""Cross-sections and materials of bars that bend."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["MATERIALS", "SECTIONS", "Section", "StructuralMaterial", "read_material", "read_section"]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A cross-section: what bending in the plane needs of it.
+
+    Parameters
+    ----------
+    area : float
+        [m^2]
+    second_moment : float
+        Of area, about the axis perpendicular to the plane of motion [m^4].
+    depth : float
+        Twice the distance of the extreme fibre from the neutral axis [m].
+    """
+
+    area: Annotated[float, Quantity("m^2", above=0.0)]
+    second_moment: Annotated[float, Quantity("m^4", above=0.0)]
+    depth: Annotated[float, Quantity("m", above=0.0)]
+
+    def __post_init__(self) -> None:
+        check_quantities(self, "section")
+
+
+@dataclass(frozen=True)
+class StructuralMaterial:
+    """A material of bars.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        [Pa]
+    density : float
+        [kg/m^3]
+    yield_strength : float
+        Or the 0.2 % proof stress [Pa].
+    source : str
+    """
+
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
+    density: Annotated[float, Quantity("kg/m^3", above=0.0)]
+    yield_strength: Annotated[float, Quantity("Pa", above=0.0)]
+    source: str = "the user"
+
+    def __post_init__(self) -> None:
+        check_quantities(self, "material")
+
+
+MATERIALS: Mapping[str, StructuralMaterial] = MappingProxyType(
+    {
+        "steel": StructuralMaterial(210e9, 7850.0, 235e6, "EN 1993-1-1, S235"),
+        "aluminium": StructuralMaterial(70e9, 2700.0, 250e6, "EN 1999-1-1, 6082-T6"),
+        "titanium": StructuralMaterial(114e9, 4430.0, 880e6, "Ti-6Al-4V, typical data sheet values"),
+    }
+)
+"""Materials by name, with nominal values."""
+
+
+def _box(width: float, depth: float, wall: float) -> Section:
+    _check_wall(wall, min(width, depth))
+    w, d = width - 2.0 * wall, depth - 2.0 * wall
+    return Section(width * depth - w * d, (width * depth**3 - w * d**3) / 12.0, depth)
+
+
+def _pipe(diameter: float, wall: float) -> Section:
+    _check_wall(wall, diameter)
+    inside = diameter - 2.0 * wall
+    return Section(0.25 * math.pi * (diameter**2 - inside**2), math.pi / 64.0 * (diameter**4 - inside**4), diameter)
+
+
+def _rectangle(width: float, depth: float) -> Section:
+    return Section(width * depth, width * depth**3 / 12.0, depth)
+
+
+def _rod(diameter: float) -> Section:
+    return Section(0.25 * math.pi * diameter**2, math.pi / 64.0 * diameter**4, diameter)
+
+
+def _angle(width: float, depth: float, wall: float) -> Section:
+    """Sharp corners; about the axis parallel to the leg of that width, the shear centre's offset left out."""
+    if not wall < min(width, depth):
+        _check_wall(wall, 2.0 * min(width, depth))
+    flat, upright = (width - wall) * wall, depth * wall
+    area = flat + upright
+    height = (flat * 0.5 * wall + upright * 0.5 * depth) / area
+    second = (width - wall) * wall**3 / 12.0 + flat * (height - 0.5 * wall) ** 2
+    second += wall * depth**3 / 12.0 + upright * (0.5 * depth - height) ** 2
+    return Section(area, second, 2.0 * max(height, depth - height))
+
+
+def _check_wall(wall: float, across: float) -> None:
+    if not 2.0 * wall < across:
+        raise InputError(
+            f"a section {across * 1e3:g} mm across with a wall of {wall * 1e3:g} mm",
+            f"a wall below {0.5 * across * 1e3:g} mm",
+            'section = "tube 60x60x1.5 mm"',
+        )
+
+
+SECTIONS: Mapping[str, tuple[Mapping[int, Callable[..., Section]], str]] = MappingProxyType(
+    {
+        "tube": ({3: _box, 2: _pipe}, "tube 60x60x1.5 mm (width, depth, wall) or tube 50x2 mm (diameter, wall)"),
+        "box": ({3: _box}, "box 80x40x3 mm (width, depth, wall)"),
+        "solid": ({2: _rectangle, 1: _rod}, "solid 20x30 mm (width, depth) or solid 25 mm (diameter)"),
+        "angle": ({3: _angle}, "angle 40x40x4 mm (width, depth, wall)"),
+        "strip": ({2: _rectangle}, "strip 30x2 mm (width, thickness in the plane)"),
+    }
+)
+"""How sections are spelled, and from how many dimensions; the depth lies in the plane of motion."""
+
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
+PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
+
+
+def read_section(text: str | Section) -> Section:
+    """A section from its text, such as ``"tube 60x60x1.5 mm"``.
+
+    Raises
+    ------
+    InputError
+        If there is no such section, or its wall is too thick for it.
+    """
+    if isinstance(text, Section):
+        return text
+    found = PATTERN.fullmatch(str(text))
+    kind = found[1] if found else str(text).split(" ")[0]
+    allowed = "; ".join(sample for _, sample in SECTIONS.values())
+    if kind not in SECTIONS:
+        raise InputError(f"section = {text!r}{did_you_mean(kind, SECTIONS)}", allowed, 'section = "tube 60x60x1.5 mm"')
+    makers, sample = SECTIONS[kind]
+    try:
+        numbers = [float(each) for each in re.split(r"\s*x\s*", found[2])] if found else []
+    except ValueError:
+        numbers = []
+    if found is None or len(numbers) not in makers or found[3] not in UNITS or not all(0.0 < each < 1e6 for each in numbers):
+        raise InputError(f"section = {text!r}", sample, f'section = "{sample.split(" (")[0]}"')
+    return makers[len(numbers)](*(each * UNITS[found[3]] for each in numbers))
+
+
+def read_material(name: str | StructuralMaterial) -> StructuralMaterial:
+    """A material by its name, or as it is."""
+    if isinstance(name, StructuralMaterial):
+        return name
+    if name not in MATERIALS:
+        raise InputError(f"material = {name!r}{did_you_mean(name, MATERIALS)}", ", ".join(MATERIALS), 'material = "steel"')
+    return MATERIALS[name]

@@ -147,6 +147,20 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
             "bushing", ("crank", "end"), ("rod", "start"), stiffness_x=1e7, stiffness_y=1e7, damping_x=1e7, damping_y=1e7
         ),
     ),
+    sd.Beam: (
+        sd.Beam(
+            "beam",
+            ("crank", "start"),
+            ("rod", "start"),
+            length=0.7,
+            axial_stiffness=1e7,
+            bending_stiffness=1e3,
+            mass_per_length=0.3,
+            depth=0.06,
+            youngs_modulus=2.1e11,
+            yield_strength=2.35e8,
+        ),
+    ),
     sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
     sd.Harmonic: (sd.Harmonic(0.1, 0.2, 3.3, 0.4),),
 }

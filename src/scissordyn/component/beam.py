@@ -75,9 +75,9 @@ def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_s
     section="beam",
     symbol="beam",
     example={
-        "start": "bar.start",
-        "end": "bar/1.node",
-        "length": "25 cm",
+        "start": "crank.end",
+        "end": "rod.end",
+        "length": "0.5 m",
         "axial_stiffness": "75 MN",
         "bending_stiffness": "43 kN m^2",
         "mass_per_length": "2.84 kg/m",

@@ -425,6 +425,11 @@ def prefix(largest: float) -> tuple[float, str]:
     return next(((factor, letter) for factor, letter in PREFIXES if largest >= factor), PREFIXES[-1])
 
 
+def counted(number: int, thing: str = "contact") -> str:
+    """A number of things in words: "1 contact", "2 contacts"."""
+    return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
 def short(value: float, unit: str) -> str:
     """One number with its unit, to four digits."""
     factor, letter = prefix(abs(value))

@@ -37,10 +37,10 @@ def compare(
 
     from scissordyn.cli.difference import differences
     from scissordyn.cli.saved import read_run
-    from scissordyn.cli.scale import short
     from scissordyn.cli.show import console
     from scissordyn.plot.file import check_format, write
     from scissordyn.run.configuration import read_configuration
+    from scissordyn.units import short
 
     check_format(form)
     if output is not None:

@@ -119,8 +119,8 @@ def _forces(ideal: xr.Dataset) -> list[str]:
     """Transmission angle, torque and reactions at their worst."""
     import numpy as np
 
-    from scissordyn.cli.scale import short
     from scissordyn.kinematics.peak import smooth_peak
+    from scissordyn.units import short
 
     lines, time = [], ideal["time"].values
     angle = np.degrees(ideal["transmission_angle"].values)

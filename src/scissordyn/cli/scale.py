@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from scissordyn.units import prefix, short
+from scissordyn.units import prefix
 
-__all__ = ["column", "prefix", "short"]
+__all__ = ["column"]
 
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:

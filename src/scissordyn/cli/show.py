@@ -14,14 +14,15 @@ from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 
-from scissordyn.cli.scale import column, short
+from scissordyn.cli.scale import column
 from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advice import MEANS, read_warnings
 from scissordyn.run.summary import JointSummary, joint_summaries, summary_of
 from scissordyn.run.warn import energy_turned_over
+from scissordyn.units import counted, short
 
-__all__ = ["TextConsole", "console", "counted", "show_answer", "show_events", "show_summary"]
+__all__ = ["TextConsole", "console", "show_answer", "show_events", "show_summary"]
 
 WIDTH = 100
 """Columns of the output without a terminal."""
@@ -75,11 +76,6 @@ def console() -> Console:
     """Console on stdout, not narrower than the tables for a file or a pipe."""
     plain = TextConsole(highlight=False, soft_wrap=False)
     return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
-
-
-def counted(number: int, thing: str = "contact") -> str:
-    """A count of things, as "1 contact" or "3 contacts"."""
-    return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
 def show_answer(run: xr.Dataset, to: Console) -> None:

@@ -21,6 +21,13 @@ def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
     return np.stack(((x, y), (-y, x), (-x, -y), (y, -x))[turns % 4], axis=-1)
 
 
+def placed(centre: np.ndarray, angle: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Points of a body, given from its mass centre, in the fixed frame, shape (samples, points, 2) [m]."""
+    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    x, y = local.T
+    return np.asarray(centre[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
+
+
 @dataclass(frozen=True)
 class Placement:
     """The positions of a mechanism at some samples of a run.
@@ -81,11 +88,7 @@ class Placement:
         """Points of a body's frame, or of the ground's, in the fixed frame, shape (samples, points, 2) [m]."""
         if body == GROUND:
             return np.broadcast_to(self.vectors(local), (self.count, *local.shape))
-        angle = self.angle(body)[:, None]
-        cos, sin = np.cos(angle), np.sin(angle)
-        x, y = (local - np.array(self.mechanism.body(body).centre)).T
-        placed: np.ndarray = self.centre(body)[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-        return placed
+        return placed(self.centre(body), self.angle(body), local - np.array(self.mechanism.body(body).centre))
 
     def place(self, reference: BodyPoint) -> np.ndarray:
         """A named point of a body or of the ground in the fixed frame, shape (samples, 2) [m]."""

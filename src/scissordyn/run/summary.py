@@ -15,7 +15,8 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
-from scissordyn.units import short
+from scissordyn.run.placement import placed
+from scissordyn.units import counted, short
 
 __all__ = [
     "ActuatorAnswer",
@@ -247,9 +248,7 @@ class Summary(_Words):
             parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
             found.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
         if self.horizon is not None:
-            number = self.horizon_contacts or 0
-            contacts = f"{number} contact" + ("" if number == 1 else "s")
-            found.append(f"Trusted until {short(self.horizon, 's')}, through {contacts}.")
+            found.append(f"Trusted until {short(self.horizon, 's')}, through {counted(self.horizon_contacts or 0)}.")
         elif self.horizon_text:
             found.append(f"The predictability horizon is {self.horizon_text}.")
         return found
@@ -437,10 +436,7 @@ def _span(run: xr.Dataset) -> SpanAnswer | None:
     found = []
     for body in described.bodies:
         k, local = places[body.name], np.array([body.centre, *dict(body.points).values()], float) - np.array(body.centre, float)
-        turn = angle[:, k, None] if body.inertia is not None else np.zeros((2, 1))
-        cos, sin = np.cos(turn), np.sin(turn)
-        x, y = local.T
-        found.append(position[:, k, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
+        found.append(placed(position[:, k], angle[:, k] if body.inertia is not None else np.zeros(2), local))
     if not found:
         return None
     start, end = np.ptp(np.concatenate(found, axis=1), axis=1).tolist()

@@ -16,6 +16,7 @@ from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, U
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import column
+from scissordyn.units import counted
 
 __all__ = [
     "Table",
@@ -56,10 +57,10 @@ class Table:
 
 def design_size(study: Study) -> str:
     """Points, samples and members in words."""
-    said = [f"{_counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
+    said = [f"{counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
     if study.uncertain:
         of_each = " of each" if study.factors else ""
-        said.append(f"{_counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
+        said.append(f"{counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
     if study.members > 1:
         said.append(f"{study.members} members of each")
     return ", ".join(said)
@@ -122,7 +123,7 @@ def agreement(study: Study, points: xr.Dataset) -> str:
         return f"Members, whose starts differ by round-off, agree to {AGREEMENT:.1%} of every measure at all points."
     said = (
         f"Members, whose starts differ by round-off, disagree by more than {AGREEMENT:.1%} of a measure at {differ} of "
-        f"{_counted(count, 'point')} ({_percent(differ / count)}): motion is chaotic there, and the answer is a distribution."
+        f"{counted(count, 'point')} ({_percent(differ / count)}): motion is chaotic there, and the answer is a distribution."
     )
     if study.requirements:
         undecided = int(points["undecided"].sum())
@@ -203,7 +204,7 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
             cells = [[_within(row, key, Scale(1.0, "")) for key in ("first", "total")] for row in factors]
         rows = [(str(row["factor"].item()), *texts) for row, texts in zip(factors, cells, strict=True)]
         left_out = table.attrs["left_out"]
-        notes = (f"{_counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
+        notes = (f"{counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
         found.append(Table((f"{name} depends on", *head), rows, name, notes))
     return found
 
@@ -234,9 +235,9 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
     shown = [
         (str(row), *(scales[n].text(signs.get(n, 1.0) * float(found.points[n][row]), 6) for n in names)) for row in rows[:most]
     ]
-    notes = [f"{_counted(found.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
+    notes = [f"{counted(found.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
     if len(rows) > most:
-        notes.append(f"{_counted(len(rows) - most, 'more point')} of the front in the store.")
+        notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
     if found.best >= 0 and float(found.points["violation"][found.best]) > 0.0:
         notes.append("No point meets all requirements; this is the one that violates them least.")
     head = ("point", *(scales[name].label(name) for name in names))
@@ -247,10 +248,6 @@ def worst_value(one: Worst) -> str:
     """The response of a case with its unit."""
     scale = scale_of(xr.DataArray(one.value, attrs={"units": one.units}))
     return f"{scale.text(one.value)} {scale.unit}".rstrip()
-
-
-def _counted(count: int, thing: str) -> str:
-    return f"{count} {thing}" + ("" if count == 1 else "s")
 
 
 def _percent(fraction: float) -> str:

@@ -32,10 +32,10 @@ def modes(
         raise InputError(f"--position {position}", "static, concentric", "--position static")
     found = compute(read_case(case, change or []).mechanism, count=count, position=position)  # type: ignore[arg-type]
     to = console()
-    frequencies, shapes = found["frequency"].values, found["shape"].values
+    frequencies, angular, shapes = (found[name].values for name in ("frequency", "angular_frequency", "shape"))
     for k, frequency in enumerate(frequencies.tolist()):
         moves = found["body"].values[int(((shapes[k] ** 2).sum(axis=-1)).argmax())]
-        text = f"{frequency:12.6g} Hz" if frequency >= 0.0 else f"unstable, grows with {-6.283185307179586 * frequency:.6g} 1/s"
+        text = f"{frequency:12.6g} Hz" if frequency >= 0.0 else f"unstable, grows with {-angular[k]:.6g} 1/s"
         to.print(f"mode {k + 1:3d}  {text}   moves '{moves}' most", markup=False)
     if output is not None:
         save(found, output)

@@ -10,13 +10,18 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Beam"]
+__all__ = ["Beam", "node_inertia"]
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
 _WEIGHT_OUTER, _WEIGHT_INNER = (18.0 - math.sqrt(30.0)) / 72.0, (18.0 + math.sqrt(30.0)) / 72.0
 _POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)
 _WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)
+
+
+def node_inertia(mass_per_length: float, length: float) -> float:
+    """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
+    return mass_per_length * length**3 / 105.0
 
 
 def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_stiffness, depth, modulus, strength):

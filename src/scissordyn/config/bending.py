@@ -7,9 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from scissordyn.config.table import Table
-from scissordyn.model.bending import with_bending
+from scissordyn.model.bending import AXIAL, BENDING, ELEMENTS, with_bending
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.units import Quantity
 
 __all__ = ["BendingTable"]
 
@@ -23,13 +22,9 @@ class BendingTable(Table):
         Field(description="tube, box, solid, angle or strip with its dimensions", examples=["tube 60x60x1.56 mm"]),
     ] = None
     material: Annotated[str | None, Field(description="steel, aluminium or titanium", examples=["steel"])] = None
-    bending_stiffness: Annotated[
-        float | None, Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
-    ] = None
-    axial_stiffness: Annotated[
-        float | None, Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
-    ] = None
-    elements: Annotated[int, Quantity("1", minimum=1, maximum=64, help="elements along a bar, at least")] = 8
+    bending_stiffness: Annotated[float | None, BENDING] = None
+    axial_stiffness: Annotated[float | None, AXIAL] = None
+    elements: Annotated[int, ELEMENTS] = 8
 
     def applied(self, mechanism: Mechanism) -> Mechanism:
         """The mechanism with these bars."""

@@ -8,9 +8,7 @@ import math
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.beam import Beam
-from scissordyn.component.motor import Motor
+from scissordyn.component.beam import Beam, node_inertia
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
@@ -18,9 +16,11 @@ from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
 from scissordyn.units import Quantity, checked
 
-__all__ = ["with_bending"]
+__all__ = ["AXIAL", "BENDING", "ELEMENTS", "with_bending"]
 
-MOST_ELEMENTS = 64
+BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
+AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
+ELEMENTS = Quantity("1", minimum=1, maximum=64, help="elements along a bar, at least")
 SLENDER = 5.0
 """Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out."""
 
@@ -37,9 +37,9 @@ def with_bending(
     *,
     section: str | Section | None = None,
     material: str | StructuralMaterial | None = None,
-    bending_stiffness: Annotated[float | None, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")] = None,
-    axial_stiffness: Annotated[float | None, Quantity("N", above=0.0, maximum=1e18, help="EA")] = None,
-    elements: Annotated[int, Quantity("1", minimum=1, maximum=MOST_ELEMENTS, help="elements along a bar")] = 8,
+    bending_stiffness: Annotated[float | None, BENDING] = None,
+    axial_stiffness: Annotated[float | None, AXIAL] = None,
+    elements: Annotated[int, ELEMENTS] = 8,
 ) -> Mechanism:
     """The same mechanism with bars that bend.
 
@@ -175,7 +175,7 @@ def _rebuilt(
     """The mechanism with cross-sections at `marks` in place of a bar."""
     spans = [other - one for one, other in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
-    turned = [mass_per_length * span**3 / 105.0 for span in spans]
+    turned = [node_inertia(mass_per_length, span) for span in spans]
     cos, sin = math.cos(body.angle), math.sin(body.angle)
     nodes, where = [], dict[str, str]()
     for k, mark in enumerate(marks):
@@ -236,10 +236,10 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
         on = guide.follower[0] == name
         if guide.body == name or (on and (guide.aligned or guide.clearance is not None)):
             raise refused(f"guide '{guide.name}'")
-    components = []
-    for part in mechanism.components:
-        motor = isinstance(part, Motor | Actuator)
-        components.append(exchanged(part, f"component '{part.name}'", ("body",) if motor else ()))
+    components = [
+        exchanged(part, f"component '{part.name}'", ("body",) if part.declaration.motor else ())
+        for part in mechanism.components
+    ]
     tracks = []
     for track in mechanism.tracks:
         if track.body == name and track.point not in where:

@@ -5,21 +5,16 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.component.beam import Beam
+from scissordyn.component.beam import Beam, node_inertia
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Natural, PointMap, combined
 
-__all__ = ["beam_mass", "beams_of", "node_inertia", "straight_maps"]
+__all__ = ["beam_mass", "beams_of", "straight_maps"]
 
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
 """420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
-
-
-def node_inertia(mass_per_length: float, length: float) -> float:
-    """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
-    return mass_per_length * length**3 / 105.0
 
 
 def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:

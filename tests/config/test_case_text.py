@@ -17,6 +17,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
+from instances import OTHERWISE, TABLES
 
 import scissordyn as sd
 from scissordyn.annotation import plain_hint
@@ -124,47 +125,6 @@ HOSTS: Mapping[str, Any] = {
 
 TEXTS = ("crank", "rod", "plate", "ground", "end", "start", "error", "sensor_x", *METHODS, ODD)
 PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), ("slider", "centre"), ("plate", "corner"))
-TABLES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
-OTHERWISE: Mapping[type, tuple[Any, ...]] = {
-    sd.Guide: (sd.Guide("guide", ("plate", "corner"), aligned=True),),
-    sd.GuideClearance: (
-        sd.GuideClearance(1e-4, length=0.04, width=0.02),
-        sd.GuideClearance(1e-4, corners=((-0.019, -0.009), (0.019, -0.009), (0.0, 0.1 / 9.0))),
-    ),
-    sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TABLES[0], folded=TABLES[1]),),
-    sd.FeedForward: (sd.FeedForward(limit=10.0),),
-    sd.PID: (sd.PID(3.0, limit=10.0),),
-    sd.Oil: (sd.Oil("own", 5e-5, 7e-6),),
-    sd.Lubrication: (
-        sd.Lubrication(viscosity=0.05, bearing="short"),
-        sd.Lubrication(oil=sd.Oil("own", 5e-5, 7e-6), temperature=350.0),
-    ),
-    sd.Actuator: (
-        sd.Actuator("servo", "rod", sd.FeedForward(limit=10.0), reference=sd.ConstantSpeed(1.0), sensor=("rod", "end")),
-    ),
-    sd.Bushing: (
-        sd.Bushing(
-            "bushing", ("crank", "end"), ("rod", "start"), stiffness_x=1e7, stiffness_y=1e7, damping_x=1e7, damping_y=1e7
-        ),
-    ),
-    sd.Beam: (
-        sd.Beam(
-            "beam",
-            ("crank", "start"),
-            ("rod", "start"),
-            length=0.7,
-            axial_stiffness=1e7,
-            bending_stiffness=1e3,
-            mass_per_length=0.3,
-            depth=0.06,
-            youngs_modulus=2.1e11,
-            yield_strength=2.35e8,
-        ),
-    ),
-    sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
-    sd.Harmonic: (sd.Harmonic(0.1, 0.2, 3.3, 0.4),),
-}
-"""Instances of classes whose fields depend on each other."""
 
 
 def numbers(quantity: Quantity) -> list[float]:

@@ -312,3 +312,17 @@ def test_walther() -> None:
     middle = math.sqrt(313.15 * 373.15)
     twice = [math.log10(math.log10(oil.viscosity(t) / 876.0 * 1e6 + 0.7)) for t in (313.15, middle, 373.15)]
     assert twice[1] == pytest.approx(0.5 * (twice[0] + twice[2]))
+
+
+def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:
+    """Identity: a saved run with a function of the user's is drawn without it; the dashed line is at three roughnesses."""
+    (tmp_path / "own.py").write_text("def soft(indentation):\n    return 1e9 * indentation**1.5\n", encoding="utf-8")
+    text = CASE.replace("{oil}", '{ viscosity = "50 mPa s", roughness = "2 um" }\nstiffness = { law = "own.py:soft" }')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    case = sd.read_case(tmp_path / "case.toml")
+    sd.save(sd.simulate(case.mechanism, until=1e-3, samples=21), tmp_path / "run.nc")
+    (tmp_path / "own.py").unlink()
+    drawn = sd.plot.film(sd.load(tmp_path / "run.nc"))
+    (line,) = [one for one in drawn[0].lines if one.get_label() == "three roughnesses"]
+    assert line.get_ydata()[0] == pytest.approx(6.0)
+    assert drawn[0].get_ylabel() == "film thickness [µm]"

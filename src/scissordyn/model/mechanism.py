@@ -27,6 +27,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.pattern import matching
 from scissordyn.model.track import Track
 from scissordyn.offer import offered
@@ -197,20 +198,18 @@ class Mechanism:
         return (*self.clearance_joints, *self.contact_points)
 
     @property
-    def lubricated(self) -> tuple[Revolute, ...]:
-        """The joints with a film of oil, in order."""
-        return tuple(joint for joint in self.clearance_joints if joint.clearance and joint.clearance.lubrication)
+    def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
+        """The joints with a film of oil, in order, each with its clearance and its oil."""
+        pairs = ((joint, joint.clearance) for joint in self.clearance_joints)
+        return tuple((joint, gap, gap.lubrication) for joint, gap in pairs if gap is not None and gap.lubrication is not None)
 
     @property
     def exerting(self) -> tuple[Component, ...]:
         """What exerts forces beside contacts: the components, then the films of lubricated joints."""
-        films: list[Any] = []
-        for joint in self.lubricated:
-            gap = joint.clearance
-            assert gap is not None
-            assert gap.lubrication is not None
-            sizes = gap.clearance, gap.journal_radius, gap.bearing_length
-            films.append(gap.lubrication.film(joint.name, joint.bearing, joint.journal, *sizes))
+        films: list[Any] = [
+            oil.film(joint.name, joint.bearing, joint.journal, gap.clearance, gap.journal_radius, gap.bearing_length)
+            for joint, gap, oil in self.lubricated
+        ]
         return (*self.components, *films)
 
     @cached_property

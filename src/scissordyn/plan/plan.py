@@ -19,10 +19,12 @@ from scissordyn.mechanics.outputs import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import Model, Parameters
 from scissordyn.model.body import Body
+from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
 from scissordyn.model.proportion import proportion_warnings
 from scissordyn.model.track import Track
@@ -164,8 +166,8 @@ class Plan:
         return self.mechanism.contacts
 
     @property
-    def lubricated(self) -> tuple[Revolute, ...]:
-        """The joints with a film of oil."""
+    def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
+        """The joints with a film of oil, each with its clearance and its oil."""
         return self.mechanism.lubricated
 
     @property

@@ -48,10 +48,8 @@ def film(run: xr.Dataset, *, joints: Sequence[str] | None = None, axes: Canvas =
     chosen = known[int(np.argmin(run["film_least_thickness"].values))] if joints is None else joints[0]
     if chosen not in known:
         raise InputError(f"joint '{chosen}'{did_you_mean(chosen, known)}", "a lubricated joint: " + ", ".join(known))
-    oil = read_configuration(run).build_mechanism().joint(chosen).clearance
-    assert oil is not None
-    assert oil.lubrication is not None
-    rough, time = oil.lubrication.roughness, time_scale(run)
+    described = {joint.name: joint for joint in read_configuration(run).mechanism.joints}
+    rough, time = float(described[chosen].clearance.lubrication.roughness), time_scale(run)
     here, x = run.sel(film=chosen), time.factor * run["time"].values
     drawn = panels(axes, 3, size=(8.0, 7.0))
     size = engineering("m", rough)

@@ -43,7 +43,7 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Vari
     if not joints:
         return {}
     thickness, pressure = (variables[name].values for name in ("film_thickness", "film_pressure"))
-    rough = np.array([joint.clearance.lubrication.roughness for joint in joints])  # type: ignore[union-attr]
+    rough = np.array([oil.roughness for _, _, oil in joints])
     dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED * rough)
     dry, mixed = (time_mean(each, time) if len(time) else np.full(len(joints), math.nan) for each in (dry, mixed))
     at = np.argmin(thickness, axis=0) if len(time) else np.zeros(len(joints), int)
@@ -77,11 +77,8 @@ def film_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
     list of str
     """
     found = []
-    for k, joint in enumerate(plan.lubricated):
-        clearance = joint.clearance
-        assert clearance is not None
-        assert clearance.lubrication is not None
-        oil, label = clearance.lubrication, f"joint '{joint.name}'"
+    for k, (joint, clearance, oil) in enumerate(plan.lubricated):
+        label = f"joint '{joint.name}'"
         least, when = (float(run.variables[name].values[k]) for name in ("film_least_thickness", "film_least_thickness_time"))
         if least < MIXED * oil.roughness:
             part = float(run.variables["film_dry_share"].values[k] + run.variables["film_mixed_share"].values[k])

@@ -93,9 +93,7 @@ def own_instants(
         parts.append((pieces[:, :1] + (pieces[:, 1:] - pieces[:, :1]) * part).ravel())
     found = np.unique(np.concatenate(parts))
     found = found[np.isfinite(found) & (found >= 0.0) & (found <= last)]
-    if (
-        found.size > MOST_INSTANTS
-    ):  # more contacts than samples: the equally spaced ones stay, and every so manieth of the others
+    if found.size > MOST_INSTANTS:  # more contacts than samples: the equally spaced ones stay, and a part of the others
         further = np.setdiff1d(found, parts[0])
         kept = further[:: -(-further.size // (MOST_INSTANTS - EQUALLY_SPACED))]
         found = np.union1d(parts[0], kept)

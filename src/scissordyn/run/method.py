@@ -68,7 +68,7 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
     if stiff:
         return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
-    short = [joint.name for joint in plan.lubricated if joint.clearance.lubrication.bearing == "short"]  # type: ignore[union-attr]
+    short = [joint.name for joint, _, oil in plan.lubricated if oil.bearing == "short"]
     if short:
         return Choice(STIFF, f"the film of the short bearing of joint '{short[0]}' gets stiff as it gets thin")
     if plan.contacts and options.start != "concentric":

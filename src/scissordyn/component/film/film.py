@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from scissordyn.component.declaration import check_attachment, component
-from scissordyn.component.film.impedance import finite_table, interpolated, long_bearing, pressure_table, short_bearing
+from scissordyn.component.film.impedance import finite_table, long_bearing, pressure_table, short_bearing, tabulated
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.jit import kernel
@@ -51,10 +51,10 @@ def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, leng
     elif model == 2.0:
         radial, tangential = long_bearing(e, sine, cosine, full == 1.0)
     else:
-        radial = interpolated(table, FIRST, 0, gap, direction) / (gap * math.sqrt(gap))
-        tangential = math.copysign(1.0, sine) * interpolated(table, FIRST, 1, gap, direction) / gap
+        radial = tabulated(table, FIRST, 0, gap, direction)
+        tangential = math.copysign(1.0, sine) * tabulated(table, FIRST, 1, gap, direction)
     stiff = viscosity * (radius / clearance) * (radius / clearance) * size
-    pressure = max(stiff * interpolated(table, FIRST, 2, gap, direction) / (gap * gap), 0.0)
+    pressure = max(stiff * tabulated(table, FIRST, 2, gap, direction), 0.0)
     stiff *= radius * length
     fx, fy = stiff * (radial * nx - tangential * ny), stiff * (radial * ny + tangential * nx)
     shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))

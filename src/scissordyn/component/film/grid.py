@@ -6,13 +6,16 @@ import math
 
 import numpy as np
 
-__all__ = ["DIRECTIONS", "GAPS", "NEAREST", "SHARP", "WIDEST", "directions", "eccentricities", "steepness"]
+__all__ = ["DIRECTIONS", "GAPS", "NEAREST", "POWERS", "SHARP", "WIDEST", "directions", "eccentricities", "steepness"]
 
 GAPS, DIRECTIONS = 20, 33
 """Nodes over the root of the least film thickness, and over the direction psi of the velocity from 0 to pi."""
 
 NEAREST = 1e-3
 """Least film thickness of the table over the clearance; below, impedances grow as those of a long bearing."""
+
+POWERS = 1.5, 1.0, 2.0
+"""By which powers of the film thickness radial force, tangential force and pressure of the table are divided."""
 
 SHARP = 0.15
 """Range of psi about pi/2 in which nodes are closest [rad]: there the film passes from one side to the other."""
@@ -31,6 +34,5 @@ def directions() -> np.ndarray:
 
 
 def steepness(eccentricity: float | np.ndarray) -> np.ndarray:
-    """What the impedances are divided by: about how they grow towards contact, for force and pressure, shape (..., 3)."""
-    thin = 1.0 - np.asarray(eccentricity)
-    return np.stack([thin**-1.5, thin**-1.0, thin**-2.0], axis=-1)
+    """What the impedances are divided by, shape (..., 3): powers of the film thickness, about as they grow towards contact."""
+    return np.asarray((1.0 - np.asarray(eccentricity))[..., None] ** -np.array(POWERS))

@@ -12,7 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
-from scissordyn.component.film.grid import DIRECTIONS, GAPS, NEAREST, SHARP, WIDEST, directions, eccentricities, steepness
+from scissordyn.component.film.grid import (
+    DIRECTIONS,
+    GAPS,
+    NEAREST,
+    POWERS,
+    SHARP,
+    WIDEST,
+    directions,
+    eccentricities,
+    steepness,
+)
 from scissordyn.jit import kernel
 
 __all__ = ["finite_table", "long_bearing", "looked_up", "pressure_table", "short_bearing"]
@@ -22,6 +32,7 @@ TABLE = Path(__file__).parent / "finite.npz"
 ROOT = math.sqrt(NEAREST)
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(24)
+_POWERS = POWERS
 _POINTS, _WEIGHTS = tuple(POINTS.tolist()), tuple(WEIGHTS.tolist())
 
 
@@ -143,8 +154,8 @@ def at_node(table, first, which, row, column):
 
 
 @kernel()
-def interpolated(table, first, which, gap, direction):
-    """One of the three tabulated numbers at a film thickness over the clearance and a direction from 0 to pi."""
+def tabulated(table, first, which, gap, direction):
+    """Radial, tangential or pressure of a table at a film thickness over the clearance and a direction from 0 to pi."""
     x = (math.sqrt(max(gap, NEAREST)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
     y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / SHARP) / WIDEST + 1.0) * (DIRECTIONS - 1)
     row, column = min(max(int(x), 0), GAPS - 2), min(max(int(y), 0), DIRECTIONS - 2)
@@ -166,13 +177,13 @@ def interpolated(table, first, which, gap, direction):
             v2 = value
         else:
             v3 = value
-    return cubic(fx, v0, v1, v2, v3)
+    return cubic(fx, v0, v1, v2, v3) / gap ** _POWERS[which]
 
 
 def looked_up(table: np.ndarray, eccentricity: float, direction: float) -> tuple[float, float, float]:
     """Radial, tangential and pressure of a table at an eccentricity and a direction from 0 to pi [rad]."""
-    flat, factors = np.ascontiguousarray(table).ravel(), steepness(eccentricity)
-    found = [float(interpolated(flat, 0, k, 1.0 - eccentricity, direction) * factors[k]) for k in range(3)]
+    flat = np.ascontiguousarray(table).ravel()
+    found = [float(tabulated(flat, 0, k, 1.0 - eccentricity, direction)) for k in range(3)]
     return found[0], found[1], found[2]
 
 

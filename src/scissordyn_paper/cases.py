@@ -7,7 +7,7 @@ import math
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.clearance import ClearanceTable
@@ -229,7 +229,7 @@ class PaperCase:
         """
         with located(self.name):
             (table,) = tomllib.loads(self.toml)["clearance"]
-            read = instance(ClearanceTable, table, {"folder": Path()})
+            read: Any = instance(ClearanceTable, table, {"folder": Path()})
             mechanism = ideal.mechanism.with_clearance(read.joint, read.described())
             return Case(mechanism, dataclasses.replace(ideal.run, start=self.start))
 

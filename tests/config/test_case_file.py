@@ -86,11 +86,11 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
     """Identity: keys and defaults of [structure] against the signature of the function, and a unit for every number."""
     table = STRUCTURES[kind]
     assert issubclass(table, BuiltTable)
-    parameters = inspect.signature(table.builder).parameters
+    parameters = inspect.signature(table.function).parameters
     assert {name: field.default for name, field in table.model_fields.items() if name != "kind"} == {
         name: parameter.default for name, parameter in parameters.items()
     }
-    numbers = [name for name, hint in get_type_hints(table.builder).items() if hint in (float, float | None)]
+    numbers = [name for name, hint in get_type_hints(table.function).items() if hint in (float, float | None)]
     assert all(quantity_of(table, name) is not None for name in numbers)
 
 

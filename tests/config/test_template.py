@@ -80,7 +80,7 @@ def test_structures_of_the_templates_are_the_defaults(tmp_path: Path, kind: str)
     path.write_text(template(kind), encoding="utf-8")
     start = STARTERS[kind].get("structure", {})
     angle = {"angle": math.radians(float(start["angle"].split()[0]))} if "angle" in start else {}
-    read, built = read_case(path).mechanism.ideal(), table.builder(**angle)
+    read, built = read_case(path).mechanism.ideal(), table.function(**angle)
     assert (read.joints, read.ground, read.gravity) == (built.joints, built.ground, built.gravity)
     for one, other in zip(read.bodies, built.bodies, strict=True):
         assert (one.name, list(one.points)) == (other.name, list(other.points))

@@ -59,8 +59,8 @@ def _read_controls(given: Any, info: ValidationInfo) -> list[ControlTable]:
     return [ControlTable.model_validate(given, context=info.context)]
 
 
-def _listed() -> Any:
-    return Field(default_factory=list)
+def _listed(description: str | None = None) -> Any:
+    return Field(description=description, default_factory=list)
 
 
 class _CaseTable(Table):
@@ -79,25 +79,17 @@ class _CaseTable(Table):
         PlainValidator(_read_controls),
         Field(description="a controlled torque in place of a drive; [[control]] for several", default_factory=list),
     ]
-    clearance: Annotated[
-        list[ClearanceTable],
-        Field(description="a clearance joint; one table for each", default_factory=list),
-    ]
-    guide_clearance: Annotated[
-        list[GuideClearanceTable],
-        Field(description="a clearance guide; one table for each", default_factory=list),
-    ]
+    clearance: list[Annotated[Any, ClearanceTable.reader()]] = _listed("a clearance joint; one table for each")
+    guide_clearance: list[Annotated[Any, GuideClearanceTable.reader()]] = _listed("a clearance guide; one table for each")
     body: list[Annotated[Body, PARTS["body"].reader]] = _listed()
     ground: list[Annotated[tuple[str, Point], PARTS["ground"].reader]] = _listed()
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
     guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
     weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
     track: list[Annotated[Track, PARTS["track"].reader]] = _listed()
-    payload: Annotated[
-        list[PayloadTable], Field(description="a mass fixed to a body; one table for each", default_factory=list)
-    ]
-    panels: Annotated[list[PanelsTable], Field(description="a panel on each of some bars", default_factory=list)]
-    bending: Annotated[list[BendingTable], Field(description="bars that bend; one table for each kind", default_factory=list)]
+    payload: list[Annotated[Any, PayloadTable.reader()]] = _listed("a mass fixed to a body; one table for each")
+    panels: list[Annotated[Any, PanelsTable.reader()]] = _listed("a panel on each of some bars")
+    bending: list[Annotated[Any, BendingTable.reader()]] = _listed("bars that bend; one table for each kind")
     run: Annotated[
         Options,
         described(Options, until="50 ms"),
@@ -112,10 +104,10 @@ class _CaseTable(Table):
         for section in ("payload", "panels"):
             for index, load in enumerate(getattr(self, section)):
                 with placed(section, index):
-                    mechanism = load.carried(mechanism)
+                    mechanism = load.result(mechanism)
         for index, bars in enumerate(self.bending):
             with placed("bending", index):
-                mechanism = bars.applied(mechanism)
+                mechanism = bars.result(mechanism)
         mechanism = self._with_clearances(mechanism)
         driven = set[str]()
         for index, table in enumerate(self.drive):

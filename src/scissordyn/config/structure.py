@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, Literal, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
 from scissordyn.annotation import plain_hint
 from scissordyn.component.place import Point
 from scissordyn.config.part import pair
-from scissordyn.config.table import Table
+from scissordyn.config.table import Call, Table, table_of_call
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.units import Meaning, quantities
+from scissordyn.units import extras, quantities
 
 __all__ = ["STRUCTURE", "STRUCTURES", "BuiltTable", "MechanismTable", "StructureTable"]
 
@@ -51,45 +50,34 @@ class MechanismTable(StructureTable):
         return {name: getattr(self, name) for name in type(self).model_fields if name != "kind"}
 
 
-class BuiltTable(StructureTable):
+class BuiltTable(Call, StructureTable):
     """The arguments of a function that builds a mechanism."""
-
-    builder: ClassVar[Callable[..., Mechanism]]
 
     def fields(self) -> dict[str, Any]:
         """Every field of the mechanism that is built."""
-        arguments = {name: getattr(self, name) for name in type(self).model_fields if name != "kind"}
-        mechanism = type(self).builder(**arguments)
+        mechanism = self.result()
         return {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
 
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
-    """The table whose keys are the arguments of a builder, with their annotations.
+    """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults.
 
     Parameters
     ----------
     kind : str
         Its name in the case file.
     builder : callable
-        All its arguments have defaults.
     help : str
         Description in one line.
     **examples
         Examples of arguments in the form of a case file.
     """
+    named: Any = (Literal[kind], Field(description=help, examples=[kind]))
+    base = create_model(f"{builder.__name__}_kind", __base__=BuiltTable, kind=named)
     hints = get_type_hints(builder, include_extras=True)
-    found: dict[str, Any] = {"kind": (Literal[kind], Field(description=help, examples=[kind]))}
-    for name, parameter in inspect.signature(builder).parameters.items():
-        hint, extra = hints[name], get_args(hints[name])[1]
-        more: dict[str, Any] = {"examples": [examples[name]]} if name in examples else {}
-        if isinstance(extra, Meaning) or plain_hint(hint) == Point:
-            more["description"] = extra.help
-        if plain_hint(hint) == Point:
-            hint = Annotated[Point, pair(extra.unit)]
-        found[name] = (hint, Field(parameter.default, **more))
-    table: type[BuiltTable] = create_model(f"{builder.__name__}_table", __base__=BuiltTable, __doc__=help, **found)
-    table.builder = staticmethod(builder)
-    return table
+    places = {name: extras(hint)[0] for name, hint in hints.items() if plain_hint(hint) == Point}
+    read = tuple((name, Annotated[Point, pair(one.unit), Field(description=one.help)]) for name, one in places.items())
+    return table_of_call(builder, read, base=base, **examples)
 
 
 _TABLES = (

@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import (
     BaseModel,
@@ -27,9 +28,10 @@ from scissordyn.annotation import members
 from scissordyn.config.line import Place, address
 from scissordyn.config.quantity import example, read_quantity, written
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.units import Quantity, Sample
+from scissordyn.units import Quantity, Sample, extras
 
 __all__ = [
+    "Call",
     "Context",
     "Hints",
     "PlacedError",
@@ -41,10 +43,12 @@ __all__ = [
     "instance",
     "key_help",
     "key_sample",
+    "keys_of",
     "located",
     "placed",
     "quantity_of",
     "table_of",
+    "table_of_call",
     "toml",
     "words_of",
 ]
@@ -109,6 +113,11 @@ class Table(BaseModel):
     # a validator is built for the tables that a case has when they are read, not for all when they are declared
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True, defer_build=True)
 
+    @classmethod
+    def reader(cls) -> PlainValidator:
+        """For ``Annotated[Any, ClearanceTable.reader()]``: a key whose value is such a table."""
+        return PlainValidator(lambda given, info: cls.model_validate(given, context=info.context))
+
     @model_validator(mode="before")
     @classmethod
     def _know_the_keys(cls, given: Any) -> Any:
@@ -141,16 +150,34 @@ class Table(BaseModel):
             raise InputError(error.what, allowed, f"{key} = {sample}") from None
 
 
-def _documented(described_type: type) -> dict[str, str]:
-    """First sentences of the parameters in the docstrings of a dataclass and its bases."""
+def _documented(docstrings: Iterable[str | None]) -> dict[str, str]:
+    """First sentences of the parameters in docstrings; later ones count."""
     found: dict[str, str] = {}
-    for ancestor in reversed(described_type.__mro__):
-        for names, text in re.findall(
-            r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", inspect.cleandoc(ancestor.__doc__ or ""), re.MULTILINE
-        ):
+    for docstring in docstrings:
+        for names, text in re.findall(r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", inspect.cleandoc(docstring or ""), re.MULTILINE):
             sentence = re.split(r"[.;](?:\s|$)", " ".join(text.split()))[0]
             found.update({name.strip(): sentence[:1].lower() + sentence[1:] for name in names.split(",")})
     return found
+
+
+def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[str, Any]:
+    """The keys of the table that fills a frozen dataclass, see `table_of`, as pydantic takes them."""
+    annotations = {**get_type_hints(described_type, include_extras=True), **dict(hints)}
+    documented = _documented(ancestor.__doc__ for ancestor in reversed(described_type.__mro__))
+    keys: dict[str, Any] = {}
+    for field in dataclasses.fields(described_type):
+        if annotations[field.name] is None:
+            continue
+        default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
+        arguments: dict[str, Any] = {}  # only known ones: the annotation may have its own
+        if dataclasses.is_dataclass(default):  # a law or a material, which a file names
+            default, arguments["validate_default"] = default.name, True  # type: ignore[union-attr]
+        if field.name in examples:
+            arguments["examples"] = [examples[field.name]]
+        if field.name in documented and field.name not in dict(hints):
+            arguments["description"] = documented[field.name]
+        keys[field.name] = (annotations[field.name], Field(... if default is dataclasses.MISSING else default, **arguments))
+    return keys
 
 
 def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[Table]:
@@ -165,20 +192,59 @@ def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[T
     **examples
         Examples of keys without a default.
     """
-    annotations = {**get_type_hints(described_type, include_extras=True), **dict(hints)}
-    documented = _documented(described_type)
-    keys: dict[str, Any] = {}
-    for field in dataclasses.fields(described_type):
-        if annotations[field.name] is None:
+    return create_model(described_type.__name__, __base__=Table, **keys_of(described_type, hints, **examples))
+
+
+class Call(Table):
+    """The arguments of a function as the keys of a table, see `table_of_call`."""
+
+    function: ClassVar[Callable[..., Any]]
+    arguments: ClassVar[Mapping[str, str]]
+
+    def result(self, *before: Any) -> Any:
+        """What the function gives for them, after the arguments that have no key."""
+        return type(self).function(*before, **{name: getattr(self, key) for key, name in self.arguments.items()})
+
+
+AnyCall = TypeVar("AnyCall", bound=Call)
+
+
+def table_of_call(
+    function: Callable[..., Any],
+    hints: Hints,
+    *,
+    base: type[AnyCall],
+    spelt: Mapping[str, str] = MappingProxyType({}),
+    **examples: Any,
+) -> type[AnyCall]:
+    """The table whose keys are the arguments of a function, with their quantities and defaults.
+
+    Parameters
+    ----------
+    function : callable
+    hints : tuple of (str, annotation)
+        How arguments are read whose annotation is not sufficient; None for one that has no key.
+    base : type
+        What the table derives from; its own keys stand first.
+    spelt : mapping of str to str, optional
+        Keys that are not called as their arguments.
+    **examples
+        Examples of keys, by argument.
+    """
+    annotations = {**get_type_hints(function, include_extras=True), **dict(hints)}
+    documented, keys, arguments = _documented([function.__doc__]), dict[str, Any](), dict[str, str]()
+    for name, parameter in inspect.signature(function).parameters.items():
+        if annotations[name] is None:
             continue
-        default = field.default if field.default is not dataclasses.MISSING else ...
-        arguments: dict[str, Any] = {}  # only known ones: the annotation may have its own
-        if field.name in examples:
-            arguments["examples"] = [examples[field.name]]
-        if field.name in documented and field.name not in dict(hints):
-            arguments["description"] = documented[field.name]
-        keys[field.name] = (annotations[field.name], Field(default, **arguments))
-    return create_model(described_type.__name__, __base__=Table, **keys)
+        more: dict[str, Any] = {"examples": [examples[name]]} if name in examples else {}
+        if name not in dict(hints):
+            more["description"] = next((one.help for one in extras(annotations[name])), "") or documented.get(name, "")
+        default = ... if parameter.default is parameter.empty else parameter.default
+        key = spelt.get(name, name)
+        keys[key], arguments[key] = (annotations[name], Field(default, **more)), name
+    table = create_model(f"{function.__name__}_table", __base__=base, __doc__=function.__doc__, **keys)
+    table.function, table.arguments = staticmethod(function), arguments
+    return table
 
 
 _table_of = cache(table_of)

@@ -91,6 +91,7 @@ TARGETS = (
 EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("component/force.py", "parameters", "float(self.follows)"): "a switch",
     ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
+    ("control/tracking/feedback.py", "", "1.0"): "a scale of the error of a step",
     ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
     ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
     ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",

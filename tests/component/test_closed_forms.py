@@ -22,6 +22,7 @@ from scissordyn.component import (
     travel_stop,
 )
 from scissordyn.component.stop import push, stop_damping
+from scissordyn.errors import InputError
 
 ENDS = ("one", "end"), ("ground", "end")
 XI = 8.0 * (1.0 - 0.4) / (5.0 * 0.4)
@@ -166,6 +167,27 @@ def test_tape_spring():
     assert tape_spring.gap(-0.05, -2.0, 0.0, *p) == pytest.approx((0.05, 2.0), rel=1e-12)
     assert tape_spring.gap(0.35, 2.0, 1.0, *p) == pytest.approx((0.2, 2.0), rel=1e-12)
     assert tape_spring.gap(-0.05, -2.0, 1.0, *p) == pytest.approx((0.12, 2.0), rel=1e-12)
+
+
+def test_tape_spring_whose_fold_takes_more_work():
+    """Closed form: piecewise linear moments have work of trapezia, which the message gives; as much is taken."""
+    straight = (
+        (-0.2, -1.5),
+        (-0.1, -1.0),
+        (0.1, 1.0),
+        (0.3, 2.0),
+    )  # from 0.05 to 0.3: 0.0375 + 0.3; from -0.05 to -0.2: 0.1625
+    negative, positive = ((-1.0, -0.2), (-0.05, -0.1)), ((0.05, 0.2), (1.0, 0.3))
+
+    def made(*folded):
+        return tape_spring.TapeSpring("t", "one", straight=straight, folded=folded)
+
+    peak = (0.3375 - 0.5 * 0.25 * 0.2) / (0.5 * 0.25)  # at the end of a ramp from 0.2 as much work as of the straight branch
+    made(*negative, (0.05, 0.2), (0.3, peak - 1e-9), (1.0, 0.3))
+    with pytest.raises(InputError, match=r"takes 0\.0125 J more than the straight tape up to the snap at 0\.3 rad"):
+        made(*negative, (0.05, 0.2), (0.3, peak + 0.1), (1.0, 0.3))
+    with pytest.raises(InputError, match=r"takes 0\.0075 J more than the straight tape up to the snap at -0\.2 rad"):
+        made((-1.0, -0.2), (-0.2, 0.1 - (0.1625 + 0.0075) / 0.075), (-0.05, -0.1), *positive)
 
 
 def test_tape_spring_of_tables():

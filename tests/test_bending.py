@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.component.beam import force
 from scissordyn.config.file import read_case
 from scissordyn.model.section import read_section
+from scissordyn.plan.bending import dissected
 
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
 BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761
@@ -251,3 +253,14 @@ def test_guides_on_a_bending_bar_are_refused() -> None:
     """Identity: nothing unsupported is accepted."""
     with pytest.raises(sd.InputError, match="platform"):
         sd.mast(units=1, platform_mass=3.0).with_bending("platform", bending_stiffness=1e4, axial_stiffness=1e7)
+
+
+def test_dissection_leaves_few_coordinates_in_each_other():
+    """Identity and bound: all coordinates, and a row of the inverse factor has as many entries as the chain halvings."""
+    count = 127
+    chain = sp.csr_array(sp.diags_array([1.0, 4.0, 1.0], offsets=[-1, 0, 1], shape=(count, count)))
+    order = dissected(chain)
+    assert sorted(order.tolist()) == list(range(count))
+    lower = np.linalg.cholesky(chain[order][:, order].toarray())
+    entries = np.count_nonzero(np.abs(np.linalg.inv(lower)) > 1e-15, axis=0)
+    assert entries.max() <= math.log2(count + 1) + 6  # below six coordinates a part is not divided

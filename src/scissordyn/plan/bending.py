@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from scissordyn.component.beam import Beam, node_inertia
 from scissordyn.component.place import GROUND
@@ -11,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Natural, PointMap, combined
 
-__all__ = ["beam_mass", "beams_of", "straight_maps"]
+__all__ = ["beam_mass", "beams_of", "dissected", "straight_maps"]
 
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
 """420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
@@ -47,6 +48,41 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
         return sp.csr_array((natural.total, natural.total))
     rows, columns, values = zip(*entries, strict=True)
     return sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
+
+
+FEW = 6
+"""Coordinates that are not divided further."""
+
+
+def dissected(graph: sp.csr_array) -> np.ndarray:
+    """An order of connected coordinates in which few come after each that depend on it: nested dissection.
+
+    The middle of a breadth-first search from one end divides what is left, and comes after both parts
+    (George 1973, doi:10.1137/0710032).
+    """
+    if graph.shape[0] <= FEW:
+        return np.arange(graph.shape[0])
+    level = _levels(graph, int(np.argmax(_levels(graph, 0))))
+    counts = np.bincount(level)
+    middle = int(np.searchsorted(np.cumsum(counts), 0.5 * level.size))
+    parts = [np.flatnonzero(level < middle), np.flatnonzero(level > middle)]
+    ordered = []
+    for part in parts:
+        inside = sp.csr_array(graph[part][:, part])
+        count, label = connected_components(inside, directed=False)
+        for k in range(count):
+            members = np.flatnonzero(label == k)
+            ordered.append(part[members[dissected(sp.csr_array(inside[members][:, members]))]])
+    return np.concatenate([*ordered, np.flatnonzero(level == middle)])
+
+
+def _levels(graph: sp.csr_array, first: int) -> np.ndarray:
+    """Distance of each coordinate from one of them, in couplings."""
+    order, before = breadth_first_order(graph, first, directed=False)
+    level = np.zeros(graph.shape[0], int)
+    for each in order[1:]:
+        level[each] = level[before[each]] + 1
+    return level
 
 
 def _offset(natural: Natural, beam: Beam, body: str, point: str) -> int:

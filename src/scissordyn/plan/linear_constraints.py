@@ -10,10 +10,12 @@ constraints: |d|^2 = 1 per family of parallel bars, and one for each guide on a 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import solve_triangular
 from scipy.sparse.csgraph import connected_components
 
 from scissordyn.component.place import GROUND, BodyPoint
@@ -23,7 +25,7 @@ from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.bending import beam_mass, beams_of
+from scissordyn.plan.bending import beam_mass, beams_of, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
@@ -54,10 +56,11 @@ def reduced(mechanism: Mechanism) -> Coordinates:
     data = values * np.repeat(unit, np.diff(start))
     matrix: Any = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
     mass: Any = _mass(mechanism, natural)
-    if total <= SMALL:
+    bend = bool(beams_of(mechanism))
+    if total <= SMALL and not bend:
         matrix, mass = matrix.toarray(), mass.toarray()
     try:
-        matrix = _normalized(matrix, mass, free)
+        matrix = _normalized(matrix, mass, free, dissected if bend else None)
     except np.linalg.LinAlgError:
         raise _lost_inertia(mechanism) from None
     bare = Coordinates(natural, free, basis, matrix, mass, size)
@@ -197,8 +200,11 @@ def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
     return sp.csr_array(found + beam_mass(mechanism, natural)) if beams_of(mechanism) else found
 
 
-def _normalized(matrix: Any, mass: Any, free: int) -> Any:
-    """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity."""
+def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_array], np.ndarray] | None = None) -> Any:
+    """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity.
+
+    A coordinate then mixes those that it is coupled with by coordinates before it: `ordered` can make these few.
+    """
     moving = matrix[:, :free]
     if isinstance(matrix, np.ndarray):
         lower = np.linalg.cholesky(moving.T @ mass @ moving)
@@ -211,8 +217,11 @@ def _normalized(matrix: Any, mass: Any, free: int) -> Any:
     blocks, first = [], 0
     for size in sizes.tolist():
         members = order[first : first + size]
+        if ordered is not None:
+            members = members[ordered(sp.csr_array(reduced[members][:, members]))]
+            order[first : first + size] = members
         lower = np.linalg.cholesky(reduced[members][:, members].toarray())
-        blocks.append(np.linalg.inv(lower).T)
+        blocks.append(np.linalg.inv(lower).T if ordered is None else solve_triangular(lower, np.eye(size), lower=True).T)
         first += size
     back = np.argsort(order)
     mixing = sp.csr_array(sp.block_diag(blocks, format="csr"))[back][:, back]

@@ -71,6 +71,10 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     short = [joint.name for joint, _, oil in plan.lubricated if oil.bearing == "short"]
     if short:
         return Choice(STIFF, f"the film of the short bearing of joint '{short[0]}' gets stiff as it gets thin")
+    if plan.lubricated and any(part.declaration.section == "beam" for part in plan.components):
+        return Choice(
+            STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"
+        )
     if plan.contacts and options.start != "concentric":
         return Choice(STIFF, "contacts that start at rest have a stiff damping")
     if not plan.components:

@@ -1,0 +1,252 @@
+"""What the paper leaves open: bars that bend and oil in the joint, each and together, as data and runs.
+
+The conclusion of the paper expects that both "may reduce the energy consumption", and cites that flexible bars reduce the collisions.
+Its stroke at 150 rpm starts at full speed, so that the drive's work is mostly kinetic energy; a deployment from rest to rest is
+added, after which what the drive gave beyond the weight is lost or vibrates.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.table import instance, located, toml
+from scissordyn.errors import ScissordynError
+from scissordyn.run.interrupt import pass_on
+from scissordyn.run.simulate import simulate
+from scissordyn_paper.cases import SIZES, Choice, PaperCase
+from scissordyn_paper.measures import JOINT
+from scissordyn_paper.sensitivity import DEFAULT, one_at_a_time
+
+__all__ = ["BARS", "LONGEST_FIRST", "MANOEUVRES", "MEASURES", "OILS", "OPEN_CASES", "STIFFER", "OpenCase", "compute"]
+
+Manoeuvre = Literal["stroke", "deployment"]
+
+MANOEUVRES: Mapping[Manoeuvre, str] = {
+    "stroke": "stroke of 50 ms at 150 rpm, from full speed",
+    "deployment": "deployment from 30 to 75 deg in 0.5 s, from rest to rest, and 0.1 s more",
+}
+
+ELEMENTS: Mapping[Manoeuvre, int] = {"stroke": 4, "deployment": 2}
+"""Beam elements along a bar."""
+
+BARS: Mapping[str, Mapping[str, str]] = {
+    "rigid": {},
+    "solid steel": {"section": "solid 19.02x19.02 mm", "material": "steel"},
+    "steel tube": {"section": "tube 60x60x1.56 mm", "material": "steel"},
+    "aluminium tube": {"section": "tube 60x60x4.76 mm", "material": "aluminium"},
+}
+"""Sections of the same mass as the paper's bars, 5.68 kg on 2 m."""
+
+TUBE = 42_743.0, 7.66e7
+"""EI [N m^2] and EA [N] of the steel tube."""
+
+STIFFER = {f"{factor:g} times the tube": factor for factor in (10.0, 100.0, 1000.0)}
+"""Bars between the tube and rigid ones, and their stiffness over that of the tube."""
+
+OILS = (0.01, 0.1)
+"""Viscosities [Pa s]."""
+
+MEMBERS = 3
+"""Neighbours of a run, whose clearances differ by 1e-12 of themselves: what they disagree on is not the mechanism's answer."""
+
+SAMPLES = 2001
+
+MEASURES: Mapping[str, tuple[str, float]] = {
+    "contacts": ("contacts", 1.0),
+    "contact_fraction": ("in contact [%]", 100.0),
+    "peak_force": ("largest force [kN]", 1e-3),
+    "fastest_approach": ("fastest approach [m/s]", 1.0),
+    "dissipated": ("dissipated [J]", 1.0),
+    "drive_work": ("work of the drive [J]", 1.0),
+    "drive_work_given": ("given by the drive [J]", 1.0),
+    "output_error": ("slider off by [mm]", 1e3),
+    "utilisation": ("largest stress over yield strength", 1.0),
+    "trusted_until": ("trusted until [ms]", 1e3),
+}
+"""Titles of the measures, and factors from SI."""
+
+
+@dataclass(frozen=True)
+class OpenCase:
+    """One run of the paper's array with other bars and another joint.
+
+    Parameters
+    ----------
+    manoeuvre : {"stroke", "deployment"}
+    bars : str
+        A key of `BARS` or `STIFFER`.
+    oil : float or None
+        Viscosity [Pa s]; None for a dry joint.
+    clearance : float
+        [m]
+    member : int
+        Of an ensemble of neighbours.
+    choice : Choice
+        Of what the paper leaves open.
+    """
+
+    manoeuvre: Manoeuvre = "stroke"
+    bars: str = "rigid"
+    oil: float | None = None
+    clearance: float = SIZES[1]
+    member: int = 0
+    choice: Choice = DEFAULT
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+        joint = "dry" if self.oil is None else f"oil-{1e3 * self.oil:g}"
+        parts = [self.manoeuvre, self.bars.replace(" ", "-"), joint, f"{1e3 * self.clearance:g}mm"]
+        if self.choice != DEFAULT:
+            parts.append(self.choice.words.replace(" ", "-").replace(",", ""))
+        return "_".join([*parts, f"{self.member}"])
+
+    @property
+    def joint(self) -> str:
+        """The joint in words."""
+        return "dry" if self.oil is None else f"{1e3 * self.oil:g} mPa s"
+
+    @property
+    def rigid(self) -> OpenCase:
+        """The same with rigid bars."""
+        return dataclasses.replace(self, bars="rigid")
+
+    @property
+    def dry(self) -> OpenCase:
+        """The same with a dry joint."""
+        return dataclasses.replace(self, oil=None)
+
+    @property
+    def toml(self) -> str:
+        """The case file; the clearance of a neighbour is changed by its number, which is the first line."""
+        tree = tomllib.loads(PaperCase(self.clearance, choice=self.choice).toml)
+        tree["run"]["samples"] = SAMPLES
+        if self.manoeuvre == "deployment":
+            tree["drive"] = {"cycloidal": {"start": "30 deg", "end": "75 deg", "duration": "0.5 s"}}
+            tree["run"].update(until="0.6 s", start="static")
+        if self.oil is not None:
+            tree["clearance"][0]["lubrication"] = {"viscosity": f"{self.oil:g} Pa s"}
+        bars: dict[str, Any] = dict(BARS.get(self.bars, {}))
+        if self.bars in STIFFER:
+            rigidity, axial = (STIFFER[self.bars] * each for each in TUBE)
+            bars = {"bending_stiffness": f"{rigidity:g} N m^2", "axial_stiffness": f"{axial:g} N"}
+        if bars:
+            tree["bending"] = [{"bars": "unit */bar *", **bars, "elements": ELEMENTS[self.manoeuvre]}]
+        return f"# {self.name}\n{_written(tree)}"
+
+
+def _written(tree: Mapping[str, Any]) -> str:
+    """Parsed TOML as text."""
+    parts = []
+    for section, tables in tree.items():
+        heading = f"[[{section}]]" if isinstance(tables, list) else f"[{section}]"
+        for table in tables if isinstance(tables, list) else [tables]:
+            parts.append("\n".join((heading, *(f"{key} = {toml(value)}" for key, value in table.items()))) + "\n")
+    return "\n".join(parts)
+
+
+def _every_case() -> tuple[OpenCase, ...]:
+    """Bars, joints and clearances together; stiffer bars until they are rigid; and what the paper leaves open, one at a time."""
+    cases = [
+        OpenCase(manoeuvre, bars, oil, size, member)
+        for manoeuvre in MANOEUVRES
+        for bars in BARS
+        for oil in (None, *OILS)
+        for size in SIZES
+        for member in range(MEMBERS)
+    ]
+    cases += [OpenCase(bars=bars) for bars in STIFFER]
+    cases += [
+        OpenCase(bars=bars, oil=oil, choice=choice)
+        for choice in one_at_a_time()
+        for bars in ("rigid", "steel tube")
+        for oil in (None, OILS[-1])
+    ]
+    return tuple(dict.fromkeys(cases))
+
+
+OPEN_CASES = _every_case()
+
+LONGEST_FIRST = tuple(sorted(OPEN_CASES, key=lambda case: (case.bars == "rigid", case.manoeuvre, case.member)))
+
+
+@lru_cache(8)
+def _described(text: str) -> Case:
+    return instance(CaseTable, tomllib.loads(text), {"folder": Path()}).case()
+
+
+def compute(case: OpenCase) -> xr.Dataset:
+    """Simulate a case and measure it.
+
+    Parameters
+    ----------
+    case : OpenCase
+
+    Returns
+    -------
+    Dataset
+        `MEASURES`, and the path of the journal over time.
+
+    Raises
+    ------
+    ScissordynError
+        If the run fails.
+    """
+    with located(case.name):
+        described = _described(case.toml)
+        mechanism = described.mechanism
+        if case.member:
+            mechanism = mechanism.replace("A.clearance", case.clearance * (1.0 + case.member * 1e-12))
+        trusted = case.member == 0 and case.choice == DEFAULT
+        run = pass_on(simulate(mechanism, **{**described.run.keywords, "trust": trusted}))
+        ideal = pass_on(simulate(_ideal(case), **_described(_ideal_case(case).toml).run.keywords))
+    if run.attrs["status"] != "complete":
+        raise ScissordynError(f"run '{case.name}': {run.attrs['cause']}")
+    found = {name: ((), value) for name, value in _measured(run, ideal).items()}
+    place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values
+    return xr.Dataset(
+        {**found, "eccentricity": (("time", "axis"), place), "time": ("time", run["time"].values)},
+        attrs={"warnings": run.attrs["warnings"], "title": case.name},
+    )
+
+
+def _ideal_case(case: OpenCase) -> OpenCase:
+    return dataclasses.replace(case, bars="rigid", oil=None, member=0)
+
+
+def _ideal(case: OpenCase) -> Any:
+    """The mechanism with rigid bars and ideal joints on the same drive."""
+    mechanism = _described(_ideal_case(case).toml).mechanism
+    return mechanism.ideal()
+
+
+def _measured(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, float]:
+    """The measures of a run."""
+    work = run["drive_work"].values
+    work = work if work.ndim == 1 else work.sum(axis=-1)
+    peaks, length = run["peak_force"].values, np.nan_to_num(run["contact_duration"].values, nan=0.0)
+    end = float(run["time"].values[-1])
+    last = run["contact_start"].values[np.isnan(run["contact_duration"].values)]  # lasts to the end
+    return {
+        "contacts": float(peaks.size),
+        "contact_fraction": (float(length.sum()) + float(np.sum(end - last))) / end,
+        "peak_force": float(np.max(peaks, initial=0.0)),
+        "fastest_approach": float(np.max(run["approach_speed"].values, initial=0.0)),
+        "dissipated": float(run["dissipated_energy"].values[-1]),
+        "drive_work": float(work[-1]),
+        "drive_work_given": float(np.sum(np.maximum(np.diff(work), 0.0))),
+        "output_error": float(np.max(np.abs(run["slider_position"].values - ideal["slider_position"].values))),
+        "utilisation": float(run["beam_utilisation"].max()) if "beam_utilisation" in run else math.nan,
+        "trusted_until": float(run.attrs.get("trusted_until", math.nan)),
+    }

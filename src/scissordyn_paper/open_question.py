@@ -1,8 +1,8 @@
 """What the paper leaves open: bars that bend and oil in the joint, each and together, as data and runs.
 
-The conclusion of the paper expects that both "may reduce the energy consumption", and cites that flexible bars reduce the collisions.
-Its stroke at 150 rpm starts at full speed, so that the drive's work is mostly kinetic energy; a deployment from rest to rest is
-added, after which what the drive gave beyond the weight is lost or vibrates.
+The conclusion of the paper expects that both "may reduce the energy consumption", and cites that flexible bars reduce the
+collisions. Its stroke at 150 rpm starts at full speed, so that the drive's work is mostly kinetic energy; a deployment from
+rest to rest is added, after which what the drive gave beyond the weight is lost or vibrates.
 """
 
 from __future__ import annotations
@@ -151,13 +151,13 @@ def _written(tree: Mapping[str, Any]) -> str:
     parts = []
     for section, tables in tree.items():
         heading = f"[[{section}]]" if isinstance(tables, list) else f"[{section}]"
-        for table in tables if isinstance(tables, list) else [tables]:
-            parts.append("\n".join((heading, *(f"{key} = {toml(value)}" for key, value in table.items()))) + "\n")
+        listed = tables if isinstance(tables, list) else [tables]
+        parts += ["\n".join((heading, *(f"{key} = {toml(value)}" for key, value in table.items()))) + "\n" for table in listed]
     return "\n".join(parts)
 
 
 def _every_case() -> tuple[OpenCase, ...]:
-    """Bars, joints and clearances together; stiffer bars until they are rigid; and what the paper leaves open, one at a time."""
+    """Bars, joints and clearances together; stiffer bars until they are rigid; the parameters of lost tables, one at a time."""
     cases = [
         OpenCase(manoeuvre, bars, oil, size, member)
         for manoeuvre in MANOEUVRES
@@ -217,7 +217,7 @@ def compute(case: OpenCase) -> xr.Dataset:
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values
     return xr.Dataset(
         {**found, "eccentricity": (("time", "axis"), place), "time": ("time", run["time"].values)},
-        attrs={"warnings": run.attrs["warnings"], "title": case.name},
+        attrs={"warnings": run.attrs["warnings"]},
     )
 
 

@@ -1,0 +1,95 @@
+"""Figures beyond the paper: what bars that bend and oil change, and the orbits of the journal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from scissordyn.plot.style import NORMAL, panels
+from scissordyn_paper.open_question import BARS, OILS, OpenCase
+
+if TYPE_CHECKING:
+    from scissordyn_paper.open_answers import Change
+
+__all__ = ["draw_orbits", "draw_ratios"]
+
+TITLES = {
+    "contacts": "contacts",
+    "peak_force": "largest force",
+    "dissipated": "dissipated energy",
+    "drive_work": "work of the drive",
+}
+
+COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}
+
+SMALLEST = 1e-3
+"""What is smaller, or negative, is drawn there."""
+
+
+def draw_ratios(answers: Sequence[Change]) -> Figure:
+    """A row for each change, a panel for each measure, a dot for each pair of runs.
+
+    Parameters
+    ----------
+    answers : sequence of Change
+
+    Returns
+    -------
+    Figure
+    """
+    names = list(dict.fromkeys(one.what for one in answers))
+    drawn = panels(None, 1, len(TITLES), size=(13.0, 1.2 + 0.32 * len(names)), share=False)
+    for axes, (measure, title) in zip(drawn, TITLES.items(), strict=True):
+        for one in answers:
+            if one.measure != measure:
+                continue
+            up = names.index(one.what) + (0.16 if one.manoeuvre == "stroke" else -0.16)
+            ratios = np.maximum(np.array(one.ratios), SMALLEST)
+            below = np.array(one.ratios) < SMALLEST
+            colour = COLOURS[one.manoeuvre]
+            axes.plot(ratios[~below], np.full(int(np.sum(~below)), up), "o", ms=3.0, alpha=0.5, mew=0.0, color=colour)
+            axes.plot(ratios[below], np.full(int(np.sum(below)), up), "<", ms=4.0, mew=0.0, color=colour)
+            axes.plot([max(float(np.median(one.ratios)), SMALLEST)] * 2, [up - 0.13, up + 0.13], color=colour, lw=1.5)
+        axes.axvline(1.0, color="0.6", lw=0.8)
+        axes.set_xscale("log")
+        axes.set_title(title, loc="left", fontsize=NORMAL)
+        axes.set_yticks(range(len(names)), names if axes is drawn[0] else [])
+        axes.set_ylim(len(names) - 0.4, -0.6)
+        axes.set_xlabel("over rigid and dry [1]")
+    for name, colour in COLOURS.items():
+        drawn[0].plot([], [], "o", color=colour, ms=4.0, label=name)
+    figure = drawn[0].get_figure(root=True)
+    assert figure is not None
+    figure.legend(*drawn[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
+    return figure
+
+
+def draw_orbits(found: Mapping[OpenCase, xr.Dataset]) -> Figure:
+    """The journal's orbit of the stroke by bars and joint, in clearances.
+
+    Parameters
+    ----------
+    found : mapping of OpenCase to Dataset
+
+    Returns
+    -------
+    Figure
+    """
+    joints = None, *OILS
+    drawn = panels(None, len(joints), len(BARS), size=(2.6 * len(BARS), 0.4 + 2.75 * len(joints)), share=False)
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    for k, axes in enumerate(drawn):
+        case = OpenCase(bars=tuple(BARS)[k % len(BARS)], oil=joints[k // len(BARS)])
+        place = found[case]["eccentricity"].values / case.clearance
+        axes.plot(np.cos(turn), np.sin(turn), color="0.7", lw=0.8)
+        axes.plot(place[:, 0], place[:, 1], color=COLOURS["stroke"], lw=0.7)
+        axes.set_aspect("equal")
+        axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), xticks=(-1, 0, 1), yticks=(-1, 0, 1))
+        axes.set_title(f"{case.bars}, {case.joint}", loc="left", fontsize=NORMAL)
+    figure = drawn[0].get_figure(root=True)
+    assert figure is not None
+    return figure

@@ -124,6 +124,7 @@ def answer_open_question(folder: Path, *, engine: Engine | None = None, progress
     -------
     OpenAnswers
     """
+    folder.mkdir(parents=True, exist_ok=True)
     runs = fetch(LONGEST_FIRST, compute, folder / "beyond", what="runs beyond the paper", engine=engine, progress=progress)
     found = {case: runs[case] for case in OPEN_CASES}
     answers = changes(found)
@@ -176,7 +177,7 @@ def _spread(found: Found) -> tuple[float, float]:
     for case, run in found.items():
         groups.setdefault(replace(case, member=0), []).append(float(run["peak_force"]))
     apart = [(max(values) - min(values)) / max(values) for values in groups.values() if len(values) == MEMBERS and max(values)]
-    return float(np.median(apart)), max(apart)
+    return (float(np.median(apart)), max(apart)) if apart else (math.nan, math.nan)
 
 
 def _csv(found: Found) -> str:

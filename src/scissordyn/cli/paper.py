@@ -14,8 +14,10 @@ from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED
 from scissordyn.cli.where import MOST_THREADS, Where
+from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
+    from scissordyn_paper.open_answers import Change
     from scissordyn_paper.verdict import Verdict
 
 __all__ = ["paper"]
@@ -29,6 +31,9 @@ def paper(
         "paper"
     ),
     figure: Annotated[int | None, typer.Option(help="Draw only this figure of the paper.")] = None,
+    beyond: Annotated[
+        bool, typer.Option("--beyond", help="Only what the paper leaves open: bars that bend and oil in the joint.")
+    ] = False,
     threads: Annotated[
         int | None, typer.Option(help="Threads of this process in place of other processes.", min=1, max=MOST_THREADS)
     ] = None,
@@ -39,8 +44,11 @@ def paper(
 ) -> int:
     """Reproduce the paper's figures and compare its statements with measured numbers."""
     check_folder(output, "-o paper")
+    if beyond and figure is not None:
+        raise InputError(f"--beyond with --figure {figure}", "one of them", "--beyond")
     kept = f"what is done is in {output}, and the same command goes on from it"
     tell_where(kept)
+    from scissordyn_paper.open_answers import answer_open_question
     from scissordyn_paper.reproduce import draw_figure, reproduce
 
     try:
@@ -48,13 +56,19 @@ def paper(
         if where.workers is not None:
             _compile_for_workers()
         with where.engine() as engine, _bars() as progress:
-            if figure is None:
+            if beyond:
+                answers = answer_open_question(output, engine=engine, progress=progress)
+            elif figure is None:
                 result = reproduce(output, engine=engine, progress=progress)
             else:
                 written = draw_figure(figure, output, engine=engine, progress=progress)
     except KeyboardInterrupt:
         print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
         return INTERRUPTED
+    if beyond:
+        _show_changes(answers.changes)
+        print(f"Report: {answers.report}")
+        return DONE
     if figure is not None:
         for path in written:
             print(path)
@@ -106,6 +120,20 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
     periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
     holding = sum(found.holds for found in periodic)
     to.print(f"Of the {len(periodic)} that can be evaluated under a periodic drive, {holding} agree there.", markup=False)
+
+
+def _show_changes(changes: tuple[Change, ...]) -> None:
+    """Print what each change of bars and joint does, a line each."""
+    from scissordyn.cli.show import console
+    from scissordyn_paper.open_answers import COMPARED
+    from scissordyn_paper.open_question import MANOEUVRES
+
+    to = console()
+    for manoeuvre, title in MANOEUVRES.items():
+        to.print(f"{title[:1].upper()}{title[1:]}, over rigid bars and a dry joint:", markup=False)
+        for one in changes:
+            if one.manoeuvre == manoeuvre:
+                to.print(f"  {one.what} reduces the {COMPARED[one.measure]}? {one.answer}: {one.words}", markup=False)
 
 
 @contextmanager

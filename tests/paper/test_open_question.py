@@ -1,0 +1,85 @@
+"""Bars that bend and oil in the paper's case: its case files, what is compared, and the page."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+import xarray as xr
+
+from scissordyn.config.file import read_case
+from scissordyn.study.engine import Threads
+from scissordyn_paper import open_answers
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.open_answers import COMPARED, Change, changes
+from scissordyn_paper.open_question import BARS, MEASURES, OPEN_CASES, STIFFER, OpenCase, compute
+from scissordyn_paper.runs import compute as compute_paper
+
+
+def test_every_case_has_its_own_file(tmp_path):
+    """Contract: names differ, each text is read by the package, and bars and oil are what it says."""
+    assert len({case.name for case in OPEN_CASES}) == len(OPEN_CASES)
+    for case in (OpenCase("deployment", "steel tube", 0.1), OpenCase(bars=next(iter(STIFFER))), OpenCase(bars="solid steel")):
+        path = tmp_path / "case.toml"
+        path.write_text(case.toml, encoding="utf-8")
+        mechanism = read_case(path).mechanism
+        assert any(body.name == "unit 1/bar 1/1" for body in mechanism.bodies)
+        assert (mechanism.joint("A").clearance.lubrication is not None) == (case.oil is not None)
+        weight = sum(body.mass for body in mechanism.bodies)
+        assert weight == pytest.approx(4 * 5.68 + 5.0, rel=0.01)
+
+
+def test_rigid_and_dry_is_the_run_of_the_paper():
+    """Identity: without bars that bend and without oil, the largest force is that of the paper's run."""
+    found, known = compute(OpenCase(clearance=0.4e-3)), compute_paper(PaperCase(0.4e-3), trust=False)
+    assert float(found["peak_force"]) == float(known["peak_force"].max())
+    assert float(found["contacts"]) == known.sizes["contact"]
+    assert float(found["trusted_until"]) == pytest.approx(0.05)
+
+
+def test_a_tube_that_bends_hits_less_hard_and_a_stiffer_one_like_a_rigid_bar():
+    """Limit: bars that start unbent swing with speeds that fall as their frequency rises, and so does what the drive misses."""
+    rigid, tube, stiff = (compute(OpenCase(bars=bars, member=1)) for bars in ("rigid", "steel tube", "10 times the tube"))
+    work = [float(run["drive_work"]) for run in (rigid, tube, stiff)]
+    assert abs(work[2] - work[0]) < abs(work[1] - work[0]) / math.sqrt(10.0)
+    assert float(tube["peak_force"]) < 0.5 * float(rigid["peak_force"])
+
+
+def measured(**values: float) -> xr.Dataset:
+    """Measures of a made-up run."""
+    return xr.Dataset({name: values.get(name, 1.0) for name in MEASURES})
+
+
+def test_changes_pair_what_differs_in_nothing_else():
+    """Closed form: ratios over the same clearance and neighbour; the answer counts those below one."""
+    found = {}
+    for size, contacts in ((0.2e-3, 10.0), (0.4e-3, 20.0)):
+        for member in range(2):
+            case = OpenCase("deployment", clearance=size, member=member)
+            found[case] = measured(contacts=contacts)
+            found[replace(case, oil=0.1)] = measured(contacts=0.5 * contacts if size < 0.3e-3 else 2.0 * contacts)
+            found[replace(case, bars="steel tube")] = measured(contacts=contacts + 1.0)
+    by_name = {(one.what, one.measure): one for one in changes(found)}
+    assert by_name["oil of 100 mPa s", "contacts"].ratios == (0.5, 0.5, 2.0, 2.0)
+    assert by_name["oil of 100 mPa s", "contacts"].answer == "depends"
+    assert by_name["steel tube", "contacts"].answer == "no"
+    assert by_name["oil of 100 mPa s", "contacts"].words == "1.25 (0.5 to 2), lower in 2 of 4"
+    assert {one.measure for one in by_name.values()} == set(COMPARED)
+
+
+def test_the_page_holds_every_answer(tmp_path, monkeypatch):
+    """Contract: page, table and pictures of a few runs, once more from their files."""
+    few = tuple(OpenCase(bars=bars, oil=oil) for bars in ("rigid", "steel tube") for oil in (None, 0.1))
+    monkeypatch.setattr(open_answers, "OPEN_CASES", few)
+    monkeypatch.setattr(open_answers, "LONGEST_FIRST", few)
+    monkeypatch.setattr(open_answers.figure, "BARS", {bars: BARS[bars] for bars in ("rigid", "steel tube")})
+    monkeypatch.setattr(open_answers.figure, "OILS", (0.1,))
+    result = open_answers.answer_open_question(tmp_path, engine=Threads(1))
+    page = result.report.read_text(encoding="utf-8")
+    assert all(one.words in page for one in result.changes)
+    assert len((tmp_path / "beyond.csv").read_text().splitlines()) == 1 + len(few)
+    assert (tmp_path / "figures" / "beyond-orbits.png").stat().st_size > 10_000
+    again = open_answers.answer_open_question(tmp_path, engine=Threads(1))
+    assert again.changes == result.changes
+    assert isinstance(result.changes[0], Change)

@@ -9,6 +9,7 @@ import pytest
 
 from scissordyn.config.file import read_case
 from scissordyn.config.line import address, line_of
+from scissordyn.config.study import read_study
 from scissordyn.errors import InputError
 
 TEXT = '''# a case
@@ -125,3 +126,25 @@ def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
     """Identity: the mark that some editors put first changes nothing."""
     (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + LEAST.encode())
     assert read_case(tmp_path / "case.toml").run.until == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('case = "case.toml"\nseed = 1\n', "line 2: unknown key 'seed'"),
+        (
+            'case = "case.toml"\n\n[design]\nkind = "grid"\npoints = 2.5\n',
+            "line 5: design.points = 2.5; allowed: a whole number",
+        ),
+        ('case = "case.toml"\n[vary]\n"a.b" = 3\n', "line 2: vary: 'a.b' = 3; allowed: text"),
+        ("members = 2\n", "missing key 'case'"),
+    ],
+)
+def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: str) -> None:
+    """Identity: a study file is read as a case file is."""
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_study(path)
+    assert str(caught.value).startswith(f"{path}")
+    assert says in str(caught.value)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -39,10 +38,10 @@ def test_rigid_and_dry_is_the_run_of_the_paper():
 
 
 def test_a_tube_that_bends_hits_less_hard_and_a_stiffer_one_like_a_rigid_bar():
-    """Limit: bars that start unbent swing with speeds that fall as their frequency rises, and so does what the drive misses."""
-    rigid, tube, stiff = (compute(OpenCase(bars=bars, member=1)) for bars in ("rigid", "steel tube", "10 times the tube"))
+    """Limit: bars a hundred times as stiff swing a tenth as far in speed; the drive's work differs by a tenth as much."""
+    rigid, tube, stiff = (compute(OpenCase(bars=bars, member=1)) for bars in ("rigid", "steel tube", "100 times the tube"))
     work = [float(run["drive_work"]) for run in (rigid, tube, stiff)]
-    assert abs(work[2] - work[0]) < abs(work[1] - work[0]) / math.sqrt(10.0)
+    assert abs(work[2] - work[0]) < 0.1 * abs(work[1] - work[0])
     assert float(tube["peak_force"]) < 0.5 * float(rigid["peak_force"])
 
 

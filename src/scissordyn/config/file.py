@@ -22,7 +22,7 @@ from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["read_case", "write_case"]
+__all__ = ["in_file", "parsed", "read_case", "write_case"]
 
 SAMPLE = "write_case(arm, 'arm.toml')"
 
@@ -53,16 +53,14 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     """
     path = Path(path)
     text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {command(path)}")
-    written = _parsed(text, path)
+    written = parsed(text, path, "TOML, as 'scissordyn new scissor' prints it")
     of_file, of_parts = sorted_changes(written, changes, CaseTable.model_fields.keys())
     tree = changed(written, of_file)
     try:
         case = instance(CaseTable, tree, {"folder": path.parent}).case()
         return replace(case, mechanism=addressed(case.mechanism, of_parts)) if of_parts else case
     except PlacedError as error:
-        place = error.place if error.key is None else (*error.place, error.key)
-        said = error.said(address(tree, error.place))
-        raise _located(error, path, text, said, place if _at(written, place) == _at(tree, place) else ()) from None
+        raise in_file(error, path, text, tree, written) from None
     except InputError as error:
         place = place_of_name(tree, error.what) if written == tree else ()
         raise _located(error, path, text, error.what, place) from None
@@ -94,6 +92,13 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     return write_file(path, text.encode(), sample=SAMPLE)
 
 
+def in_file(error: PlacedError, path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]) -> InputError:
+    """The error with the file and the line of its place, unless that was changed after it was written."""
+    place = error.place if error.key is None else (*error.place, error.key)
+    said = error.said(address(tree, error.place))
+    return _located(error, path, text, said, place if _at(written, place) == _at(tree, place) else ())
+
+
 def _located(error: InputError, path: Path, text: str, said: str, place: Place) -> InputError:
     """The error with the file before it, and with the line of a place that the file has."""
     line = line_of(text, place)
@@ -120,16 +125,21 @@ def _quoted(text: str, reason: str) -> str:
     return f'{found["key"]} = "{found["value"].strip()}"' if found else ""
 
 
-def _parsed(text: str, path: Path) -> dict[str, Any]:
+def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
+    """The tables of a file in TOML.
+
+    Raises
+    ------
+    InputError
+        If it is none, with the line, or if its tables and lists are inside each other without end.
+    """
     try:
         tree = tomllib.loads(text)
     except RecursionError:
         raise InputError(f"'{path}' has lists or tables inside each other without end", f"at most {DEEPEST} levels") from None
     except ValueError as error:  # also of a whole number of thousands of digits
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
-        raise InputError(
-            f"'{path}' is not valid TOML: {reason}", "TOML, as 'scissordyn new scissor' prints it", _quoted(text, reason)
-        ) from None
+        raise InputError(f"'{path}' is not valid TOML: {reason}", allowed, _quoted(text, reason)) from None
     level: list[Any] = [tree]
     for _ in range(DEEPEST):
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]

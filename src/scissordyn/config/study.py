@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from scissordyn.config.file import read_case
+from pydantic import Field, PlainValidator
+
+from scissordyn.config.file import in_file, parsed, read_case
 from scissordyn.config.quantity import LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.config.table import PlacedError, Table, described, instance, table_of, toml
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.address import number
@@ -83,26 +85,50 @@ class StudyText:
     optimise: Mapping[str, Any] = field(default_factory=dict)
 
 
-KEYS: Mapping[str, type | tuple[type, ...]] = {
-    "case": str,
-    "set": list,
-    "vary": dict,
-    "uncertain": dict,
-    "measures": list,
-    "require": list,
-    "design": dict,
-    "sampling": dict,
-    "members": int,
-    "optimise": dict,
-}
-"""Keys of a study file."""
+def _read_texts(given: Any) -> list[str]:
+    if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
+        raise InputError("not a list of texts", "a list of texts")
+    return given
 
-INNER: Mapping[str, Mapping[str, type | tuple[type, ...]]] = {
-    "design": {"kind": str, "points": int, "seed": int},
-    "sampling": {"samples": int, "kind": str, "seed": int, "common": bool},
-    "optimise": {"goals": list, "risk": str, "population": int, "generations": int, "seed": int},
-}
-"""Keys of its tables."""
+
+TEXTS = PlainValidator(_read_texts)
+
+
+def _optimisation() -> type[Table]:
+    """The table of a search, whose goals are texts."""
+    goals = Annotated[list[str], TEXTS, Field(description="what is minimised or maximised", examples=[["minimise peak_force"]])]
+    return table_of(Optimisation, (("goals", goals),))
+
+
+def _read_addresses(given: Any) -> dict[str, str]:
+    """Texts by address; without quotes TOML makes tables of the parts of an address."""
+    if not isinstance(given, Mapping):
+        raise InputError("not a table of addresses", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
+    found = dict(_flat(given))
+    for address, value in found.items():
+        if not isinstance(value, str):
+            raise InputError(f"'{address}' = {toml(value)}", f"text such as {FORMS}")
+    return found
+
+
+ADDRESSES = PlainValidator(_read_addresses)
+
+
+class StudyTable(Table):
+    """A whole study file."""
+
+    case: Annotated[str, Field(description="the case file that is varied", examples=["case.toml"])]
+    set: Annotated[list[str], TEXTS, Field(description="changes of the case", default_factory=list)]
+    vary: Annotated[dict[str, str], ADDRESSES, Field(description="numbers to vary, by address", default_factory=dict)]
+    uncertain: Annotated[dict[str, str], ADDRESSES, Field(description="uncertain numbers, by address", default_factory=dict)]
+    measures: Annotated[list[str], TEXTS, Field(description="what is kept of each run", default_factory=list)]
+    require: Annotated[list[str], TEXTS, Field(description="what a design has to meet", default_factory=list)]
+    design: Annotated[Design, described(Design), Field(description="how points are chosen", default_factory=Design)]
+    sampling: Annotated[
+        Sampling, described(Sampling), Field(description="how uncertain numbers are sampled", default_factory=Sampling)
+    ]
+    members: Annotated[int, Field(description="runs of each sample that differ by round-off")] = 1
+    optimise: Annotated[Any, _optimisation().reader(), Field(description="search for the best point")] = None
 
 
 def read_study(path: Path) -> StudyText:
@@ -122,40 +148,25 @@ def read_study(path: Path) -> StudyText:
         For a key or a value that does not fit.
     """
     text = read_text(path, "a study file in TOML")
+    tree = parsed(text, path)
     try:
-        tree = tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"'{path}' has lists or tables inside each other without end", "TOML") from None
-    except ValueError as error:  # also of a whole number of thousands of digits
-        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
-        raise InputError(f"'{path}' is not valid TOML: {reason}", "TOML") from None
-    _check(tree, KEYS, f"{path}")
-    if "case" not in tree:
-        raise InputError(f"'{path}' names no case", "the case file that is varied", 'case = "case.toml"')
-    for name, keys in INNER.items():
-        _check(tree.get(name, {}), keys, f"{path}, [{name}]")
-    for name in ("vary", "uncertain"):
-        for address, value in _flat(tree.get(name, {})):
-            if not isinstance(value, str):
-                raise InputError(f"{path}, [{name}]: '{address}' = {value!r}", f"text such as {FORMS}")
-    for name in ("set", "measures", "require"):
-        if not all(isinstance(each, str) for each in tree.get(name, [])):
-            raise InputError(f"{path}: {name} = {tree[name]!r}", "a list of texts")
-    optimise = dict(tree.get("optimise", {}))
-    goals = optimise.pop("goals", [])
-    if "optimise" in tree and not (goals and all(isinstance(goal, str) for goal in goals)):
-        raise InputError(f"{path}, [optimise]: goals = {goals!r}", "a list of goals", 'goals = ["minimise peak_force"]')
+        given = instance(StudyTable, tree, {"folder": path.parent})
+    except PlacedError as error:
+        raise in_file(error, path, text, tree, tree) from None
+    optimise = {} if given.optimise is None else dict(given.optimise)
+    if given.optimise is not None and not given.optimise.goals:
+        raise InputError(f"{path}, [optimise]: goals = []", "a list of goals", 'goals = ["minimise peak_force"]')
     return StudyText(
-        case=path.parent / tree["case"],
-        changes=tuple(tree.get("set", ())),
-        vary=dict(_flat(tree.get("vary", {}))),
-        uncertain=dict(_flat(tree.get("uncertain", {}))),
-        measures=tuple(_beside(path, name) for name in tree.get("measures", ())),
-        require=tuple(tree.get("require", ())),
-        design=Design(**tree.get("design", {})),
-        sampling=Sampling(**tree.get("sampling", {})),
-        members=tree.get("members", 1),
-        goals=tuple(goals),
+        case=path.parent / given.case,
+        changes=tuple(given.set),
+        vary=given.vary,
+        uncertain=given.uncertain,
+        measures=tuple(_beside(path, name) for name in given.measures),
+        require=tuple(given.require),
+        design=given.design,
+        sampling=given.sampling,
+        members=given.members,
+        goals=tuple(optimise.pop("goals", ())),
         optimise=optimise,
     )
 
@@ -173,15 +184,6 @@ def _beside(path: Path, measure: str) -> str:
     """A measure of the user's, whose file stands beside the study file."""
     name, equals, reference = measure.partition("=")
     return f"{name}={path.parent / reference.strip()}" if equals else measure
-
-
-def _check(tree: Mapping[str, Any], keys: Mapping[str, Any], where: str) -> None:
-    for key, value in tree.items():
-        if key not in keys:
-            raise InputError(f"{where}: unknown key '{key}'{did_you_mean(key, keys)}", ", ".join(keys))
-        if not isinstance(value, keys[key]) or (isinstance(value, bool) and keys[key] is not bool):
-            kinds = {str: "text", list: "a list", dict: "a table", int: "a whole number", bool: "true or false"}
-            raise InputError(f"{where}: {key} = {value!r}", kinds[keys[key]])
 
 
 def study_of(text: StudyText) -> Study:

@@ -64,6 +64,10 @@ LARGEST_SHOWN = 10**300
 """Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits."""
 
 
+WORDS = {"string_type": "text", "int_type": "a whole number", "bool_type": "true or false"}
+"""What a key has to be, by pydantic's type of error."""
+
+
 def toml(value: Any) -> str:
     """A value as TOML on one line."""
     if isinstance(value, bool):
@@ -368,5 +372,5 @@ def _explained(error: ValidationError, outer: Place) -> InputError:
     if first["type"] == "list_type":
         return PlacedError(place, given, "not a list of tables", f"tables headed [[{place[-1]}]]")
     names = re.findall(r"'([^']+)'", str(first.get("ctx", {}).get("expected", "")))
-    allowed = first["msg"].removeprefix("Input should be ")
+    allowed = WORDS.get(first["type"], first["msg"].removeprefix("Input should be "))
     return PlacedError(place, given + did_you_mean(first["input"], names), "", allowed)

@@ -28,7 +28,18 @@ from scissordyn_paper.cases import SIZES, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.sensitivity import DEFAULT, one_at_a_time
 
-__all__ = ["BARS", "LONGEST_FIRST", "MANOEUVRES", "MEASURES", "OILS", "OPEN_CASES", "STIFFER", "OpenCase", "compute"]
+__all__ = [
+    "BARS",
+    "COMPARED",
+    "LONGEST_FIRST",
+    "MANOEUVRES",
+    "MEASURES",
+    "OILS",
+    "OPEN_CASES",
+    "STIFFER",
+    "OpenCase",
+    "compute",
+]
 
 Manoeuvre = Literal["stroke", "deployment"]
 
@@ -75,6 +86,15 @@ MEASURES: Mapping[str, tuple[str, float]] = {
     "trusted_until": ("trusted until [ms]", 1e3),
 }
 """Titles of the measures, and factors from SI."""
+
+COMPARED: Mapping[str, str] = {
+    "contacts": "contacts",
+    "peak_force": "largest force",
+    "dissipated": "dissipated energy",
+    "drive_work": "work of the drive",
+    "drive_work_given": "energy that the drive gives",
+}
+"""Measures by which bars and joints are compared, and their titles."""
 
 
 @dataclass(frozen=True)

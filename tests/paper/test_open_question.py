@@ -11,8 +11,8 @@ from scissordyn.config.file import read_case
 from scissordyn.study.engine import Threads
 from scissordyn_paper import open_answers
 from scissordyn_paper.cases import PaperCase
-from scissordyn_paper.open_answers import COMPARED, Change, changes
-from scissordyn_paper.open_question import BARS, MEASURES, OPEN_CASES, STIFFER, OpenCase, compute
+from scissordyn_paper.open_answers import Change, changes
+from scissordyn_paper.open_question import BARS, COMPARED, MEASURES, OPEN_CASES, STIFFER, OpenCase, compute
 from scissordyn_paper.runs import compute as compute_paper
 
 
@@ -65,6 +65,12 @@ def test_changes_pair_what_differs_in_nothing_else():
     assert by_name["steel tube", "contacts"].answer == "no"
     assert by_name["oil of 100 mPa s", "contacts"].words == "1.25 (0.5 to 2), lower in 2 of 4"
     assert {one.measure for one in by_name.values()} == set(COMPARED)
+
+
+def test_a_drive_that_takes_back_more_counts_as_lower():
+    """Closed form: work of -3 J in place of -6 J is not lower, and has no ratio; 2 J in place of 4 J is lower."""
+    change = Change("stroke", "steel tube", "drive_work", ((-3.0, -6.0), (2.0, 4.0)))
+    assert (change.ratios, change.lower, change.words) == ((0.5,), 0.5, "0.5 (0.5 to 0.5), lower in 1 of 2")
 
 
 def test_the_page_holds_every_answer(tmp_path, monkeypatch):

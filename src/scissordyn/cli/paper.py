@@ -125,8 +125,7 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
 def _show_changes(changes: tuple[Change, ...]) -> None:
     """Print what each change of bars and joint does, a line each."""
     from scissordyn.cli.show import console
-    from scissordyn_paper.open_answers import COMPARED
-    from scissordyn_paper.open_question import MANOEUVRES
+    from scissordyn_paper.open_question import COMPARED, MANOEUVRES
 
     to = console()
     for manoeuvre, title in MANOEUVRES.items():

@@ -10,19 +10,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.plot.style import NORMAL, panels
-from scissordyn_paper.open_question import BARS, OILS, OpenCase
+from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
 
 if TYPE_CHECKING:
     from scissordyn_paper.open_answers import Change
 
 __all__ = ["draw_orbits", "draw_ratios"]
-
-TITLES = {
-    "contacts": "contacts",
-    "peak_force": "largest force",
-    "dissipated": "dissipated energy",
-    "drive_work": "work of the drive",
-}
 
 COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}
 
@@ -42,10 +35,10 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
     Figure
     """
     names = list(dict.fromkeys(one.what for one in answers))
-    drawn = panels(None, 1, len(TITLES), size=(13.0, 1.2 + 0.32 * len(names)), share=False)
-    for axes, (measure, title) in zip(drawn, TITLES.items(), strict=True):
+    drawn = panels(None, 1, len(COMPARED), size=(15.0, 1.2 + 0.32 * len(names)), share=False)
+    for axes, (measure, title) in zip(drawn, COMPARED.items(), strict=True):
         for one in answers:
-            if one.measure != measure:
+            if one.measure != measure or not one.ratios:
                 continue
             up = names.index(one.what) + (0.16 if one.manoeuvre == "stroke" else -0.16)
             ratios = np.maximum(np.array(one.ratios), SMALLEST)

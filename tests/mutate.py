@@ -79,7 +79,14 @@ TARGETS = (
     Target(("laws/friction/*.py",), ("laws/test_bristle.py", "laws/test_friction.py"), by_name=True),
     Target(("control/delayed/*.py", "control/tracking/*.py", "control/signal.py"), ("control/test_torque.py",)),
     # springs, dampers, motors, loads, latches, end stops of angles and of travel
-    Target(("component/[!_acdpu]*.py", "component/a*_stop.py", "component/c*_*.py", "component/cable.py"), COMPONENT_TESTS),
+    Target(("component/[!_abcdptu]*.py", "component/a*_stop.py", "component/bushing.py", "component/c*_*.py"), COMPONENT_TESTS),
+    Target(
+        ("component/cable.py", "component/torque.py", "component/torsion_spring.py", "component/travel_stop.py"),
+        COMPONENT_TESTS,
+    ),
+    Target(("component/tape_spring.py",), (*COMPONENT_TESTS, "component/test_tape_spring.py")),
+    Target(("component/beam.py",), ("component/test_beam.py",)),
+    Target(("component/clutch.py",), ("component/test_clutch.py",), compiled=True),
     # the corners of a block in a clearance guide: where they are, and how their gaps and moment arms follow
     Target(
         ("model/guide_clearance.py", "mechanics/plane_contact.py"),
@@ -95,7 +102,7 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
     ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
     ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
-    ("laws/elastic/quadrature.py", "user_energy", "1.0"): "only in the tolerance",
+    ("laws/elastic/quadrature.py", "quadrature_energy", "1.0"): "only in the tolerance",
     ("laws/damping/exact.py", "", "700.0"): "end of a bracket far beyond the root",
     ("laws/damping/exact.py", "", "0.1"): "where a series takes over that agrees to rounding",
     ("laws/damping/none.py", "parameters", "self.factor"): "zero",

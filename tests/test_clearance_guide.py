@@ -69,6 +69,10 @@ def test_flying_to_and_fro():
     assert names.tolist() == [(upper, lower)[k % 2] for k in range(len(names))]
     np.testing.assert_allclose(run["contact_duration"].values[:4], half_swing, rtol=1e-7)
     np.testing.assert_allclose(run["approach_speed"].values, speed, rtol=1e-8)
+    aside = run["eccentricity"].sel(joint=[corner(number) for number in range(1, 5)], axis="y").transpose("time", "joint")
+    np.testing.assert_allclose(
+        aside, np.repeat(run["position"].sel(body="block", axis="y").values[:, None], 4, axis=1), atol=1e-12
+    )
 
 
 def test_force_at_two_corners():

@@ -54,7 +54,7 @@ class Options:
         Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses
         in mechanisms with many clearance joints.
     trust : bool
-        Whether to compute the run a second time at a tighter tolerance, for the predictability horizon.
+        Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
     """
 
     until: Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end of the simulated time")]

@@ -46,9 +46,9 @@ def defined(x: float, y: float, angle: float) -> tuple[float, float]:
 @pytest.mark.parametrize("place", [(0.251, 0.004, 0.03), (0.248, -0.006, 0.02), (0.25, 0.005, -0.02)])
 def test_energy_and_outputs_are_those_of_the_definition(place):
     """Second evaluation: adaptive quadrature and bracketing (the element: four Gauss points, two Newton steps)."""
-    found = force(*place, 0.0, 0.0, 0.0, LENGTH, EA, EI, DEPTH, MODULUS, STRENGTH)
+    found = force(*place, 0.0, 0.0, 0.0, 1.0, 0.0, LENGTH, EA, EI, 0.0, 0.0, 0.0, DEPTH, MODULUS, STRENGTH)
     energy, strain = defined(*place)
-    axial, start, end, fibre, stress, use = found[5:]
+    axial, start, end, fibre, stress, use = found[6:]
     ahead, behind = (defined(*place[:2], place[2] + turn)[0] for turn in (1e-5, -1e-5))
     assert found[3] == pytest.approx(energy, rel=1e-6)
     assert axial == pytest.approx(EA * strain, rel=1e-5)
@@ -58,24 +58,46 @@ def test_energy_and_outputs_are_those_of_the_definition(place):
     assert abs(balance) < 1e-9 * abs(end)
     assert fibre == pytest.approx(abs(strain) + 0.5 * DEPTH * max(abs(start), abs(end)) / EI, rel=1e-5)
     assert (stress, use) == pytest.approx((MODULUS * fibre, MODULUS * fibre / STRENGTH), rel=1e-12)
-    assert force(*place, 0.0, 0.0, 0.0, LENGTH, EA, EI, DEPTH, MODULUS, 0.0)[10] == 0.0
+    assert force(*place, 0.0, 0.0, 0.0, 1.0, 0.0, LENGTH, EA, EI, 0.0, 0.0, 0.0, DEPTH, MODULUS, 0.0)[11] == 0.0
 
 
-def test_forces_are_the_gradient_of_the_energy():
-    """Identity: forces of an element against central differences of its energy, at large deformation."""
-    place, rest = np.array([0.23, 0.04, 0.5]), (0.0, 0.0, 0.0, 0.25, 3e4, 20.0, 0.0, 0.0, 0.0)
-    found = force(*place, *rest)
+HEATED_AND_DAMPED = (LENGTH, EA, EI, 2e-3, 3e-3, 0.4, 0.0, 0.0, 0.0)
+"""With a damping time of 2 ms, a thermal strain of 3e-3 and a thermal curvature of 0.4/m, times the factor."""
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+def test_forces_are_the_gradient_of_the_energy(factor):
+    """Identity: forces and supplied power against central differences of the energy, at large deformation."""
+    place = np.array([0.23, 0.04, 0.5])
+    found = force(*place, 0.0, 0.0, 0.0, factor, 2.0, *HEATED_AND_DAMPED)
     for k in range(3):
         h = 1e-6 * np.eye(3)[k]
-        slope = (force(*(place + h), *rest)[3] - force(*(place - h), *rest)[3]) / 2e-6
-        assert found[k] == pytest.approx(-slope, rel=1e-7)
+        ahead, behind = (force(*(place + h * sign), 0.0, 0.0, 0.0, factor, 0.0, *HEATED_AND_DAMPED)[3] for sign in (1.0, -1.0))
+        assert found[k] == pytest.approx(-(ahead - behind) / 2e-6, rel=1e-7)
+    warmer, colder = (force(*place, 0.0, 0.0, 0.0, factor + h, 0.0, *HEATED_AND_DAMPED)[3] for h in (1e-4, -1e-4))
+    assert found[5] == pytest.approx(2.0 * (warmer - colder) / 2e-4, rel=1e-7)
+    assert found[4] == 0.0
+
+
+def test_damping_takes_its_power_from_the_forces():
+    """Identities: force times rate is less by what is dissipated; the viscous part of the axial force is tau times its rate."""
+    place, rate = np.array([0.23, 0.04, 0.5]), np.array([0.3, -0.2, 4.0])
+    rest = force(*place, 0.0, 0.0, 0.0, 1.0, 0.0, *HEATED_AND_DAMPED)
+    found = force(*place, *rate, 1.0, 0.0, *HEATED_AND_DAMPED)
+    assert found[4] > 1.0
+    assert np.dot(np.subtract(found[:3], rest[:3]), rate) == pytest.approx(-found[4], rel=1e-12)
+    h = 1e-6
+    ahead, behind = (force(*(place + sign * h * rate), 0.0, 0.0, 0.0, 1.0, 0.0, *HEATED_AND_DAMPED) for sign in (1.0, -1.0))
+    assert found[6] - rest[6] == pytest.approx(2e-3 * (ahead[6] - behind[6]) / (2.0 * h), rel=1e-5)
+    straight = force(0.25, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, *HEATED_AND_DAMPED)
+    assert straight[2] == pytest.approx(-2e-3 * EI / LENGTH * 4.0 * 2.0, rel=1e-9)  # 4 EI/l, at the end that turns
 
 
 def test_an_element_under_an_end_moment_is_an_arc():
     """Closed form: M = EI kappa without axial force bends a bar to a circle, and two pi EI/L closes it."""
     length, turn = 0.125, 2.0 * math.pi / 8.0
     x, y = length * math.sin(turn) / turn, length * (1.0 - math.cos(turn)) / turn
-    fx, fy, torque, energy, *_ = force(x, y, turn, 0.0, 0.0, 0.0, length, 1e6, 3.0, 0.0, 0.0, 0.0)
+    fx, fy, torque, energy, *_ = force(x, y, turn, 0.0, 0.0, 0.0, 1.0, 0.0, length, 1e6, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert -torque == pytest.approx(3.0 * turn / length, rel=1e-7)  # quadrature with four points
     assert energy == pytest.approx(0.5 * 3.0 * turn**2 / length, rel=1e-7)
     assert math.hypot(fx, fy) < 1e-3

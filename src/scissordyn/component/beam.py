@@ -8,9 +8,11 @@ from typing import Annotated
 from scissordyn.component.declaration import check_attachment, component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Beam", "node_inertia"]
+__all__ = ["ACROSS", "DAMPING", "EXPANSION", "WARMER", "Beam", "node_inertia"]
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
@@ -18,14 +20,37 @@ _WEIGHT_OUTER, _WEIGHT_INNER = (18.0 - math.sqrt(30.0)) / 72.0, (18.0 + math.sqr
 _POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)
 _WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)
 
+DAMPING = Quantity("s", minimum=0.0, maximum=1e3, help="damping time: the loss factor over the angular frequency")
+EXPANSION = Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion")
+WARMER = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature rise")
+ACROSS = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature difference across the depth, warmer at -y")
+
 
 def node_inertia(mass_per_length: float, length: float) -> float:
     """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
     return mass_per_length * length**3 / 105.0
 
 
-def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_stiffness, depth, modulus, strength):
-    """Force [N] and torque [N m] on the end, stored energy [J], dissipated power [W], axial force [N], moments [N m].
+def force(
+    x,
+    y,
+    angle,
+    x_rate,
+    y_rate,
+    speed,
+    factor,
+    factor_rate,
+    length,
+    axial_stiffness,
+    bending_stiffness,
+    damping,
+    thermal_strain,
+    thermal_curvature,
+    depth,
+    modulus,
+    strength,
+):
+    """Force [N] and torque [N m] on the end, stored energy [J], dissipated, supplied power [W], axial force [N], moments [N m].
 
     psi(xi) = p1 b1 + p2 b2 + a b3 is the rotation of the cross-sections against the chord, with p1, p2 those at the ends and a
     such that the chord ends where it has to: int sin psi = 0.
@@ -52,18 +77,37 @@ def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_s
         if attempt < 2:
             a -= sines / slope
     a1, a2 = -by_1 / slope, -by_2 / slope
-    strain = chord / (length * cosines) - 1.0
+    # warm, the bar has no stress at a strain and with a bend of its own
+    warm, bend = factor * thermal_strain, factor * thermal_curvature * length
+    strain = chord / (length * cosines) - 1.0 - warm
     axial = axial_stiffness * strain
     rigidity, by_a = bending_stiffness / length, 12.0 * a - 6.0 * (p1 + p2)
-    stretch = axial * chord / (cosines * cosines)
-    m1 = rigidity * (4.0 * p1 + 2.0 * p2 - 6.0 * a + by_a * a1) + stretch * (c1 + a1 * c3)
-    m2 = rigidity * (4.0 * p2 + 2.0 * p1 - 6.0 * a + by_a * a2) + stretch * (c2 + a2 * c3)
+    m1 = rigidity * (4.0 * p1 + 2.0 * p2 - 6.0 * a + by_a * a1 + bend)
+    m2 = rigidity * (4.0 * p2 + 2.0 * p1 - 6.0 * a + by_a * a2 - bend)
     energy = 0.5 * axial * strain * length
-    energy += rigidity * (2.0 * (p1 * p1 + p1 * p2 + p2 * p2) + 6.0 * a * (a - p1 - p2))
+    energy += rigidity * (2.0 * (p1 * p1 + p1 * p2 + p2 * p2) + 6.0 * a * (a - p1 - p2) - bend * (p2 - p1 - 0.5 * bend))
+    supply = -factor_rate * length * (axial * thermal_strain + rigidity * (p2 - p1 - bend) * thermal_curvature)
+    dissipation = 0.0
+    if damping > 0.0:
+        turning = (x * y_rate - y * x_rate) / (chord * chord)
+        v1, v2 = -turning, speed - turning
+        v3 = a1 * v1 + a2 * v2
+        growing = (x * x_rate + y * y_rate) / chord + chord * (c1 * v1 + c2 * v2 + c3 * v3) / cosines
+        strain_rate, by_v = growing / (length * cosines), 12.0 * v3 - 6.0 * (v1 + v2)
+        viscous = damping * rigidity
+        axial += damping * axial_stiffness * strain_rate
+        m1 += viscous * (4.0 * v1 + 2.0 * v2 - 6.0 * v3 + by_v * a1)
+        m2 += viscous * (4.0 * v2 + 2.0 * v1 - 6.0 * v3 + by_v * a2)
+        dissipation = damping * axial_stiffness * length * strain_rate * strain_rate
+        dissipation += viscous * (4.0 * (v1 * v1 + v1 * v2 + v2 * v2) + 12.0 * v3 * (v3 - v1 - v2))
+    stretch = axial * chord / (cosines * cosines)
+    m1 += stretch * (c1 + a1 * c3)
+    m2 += stretch * (c2 + a2 * c3)
     along, across = axial / (cosines * chord), (m1 + m2) / (chord * chord)
     fibre = abs(strain) + 0.5 * depth * max(abs(m1), abs(m2)) / bending_stiffness
     use = modulus * fibre / strength if strength > 0.0 else 0.0
-    return (-along * x - across * y, -along * y + across * x, -m2, energy, 0.0, axial, -m1, m2, fibre, modulus * fibre, use)
+    fx, fy = -along * x - across * y, -along * y + across * x
+    return fx, fy, -m2, energy, dissipation, supply, axial, -m1, m2, fibre, modulus * fibre, use
 
 
 @component(
@@ -78,6 +122,8 @@ def force(x, y, angle, x_rate, y_rate, speed, length, axial_stiffness, bending_s
         Output("utilisation", "1", "that stress over the yield strength, 0 if it is unknown"),
     ),
     section="beam",
+    context=("factor", "factor_rate"),
+    supplied=True,
     symbol="beam",
     example={
         "start": "crank.end",
@@ -95,7 +141,8 @@ class Beam:
         \varepsilon = \frac{c}{l\int\cos\psi\,d\xi} - 1,\quad \int\sin\psi\,d\xi = 0
 
     c is the chord, psi the rotation of the cross-sections against it, quadratic in xi but for the part that the condition adds;
-    the axial force stiffens or softens bending. The mass is distributed with cubic (Hermite) shapes.
+    the axial force stiffens or softens bending. The mass is distributed with cubic (Hermite) shapes. Heated, the strain and the
+    curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is E (strain + tau strain rate).
 
     Parameters
     ----------
@@ -112,6 +159,16 @@ class Beam:
         Of the cross-section in the plane [m], for the stress in its extreme fibre; 0 if unknown.
     youngs_modulus, yield_strength : float
         [Pa]; 0 if unknown.
+    damping : float
+        tau [s]: at the angular frequency w the loss factor is tau w, the damping ratio half of it.
+    thermal_expansion : float
+        alpha [1/K]
+    temperature_rise : float
+        Delta T over the temperature of assembly [K].
+    temperature_difference : float
+        Delta T_h of the side at -y over that at +y [K], linear over the depth.
+    time_function : TimeFunction, optional
+        A factor of both over time; 1 if not given.
 
     References
     ----------
@@ -128,12 +185,21 @@ class Beam:
     depth: Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")] = 0.0
     youngs_modulus: Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")] = 0.0
     yield_strength: Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")] = 0.0
+    damping: Annotated[float, DAMPING] = 0.0
+    thermal_expansion: Annotated[float, EXPANSION] = 0.0
+    temperature_rise: Annotated[float, WARMER] = 0.0
+    temperature_difference: Annotated[float, ACROSS] = 0.0
+    time_function: TimeFunction | None = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"beam '{self.name}'")
+        if self.temperature_difference and not self.depth:
+            raise InputError(f"beam '{self.name}' with a temperature difference across an unknown depth", "a depth > 0")
         check_attachment(self)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """What the kernel reads."""
-        stiffness = self.axial_stiffness, self.bending_stiffness
-        return self.length, *stiffness, self.depth, self.youngs_modulus, self.yield_strength
+        gradient = self.temperature_difference / self.depth if self.depth else 0.0
+        heated = self.thermal_expansion * self.temperature_rise, self.thermal_expansion * gradient
+        stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
+        return self.length, *stiffness, *heated, self.depth, self.youngs_modulus, self.yield_strength

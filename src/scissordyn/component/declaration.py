@@ -21,12 +21,15 @@ __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check
 PARAMETERS = 64
 """Most parameters of a component, the numbers of its table included."""
 
-CONTEXT = ("time", "factor", "mode", "approach_speed")
+CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate")
 """What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
-guard (1 after a rise, 0 after a fall), and the rate of the guard's value at the last rise."""
+guard (1 after a rise, 0 after a fall), the rate of the guard's value at the last rise, and that of the time function [1/s]."""
 
 ENERGY = ("energy", "dissipation")
 """What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""
+
+SUPPLY = ("supply",)
+"""What follows them where a component is supplied: the power [W] that its time function gives it."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,9 @@ class Declaration:
         What a fall and a rise of its guard are called.
     motor : bool
         Whether its power counts as that of a motor, whose rotor turns with the body: a field `inertia` [kg m^2].
+    supplied : bool
+        Whether it is passive but for its time function, which changes the stored energy at a given position: the kernel then
+        returns this power [W] after the dissipated one, and it counts as the work of a load.
     """
 
     section: str
@@ -84,6 +90,7 @@ class Declaration:
     example: Mapping[str, Any]
     events: tuple[str, str]
     motor: bool = False
+    supplied: bool = False
 
     @property
     def kernels(self) -> Mapping[str, Kernel]:
@@ -94,15 +101,24 @@ class Declaration:
     @property
     def results(self) -> tuple[str, ...]:
         """Names of what the force kernel returns."""
-        energy = ENERGY if self.passive else ()
-        return (*self.port.forces, *energy, *(output.name for output in self.outputs), *(f"{s.name}_rate" for s in self.states))
+        return (
+            *self.port.forces,
+            *self.accounts,
+            *(output.name for output in self.outputs),
+            *(f"{s.name}_rate" for s in self.states),
+        )
+
+    @property
+    def accounts(self) -> tuple[str, ...]:
+        """Names of the energy and the powers that follow the forces."""
+        return (*(ENERGY if self.passive else ()), *(SUPPLY if self.supplied else ()))
 
     @property
     def reported(self) -> tuple[Output, ...]:
         """All outputs, each where it stands among the results."""
         first = len(self.port.forces)
         energy = (Output("energy", "J", "stored energy", first),) if self.passive else ()
-        first += 2 if self.passive else 0
+        first += len(self.accounts)
         own = tuple(dataclasses.replace(output, first=first + k) for k, output in enumerate(self.outputs))
         return (*self.port.outputs, *energy, *own)
 
@@ -165,6 +181,7 @@ def component(
     example: Mapping[str, Any] = MappingProxyType({}),
     events: tuple[str, str] = ("left", "reached"),
     motor: bool = False,
+    supplied: bool = False,
 ) -> Callable[[Class], Class]:
     """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
 
@@ -172,7 +189,7 @@ def component(
     ----------
     port : Port or str
         How it is attached: "line", "hinge", "travel", "point" or "frame".
-    force, gap, switch, outputs, states, context, passive, example, events, motor
+    force, gap, switch, outputs, states, context, passive, example, events, motor, supplied
         See `Declaration`.
     section, label, symbol : str, optional
         See `Declaration`; by default the name of the class in lower case with underscores, the section with spaces, and the
@@ -214,6 +231,7 @@ def component(
             example,
             events,
             motor,
+            supplied,
         )
         if not hasattr(made, "states"):  # of the class, unless its instances decide
             made.states = states

@@ -6,7 +6,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+from scissordyn.component.time_function import TimeFunction
 from scissordyn.config.table import Call, table_of_call
+from scissordyn.config.time_function import TIME_FUNCTION
 from scissordyn.model.bending import with_bending
 
 __all__ = ["BendingTable"]
@@ -18,6 +20,10 @@ BendingTable = table_of_call(
         ("bodies", Annotated[str, Field(description="which bars, by name or pattern", examples=["unit */bar *"])]),
         ("section", Annotated[str | None, Field(description="tube, box, solid, angle or strip with its dimensions")]),
         ("material", Annotated[str | None, Field(description="steel, aluminium or titanium")]),
+        (
+            "time_function",
+            Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor of temperatures over time")],
+        ),
     ),
     base=Call,
     spelt={"bodies": "bars"},

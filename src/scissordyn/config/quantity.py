@@ -77,7 +77,7 @@ USUAL = {
 
 SI_UNITS = (
     *("m", "m/s", "m/s^2", "rad", "rad/s", "s", "1/s", "1/m", "s/m", "kg", "kg m^2", "kg/m^3"),
-    *("N", "N m", "N/m", "N s", "N s/m", "N m/s", "N m/rad", "N m s/rad", "N m/(rad s)", "Pa"),
+    *("N", "N m", "N/m", "N s", "N s/m", "N m/s", "N m/rad", "N m s/rad", "N m/(rad s)", "Pa", "K", "1/K"),
 )
 """Those of the fields of case files."""
 
@@ -184,6 +184,8 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
         if not found[2]:
             raise InputError("missing unit", wanted, _with_unit(float(found[1]), quantity, sample))
         if quantity.unit == "K" and found[2].strip() in CELSIUS:
+            if quantity.admits(-1.0):
+                raise InputError("a temperature in place of a difference", wanted, f"{found[1]} K")
             number = float(found[1]) + 273.15
         else:
             number = _scaled([found[1]], found[2].strip(), quantity.unit, wanted, sample)[0]

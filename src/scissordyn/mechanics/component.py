@@ -20,7 +20,7 @@ __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss
 
 _ACTUATOR = ACTUATOR.code
 
-TIME, FACTOR, MODE, APPROACH_SPEED = range(4)
+TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE = range(5)
 """Places of `declaration.CONTEXT`."""
 
 DIFFERENCE = 1e-7
@@ -48,7 +48,7 @@ def write_context(t, i, S):
     """What a kernel may ask for beside its coordinates."""
     x, guard = S.work.context, S.model.component_guard[i]
     x[TIME] = t
-    x[FACTOR], _ = factor_of(t, i, S)
+    x[FACTOR], x[FACTOR_RATE] = factor_of(t, i, S)
     x[MODE] = float(S.state.mode[guard]) if guard >= 0 else 0.0
     x[APPROACH_SPEED] = S.state.memory[guard] if guard >= 0 else 0.0
 
@@ -113,7 +113,8 @@ def add_component(t, i, S, z, dz):
     write_wrench(element, S, force_x, force_y, torque_a, torque_b)
     add_forces(element, S, fx, fy, gx, gy, hx, hy, W.force, 0, W.force.size)
     if M.component_passive[i] == 1:
-        W.stored_energy[i], W.dissipation[i], W.power_in[i] = out[forces], out[forces + 1], 0.0
+        W.stored_energy[i], W.dissipation[i] = out[forces], out[forces + 1]
+        W.power_in[i] = out[forces + 2] if M.component_supplied[i] == 1 else 0.0
     else:
         W.stored_energy[i], W.dissipation[i], W.power_in[i] = 0.0, 0.0, power
 

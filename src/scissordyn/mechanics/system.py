@@ -98,6 +98,7 @@ class Model(NamedTuple):
     component_coordinates: I1
     component_forces: I1
     component_passive: I1  # whether it stores and dissipates energy
+    component_supplied: I1  # whether its time function gives it power
     component_motor: I1  # whether its power is that of a motor rather than of a load
     component_timed: I1  # whether it depends on time
     component_guard: I1  # its guard, or -1
@@ -199,7 +200,7 @@ class Workspace(NamedTuple):
     state_jacobian: F2  # (most states + 3, most states)
     coordinates: F2  # (components, 4) of the ports
     coordinate_rates: F2
-    context: F1  # (4,)
+    context: F1  # (5,)
     answer: F1  # (RESULTS,)
     other_answer: F1
     result: F2  # (components, RESULTS)

@@ -87,7 +87,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         state_jacobian=np.zeros((most + 3, most)),
         coordinates=np.zeros((components, 4)),
         coordinate_rates=np.zeros((components, 4)),
-        context=np.zeros(4),
+        context=np.zeros(5),
         answer=np.zeros(RESULTS),
         other_answer=np.zeros(RESULTS),
         result=np.zeros((components, RESULTS)),

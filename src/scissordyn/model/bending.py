@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any
 
-from scissordyn.component.beam import Beam, node_inertia
+from scissordyn.component.beam import ACROSS, DAMPING, EXPANSION, WARMER, Beam, node_inertia
+from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
@@ -40,6 +41,11 @@ def with_bending(
     bending_stiffness: Annotated[float | None, BENDING] = None,
     axial_stiffness: Annotated[float | None, AXIAL] = None,
     elements: Annotated[int, ELEMENTS] = 8,
+    damping: Annotated[float, DAMPING] = 0.0,
+    thermal_expansion: Annotated[float | None, EXPANSION] = None,
+    temperature_rise: Annotated[float, WARMER] = 0.0,
+    temperature_difference: Annotated[float, ACROSS] = 0.0,
+    time_function: TimeFunction | None = None,
 ) -> Mechanism:
     """The same mechanism with bars that bend.
 
@@ -61,6 +67,16 @@ def with_bending(
         EI [N m^2] and EA [N] in place of section and material.
     elements : int
         Along a bar, at least; each span between two points has a whole number of them.
+    damping : float
+        Damping time tau [s]: stress is E (strain + tau strain rate), the damping ratio at the angular frequency w is tau w/2.
+    thermal_expansion : float, optional
+        Coefficient [1/K]; that of the material if not given.
+    temperature_rise : float
+        Over the temperature of assembly [K].
+    temperature_difference : float
+        Of the side of a bar at -y over that at +y [K], linear over the depth of the section.
+    time_function : TimeFunction, optional
+        A factor of both temperatures over time; 1 if not given.
 
     Returns
     -------
@@ -73,6 +89,13 @@ def with_bending(
         something is attached to it that has no place on a bar that bends.
     """
     stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
+    heated = {"temperature_rise": temperature_rise, "temperature_difference": temperature_difference}
+    expansion = stiffness.thermal_expansion if thermal_expansion is None else thermal_expansion
+    if any(heated.values()) and not expansion:
+        raise InputError("bars that are heated without a thermal_expansion", "a material that has one, or", "12e-6 1/K")
+    if temperature_difference and not stiffness.depth:
+        raise InputError("a temperature difference across bars without a section", "a section, which has a depth")
+    more = {"damping": damping, "thermal_expansion": expansion, **heated, "time_function": time_function}
     known = [body.name for body in mechanism.bodies]
     if bodies == "all":
         names = tuple(body.name for body in mechanism.bodies if _is_bar(body))
@@ -81,7 +104,7 @@ def with_bending(
     else:
         names = matching("body", bodies, known)
     for name in names:
-        mechanism = _bent(mechanism, mechanism.body(name), stiffness, elements)
+        mechanism = _bent(mechanism, mechanism.body(name), stiffness, elements, more)
     return mechanism
 
 
@@ -93,6 +116,7 @@ class _Stiffness:
     depth: float
     youngs_modulus: float
     yield_strength: float
+    thermal_expansion: float = 0.0
 
 
 def _stiffness(section: Any, material: Any, bending: float | None, axial: float | None) -> _Stiffness:
@@ -105,6 +129,7 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
             shape.depth,
             made_of.youngs_modulus,
             made_of.yield_strength,
+            made_of.thermal_expansion,
         )
     if section is None and material is None and bending is not None and axial is not None:
         return _Stiffness(bending, axial, None, 0.0, 0.0, 0.0)
@@ -130,7 +155,7 @@ def _is_bar(body: Body) -> bool:
     )
 
 
-def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int) -> Mechanism:
+def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int, more: Mapping[str, Any]) -> Mechanism:
     if not _is_bar(body):
         raise InputError(
             f"body '{body.name}' is to bend and is no straight uniform bar",
@@ -160,7 +185,7 @@ def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int
         marks += [one + (other - one) * k / count for k in range(1, count)] + [other]
     origin = min(range(len(marks)), key=lambda k: abs(marks[k]))
     label = [body.name if k == origin else f"{body.name}/{k}" for k in range(len(marks))]
-    return _rebuilt(mechanism, body, marks, label, named, stiffness, mass_per_length)
+    return _rebuilt(mechanism, body, marks, label, named, stiffness, {"mass_per_length": mass_per_length, **more})
 
 
 def _rebuilt(
@@ -170,10 +195,11 @@ def _rebuilt(
     label: list[str],
     named: dict[float, list[str]],
     stiffness: _Stiffness,
-    mass_per_length: float,
+    more: Mapping[str, Any],
 ) -> Mechanism:
     """The mechanism with cross-sections at `marks` in place of a bar."""
     spans = [other - one for one, other in itertools.pairwise(marks)]
+    mass_per_length = more["mass_per_length"]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
     cos, sin = math.cos(body.angle), math.sin(body.angle)
@@ -202,7 +228,7 @@ def _rebuilt(
             length=span,
             axial_stiffness=stiffness.axial,
             bending_stiffness=stiffness.bending,
-            mass_per_length=mass_per_length,
+            **more,
             depth=stiffness.depth,
             youngs_modulus=stiffness.youngs_modulus,
             yield_strength=stiffness.yield_strength,

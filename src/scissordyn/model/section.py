@@ -50,12 +50,15 @@ class StructuralMaterial:
     yield_strength : float
         Or the 0.2 % proof stress [Pa].
     source : str
+    thermal_expansion : float
+        [1/K]; needed for bars that are heated.
     """
 
     youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
     density: Annotated[float, Quantity("kg/m^3", above=0.0)]
     yield_strength: Annotated[float, Quantity("Pa", above=0.0)]
     source: str = "the user"
+    thermal_expansion: Annotated[float, Quantity("1/K", minimum=0.0, maximum=1e-2)] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self, "material")
@@ -63,9 +66,9 @@ class StructuralMaterial:
 
 MATERIALS: Mapping[str, StructuralMaterial] = MappingProxyType(
     {
-        "steel": StructuralMaterial(210e9, 7850.0, 235e6, "EN 1993-1-1, S235"),
-        "aluminium": StructuralMaterial(70e9, 2700.0, 250e6, "EN 1999-1-1, 6082-T6"),
-        "titanium": StructuralMaterial(114e9, 4430.0, 880e6, "Ti-6Al-4V, typical data sheet values"),
+        "steel": StructuralMaterial(210e9, 7850.0, 235e6, "EN 1993-1-1, S235", 12e-6),
+        "aluminium": StructuralMaterial(70e9, 2700.0, 250e6, "EN 1999-1-1, 6082-T6", 23e-6),
+        "titanium": StructuralMaterial(114e9, 4430.0, 880e6, "Ti-6Al-4V, typical data sheet values", 8.6e-6),
     }
 )
 """Materials by name, with nominal values."""

@@ -97,7 +97,12 @@ TARGETS = (
 
 EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("component/force.py", "parameters", "float(self.follows)"): "a switch",
+    ("component/beam.py", "force", "strength"): "its sign",
     ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
+    **dict.fromkeys(
+        (("component/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
+        "which angles of the table lie between, of which one at an end has no area; and which end is larger",
+    ),
     ("control/tracking/feedback.py", "", "1.0"): "a scale of the error of a step",
     ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
     ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",

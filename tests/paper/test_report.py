@@ -194,7 +194,7 @@ def test_workers_find_the_kernels_compiled(monkeypatch):
 def test_the_command_shows_the_answers(report, capsys, monkeypatch):
     """Identity: every clause with its answer, and where the report is, in a hundred columns."""
     monkeypatch.setattr(module, "reproduce", lambda folder, **_: report)
-    assert command.paper(report.report.parent, None, 1) == 0
+    assert command.paper(report.report.parent, threads=1) == 0
     shown = capsys.readouterr().out
     for verdict in report.verdicts:
         assert re.search(rf"^ *{verdict.clause.key} +{verdict.answer} ", shown, re.MULTILINE)

@@ -68,7 +68,7 @@ def _tip(elements: int, load: float) -> tuple[float, float, float]:
             one, other = place[k], place[k + 1]
             cos, sin = math.cos(one[2]), math.sin(one[2])
             x, y = other[:2] - one[:2]
-            f = force(cos * x + sin * y, cos * y - sin * x, other[2] - one[2], 0, 0, 0, length, 1e7, 1.0, 0.0, 0.0, 0.0)
+            f = force(cos * x + sin * y, cos * y - sin * x, other[2] - one[2], 0, 0, 0, 1, 0, length, 1e7, 1.0, *[0.0] * 6)
             fx, fy = cos * f[0] - sin * f[1], sin * f[0] + cos * f[1]
             balance[k + 1] += fx, fy, f[2]
             balance[k] -= fx, fy, f[2] + x * fy - y * fx

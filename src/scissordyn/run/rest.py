@@ -29,8 +29,11 @@ LONGEST = 1e4
 MOST_STEPS = 5000
 MOST_CORRECTIONS = 40
 
-SOLVED = 0.1
+SOLVED = 0.01
 """An implicit step has converged when a correction is this fraction of the step."""
+
+MOST_POLISHING, POLISHING, POLISHED = 10, 3, 0.5
+"""At rest, so many steps more at most, of so many corrections, as long as each reduces the unbalanced force to this part."""
 
 AWAY = 100.0
 """Sizes of the mechanism: what has moved farther is held by nothing."""
@@ -84,6 +87,7 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     for _ in range(MOST_STEPS):
         found = descent.implicit_step(step)
         if found == "rest":
+            descent.polish(step)
             return descent.state[: descent.free].copy(), descent.load
         step = min(LONGEST, 3.0 * step) if found == "solved" else 0.2 * step
         if step < SHORTEST or descent.gone > AWAY:
@@ -129,13 +133,9 @@ class _Descent:
     def implicit_step(self, step: float) -> str:
         """A step of implicit Euler from rest: "rest" found, "solved", or "left", back where it began."""
         n, state = self.free, self.state
-        rate, by_time, answer = np.zeros(state.size), np.zeros(state.size), np.zeros(2)
         base, turns, before, solved = state[:n].copy(), self.system.state.reference.copy(), self.force, False
         for _ in range(MOST_CORRECTIONS):
-            functions.accept(0.0, state, self.handle.address, answer)
-            _touch(self.handle, state)
-            functions.linearise(0.0, state, self.handle.address, rate, by_time)
-            self.force = float(np.linalg.norm(rate[n : 2 * n]))
+            left = self.unbalanced(base, step)
             moved = float(np.linalg.norm(state[:n] - base))
             turned = float(np.abs(self.system.state.reference - turns).max(initial=0.0))
             if not (math.isfinite(self.force) and moved <= FARTHEST * self.size and turned <= MOST_TURN):
@@ -148,20 +148,60 @@ class _Descent:
                 return "rest"
             if solved and self.force <= MOST_GROWTH * before:
                 return "solved"
-            left = rate[n : 2 * n] - (state[:n] - base) / step**2
-            change = np.concatenate([np.zeros(n), left, np.zeros(self.internal)])
-            if functions.factorize(step, self.handle.address) >= 0:
+            change = self.correction(left, step)
+            if change is None:
                 continue
-            functions.solve(change, self.handle.address)
-            state[:n] += change[:n]
+            state[:n] += change
             # the residual normal to the constraints does not vanish, the correction does
             moved = float(np.linalg.norm(state[:n] - base))
             if step >= LONGEST and moved <= STILL * self.size:
                 return "rest"
-            solved = bool(np.linalg.norm(change[:n]) <= SOLVED * moved)
+            solved = bool(np.linalg.norm(change) <= SOLVED * moved)
         state[:n], self.force = base, before
         self.system.state.reference[:] = turns
         return "left"
+
+    def unbalanced(self, base: np.ndarray, step: float) -> np.ndarray:
+        """What is left of the equations of a step from `base`, where it is brought back to its constraints."""
+        n, state, answer = self.free, self.state, np.zeros(2)
+        rate, by_time = np.zeros(state.size), np.zeros(state.size)
+        functions.accept(0.0, state, self.handle.address, answer)
+        _touch(self.handle, state)
+        functions.linearise(0.0, state, self.handle.address, rate, by_time)
+        self.force = float(np.linalg.norm(rate[n : 2 * n]))
+        # only what is tangent to the constraints: a correction across them would be undone, and spoil convergence
+        state[n : 2 * n] = (state[:n] - base) / step**2
+        functions.accept(0.0, state, self.handle.address, answer)
+        left = rate[n : 2 * n] - state[n : 2 * n]
+        state[n : 2 * n] = 0.0
+        return np.asarray(left)
+
+    def correction(self, left: np.ndarray, step: float) -> np.ndarray | None:
+        """Newton's correction of the coordinates, None from a singular matrix."""
+        change = np.concatenate([np.zeros(self.free), left, np.zeros(self.internal)])
+        if functions.factorize(step, self.handle.address) >= 0:
+            return None
+        functions.solve(change, self.handle.address)
+        return change[: self.free]
+
+    def polish(self, step: float) -> None:
+        """Go on with longer steps as long as they reduce the unbalanced force."""
+        state, place = self.state, self.state[: self.free]
+        for _ in range(MOST_POLISHING):
+            before, force, turns = place.copy(), self.force, self.system.state.reference.copy()
+            step = min(LONGEST, 3.0 * step)
+            left = self.unbalanced(before, step)
+            for _ in range(POLISHING):
+                change = self.correction(left, step)
+                if change is None or not np.linalg.norm(change) <= FARTHEST * self.size:
+                    break
+                place += change
+                left = self.unbalanced(before, step)
+            if not self.force < POLISHED * force:
+                place[:], self.force = before, force
+                self.system.state.reference[:] = turns
+                functions.accept(0.0, state, self.handle.address, np.zeros(2))
+                return
 
     def rounding(self) -> float:
         """What the rounding of coordinates makes of the forces of beam elements, whose axial stiffness exceeds all others."""

@@ -1,0 +1,233 @@
+"""Bars that bend: elastica, vibration, rotation, a wall and heat."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import minimize_scalar
+
+import scissordyn as sd
+from scissordyn.component.time_function import tabulated
+from scissordyn.laws.damping.none import NoDamping
+from scissordyn.laws.elastic.linear import Linear
+from validation.case import Case, Check
+
+__all__ = ["CASE"]
+
+NAME = "bending"
+RIGIDITY = 100.0
+ELASTICA = {
+    1.0: (0.46135194971188, 0.056433236283377, 0.30172077379981),
+    10.0: (1.4302855388039, 0.55499559775375, 0.8106090248803),
+}
+"""P L^2/EI to the angle at the tip, its way along the bar and across it, over L."""
+
+BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761
+FLAPPING = {1.0: (3.681647, 22.181011, 61.841763), 2.0: (4.137320, 22.614922, 62.273184)}
+"""Omega sqrt(mu L^4/EI) to the flapping frequencies of a rotating cantilever, in the same unit."""
+
+
+def bar(*, length: float = 1.0, mass: float = 1.0) -> sd.Mechanism:
+    """A rigid bar, pinned at its start, that a drive may clamp."""
+    pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
+    return sd.Mechanism(
+        (sd.bar("bar", length=length, mass=mass),), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, input_body="bar"
+    )
+
+
+def still(mechanism: sd.Mechanism) -> xr.Dataset:
+    """At rest in equilibrium."""
+    return sd.simulate(mechanism, until=1e-5, samples=2, start="static")
+
+
+def tip(found: xr.Dataset) -> tuple[float, float, float]:
+    """X and y [m] of the last cross-section, and its angle [rad]."""
+    last = str(found["body"].values[-1])
+    place = found["position"].sel(body=last)[0].values
+    return float(place[0]), float(place[1]), float(found["angle"].sel(body=last)[0])
+
+
+def checks() -> list[Check]:
+    """All of them."""
+    return [*_elastica(), *_circle(), *_vibration(), *_rotating(), *_spun_up(), *_wall(), *_heated(), *_balance()]
+
+
+def _elastica() -> list[Check]:
+    found = []
+    for load, expected in ELASTICA.items():
+        for elements in (8, 16):
+            made = bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, elements=elements)
+            force = sd.Force("push", (f"bar/{elements}", "end"), (0.0, RIGIDITY * load))
+            x, y, angle = tip(still(made.with_parts({"components": (*made.components, force)}).driven(speed=0.0)))
+            name = f"P L²/EI = {load:g}, {elements} elements"
+            allowed = 1e-6 if load < 5.0 or elements > 8 else 1e-5
+            found += [
+                Check(f"{name}: angle at the tip [rad]", expected[0], angle, allowed, "closed form"),
+                Check(f"{name}: way along the bar [L]", expected[1], 1.0 - x, allowed, "closed form"),
+                Check(f"{name}: way across it [L]", expected[2], y, allowed, "closed form"),
+            ]
+    return found
+
+
+def _circle() -> list[Check]:
+    made = bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e7, elements=8)
+    moment = sd.Torque("moment", "bar/8", 2.0 * math.pi * RIGIDITY)
+    x, y, angle = tip(still(made.with_parts({"components": (*made.components, moment)}).driven(speed=0.0)))
+    name = "end moment 2 pi EI/L, 8 elements"
+    return [
+        Check(f"{name}: distance of the end from the clamp [L]", 0.0, math.hypot(x, y), 1e-10, "closed form", relative=False),
+        Check(f"{name}: angle at the end [rad]", 2.0 * math.pi, angle, 1e-10, "closed form"),
+    ]
+
+
+def _vibration() -> list[Check]:
+    made = bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e7, elements=16).driven(speed=0.0)
+    omega = sd.modes(made, position="concentric", count=3)["angular_frequency"].values
+    beta = np.sqrt(omega * math.sqrt(1.0 / RIGIDITY))
+    allowed = 1e-6, 1e-5, 1e-4
+    return [
+        Check(f"cantilever, 16 elements: beta L of mode {k + 1}", BETA[k], float(beta[k]), allowed[k], "closed form")
+        for k in range(3)
+    ]
+
+
+def _rotating() -> list[Check]:
+    """Frequencies of the vibration after a push, by least squares."""
+    found, unit = [], math.sqrt(RIGIDITY)
+    for part, flapping in FLAPPING.items():
+        made = bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e8, elements=8)
+        push = sd.Force("push", ("bar/8", "end"), (0.0, 0.05), time_function=sd.Cycloidal(1.0, 0.0, 0.05))
+        made = made.with_parts({"components": (*made.components, push)}).driven(speed=part * unit)
+        path = sd.simulate(made, until=2.0, samples=4001, rtol=1e-9, atol=1e-9)
+        time = path["time"].values
+        across = _in_the_frame_of_the_clamp(path)[:, 1][time > 0.06]
+        time = time[time > 0.06]
+        omega = [unit * math.sqrt(each**2 - part**2) for each in flapping]
+        for _ in range(3):
+            for k in range(3):
+                omega[k] = _nearest(time, across, omega, k)
+        expected = unit * math.sqrt(flapping[0] ** 2 - part**2)
+        name = f"rotating at {part:g} sqrt(EI/µ)/L², 8 elements: first frequency in its plane [rad/s]"
+        found.append(Check(name, expected, omega[0], 5e-6, "closed form"))
+    return found
+
+
+def _nearest(time: np.ndarray, values: np.ndarray, omega: list[float], k: int) -> float:
+    """Frequency k with which harmonics leave the least of the values, the others held."""
+
+    def left(trial: float) -> float:
+        waves = [wave(each * time) for each in (*omega[:k], trial, *omega[k + 1 :]) for wave in (np.cos, np.sin)]
+        columns = np.column_stack([*waves, np.ones_like(time)])
+        amplitudes = np.linalg.lstsq(columns, values, rcond=None)[0]
+        return float(np.sum((columns @ amplitudes - values) ** 2))
+
+    reach = 3e-3 / (k + 1.0)
+    bounds = omega[k] * (1.0 - reach), omega[k] * (1.0 + reach)
+    return float(minimize_scalar(left, bounds=bounds, method="bounded", options={"xatol": 1e-9 * omega[k]}).x)
+
+
+def _in_the_frame_of_the_clamp(found: xr.Dataset) -> np.ndarray:
+    """Way of the last cross-section along and across the direction of the clamp [m]."""
+    angle, place = found["angle"].sel(body="bar").values, found["position"].isel(body=-1).values
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.column_stack([cos * place[:, 0] + sin * place[:, 1], cos * place[:, 1] - sin * place[:, 0]])
+
+
+def _spun_up() -> list[Check]:
+    length, axial, mass, speed, lasting = 10.0, 2.8e7, 12.0, 6.0, 15.0
+
+    def angle(t: float) -> float:
+        if t >= lasting:
+            return speed * (t - 0.5 * lasting)
+        turn = 2.0 * math.pi / lasting
+        return speed / lasting * (0.5 * t**2 + (math.cos(turn * t) - 1.0) / turn**2)
+
+    made = bar(length=length, mass=mass).with_bending(bending_stiffness=1.4e4, axial_stiffness=axial, elements=8)
+    driven = made.driven(tabulated(angle, until=20.0, points=401))
+    found = sd.simulate(driven, until=20.0, samples=4001, method="rodas5p", rtol=1e-6, atol=1e-6)
+    along = _in_the_frame_of_the_clamp(found)[:, 0]
+    k = math.sqrt(mass / length * speed**2 * length**2 / axial)
+    late = found["time"].values > lasting + 0.5
+    name = "spun up, 8 elements"
+    return [
+        Check(
+            f"{name}: mean extension after 15.5 s [m]",
+            length * (math.tan(k) / k - 1.0),
+            float(np.mean(along[late])) - length,
+            2e-4,
+            "closed form",
+        ),
+        Check(f"{name}: the same as published [m]", 5.14e-4, float(np.mean(along[late])) - length, 1e-3, "published"),
+    ]
+
+
+def _wall() -> list[Check]:
+    speed, axial, gap = 1.0, 1e6, 1e-3
+    loose = sd.Clearance(gap, stiffness=Linear(1e9), damping=NoDamping(), friction=sd.NoFriction())
+    free = dataclasses.replace(sd.bar("bar", length=1.0, mass=1.0), velocity=(speed, 0.0))
+    wall = sd.Revolute("wall", ("bar", "end"), ("ground", "wall"))
+    made = sd.Mechanism((free,), (wall,), ground=(("wall", (1.0, 0.0)),), gravity=0.0).with_clearance("wall", loose)
+    made = made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=axial, elements=16)
+    found = sd.simulate(made, until=4.2e-3, samples=8001, start="as-placed")
+    time, force = found["time"].values, found["normal_force"].sel(joint="wall").values
+    wave, start = math.sqrt(axial), gap / speed
+    lasting = found["contact_start"].values + found["contact_duration"].values
+    within = (time > start + 0.1 * 2.0 / wave) & (time < start + 0.9 * 2.0 / wave)
+    name = "against a wall, 16 elements"
+    return [
+        Check(f"{name}: mean force [N]", wave * speed, float(np.mean(force[within])), 0.02, "closed form"),
+        Check(f"{name}: time until it leaves [s]", 2.0 / wave, float(lasting.max()) - start, 0.05, "closed form"),
+        Check(f"{name}: rebound speed [m/s]", speed, float(np.trapezoid(force, time)) - speed, 0.02, "closed form"),
+    ]
+
+
+def _heated() -> list[Check]:
+    depth, alpha, rise, across = 0.02, 12e-6, 80.0, 30.0
+    options: dict[str, Any] = {"section": "solid 20x20 mm", "material": "steel", "elements": 2, "temperature_rise": rise}
+    mass = 7850.0 * depth**2
+    x, y, angle = tip(still(bar(mass=mass).with_bending(**options, temperature_difference=across).driven(speed=0.0)))
+    arc = alpha * across / depth
+    longer = 1.0 + alpha * rise
+    held = bar(mass=mass)
+    held = dataclasses.replace(held, guides=(sd.Guide("end", ("bar", "end"), (1.0, 0.0), math.pi / 2.0),))
+    pressed = still(held.with_bending(**options).driven(speed=0.0))
+    return [
+        Check("heated: angle of the free end [rad]", arc, angle, 1e-9, "closed form"),
+        Check("heated: x of the free end [m]", longer * math.sin(arc) / arc, x, 1e-10, "closed form"),
+        Check("heated: y of the free end [m]", longer * (1.0 - math.cos(arc)) / arc, y, 1e-7, "closed form"),
+        Check(
+            "heated between walls: axial force [N]",
+            -210e9 * depth**2 * alpha * rise,
+            float(pressed["beam_axial_force"][0, 0]),
+            1e-8,
+            "closed form",
+        ),
+    ]
+
+
+def _balance() -> list[Check]:
+    """Energy with bars that bend and a film in one mechanism."""
+    arm = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    oil = sd.Lubrication(viscosity=0.1)
+    loose = sd.Clearance(0.5e-3, journal_radius=10e-3, bearing_length=15e-3, friction=sd.NoFriction(), lubrication=oil)
+    made = arm.with_clearance("A", loose).with_bending(section="tube 60x60x1.56 mm", material="steel", elements=2)
+    found = sd.simulate(made.driven(speed=sd.rpm(60)), until=0.02, rtol=1e-10, atol=1e-10)
+    work = float(np.ptp(found["drive_work"].values))
+    left = float(np.abs(found["energy_residual"].values).max()) / work
+    return [
+        Check(
+            "bars that bend and oil: energy that is missing, over the work of the drive",
+            0.0,
+            left,
+            1e-8,
+            "closed form",
+            relative=False,
+        )
+    ]
+
+
+CASE = Case(NAME, "Bars that bend", checks, quick=False)

@@ -127,7 +127,10 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "Pictures": {
         "run.accessor": ("RunAccessor",),
-        "plot": ("Pictures", "response", "track", "force", "torque", "orbit", "film", "energy", "structure", "comparison"),
+        "plot": (
+            *("Pictures", "response", "track", "force", "torque", "orbit", "film", "energy"),
+            *("structure", "bending", "comparison"),
+        ),
         "plot.regularity": (
             "stroboscopic_map",
             "power_spectrum",

@@ -26,7 +26,7 @@ from scissordyn.plot.window import window
 
 UNTIL = 0.01
 
-PLAIN = [kind for kind in KINDS if kind not in ("film", "track")]
+PLAIN = [kind for kind in KINDS if kind not in ("film", "track", "bending")]
 """Pictures of a run without oil and without a tracked point."""
 
 

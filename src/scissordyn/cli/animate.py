@@ -25,6 +25,9 @@ def animate(
     lasting: Annotated[
         float, typer.Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)
     ] = 6.0,
+    magnify: Annotated[
+        float, typer.Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)
+    ] = 1.0,
     allow_code: OwnCode = None,
 ) -> int:
     """Write a film of a saved run; nothing is computed anew."""
@@ -39,6 +42,6 @@ def animate(
     begin, end = seconds(first, "--from"), seconds(last, "--to")
     saved = read_run(run)
     mechanism = mechanism_of(saved, allow_code)
-    written = write_film(window(saved, begin, end), mechanism, film, joints=joint, seconds=lasting)
+    written = write_film(window(saved, begin, end), mechanism, film, joints=joint, seconds=lasting, magnify=magnify)
     console().print(str(written), markup=False)
     return 0

@@ -19,7 +19,7 @@ def plot(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Draw into this folder.")],
     only: Annotated[
         str | None,
-        typer.Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, film, energy, structure."),
+        typer.Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, film, energy, structure, bending."),
     ] = None,
     joint: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Draw this clearance joint. Repeatable.")] = None,
     first: Annotated[
@@ -27,6 +27,9 @@ def plot(
     ] = None,
     last: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Draw up to this instant.")] = None,
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
+    magnify: Annotated[
+        float, typer.Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)
+    ] = 1.0,
     allow_code: OwnCode = None,
 ) -> int:
     """Draw a saved run; nothing is computed anew."""
@@ -44,13 +47,13 @@ def plot(
     saved = read_run(run)
     to = console()
     mechanism = None
-    if kinds is None or "structure" in kinds:
+    if kinds is None or {"structure", "bending"} & set(kinds):
         try:
             mechanism = mechanism_of(saved, allow_code)
         except InputError as error:
             if kinds is not None:
                 raise
             to.print(f"Without the picture of the structure: {error.what}.", markup=False)
-    for path in draw_all(window(saved, begin, end), None, output, mechanism, form, only=kinds, joints=joint):
+    for path in draw_all(window(saved, begin, end), None, output, mechanism, form, only=kinds, joints=joint, magnify=magnify):
         to.print(str(path), markup=False)
     return 0

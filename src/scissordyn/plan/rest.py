@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 from typing import TypeVar
 
-from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFunction
+import numpy as np
+
+from scissordyn.component.time_function import Polynomial, TimeFunction
 from scissordyn.laws.friction.none import NoFriction
-from scissordyn.mechanics.time_function import function_start
+from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -16,11 +18,13 @@ __all__ = ["at_rest"]
 Joint = TypeVar("Joint", Revolute, Guide)
 
 
-def at_rest(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with its drives and prescribed distances constant at their values of t = 0, and without friction."""
+def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
+    """The same mechanism without friction, its drives and prescribed distances constant at their values of a time [s]."""
 
     def constant(motion: TimeFunction, start: float) -> TimeFunction:
-        return Polynomial((start if isinstance(motion, ConstantSpeed) else function_start(motion),))
+        value = np.zeros(4)
+        function_at(time, function_rows(motion, start), value)
+        return Polynomial((float(value[0]),))
 
     return dataclasses.replace(
         mechanism,

@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scissordyn.plot.bending import bending
     from scissordyn.plot.comparison import comparison
     from scissordyn.plot.energy import energy
     from scissordyn.plot.film import film
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from scissordyn.plot.torque import torque
     from scissordyn.plot.track import track
 
-__all__ = ["Pictures", "comparison", "energy", "film", "force", "orbit", "response", "structure", "torque", "track"]
+__all__ = ["Pictures", "bending", "comparison", "energy", "film", "force", "orbit", "response", "structure", "torque", "track"]
 
 _HOMES = {name: "pictures" if name == "Pictures" else name for name in __all__}
 

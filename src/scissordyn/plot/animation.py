@@ -17,6 +17,7 @@ from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_joints, clearance_pins, largest_forces
+from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.spacing import spread_samples
 
 __all__ = ["FILMS", "animate", "check_film", "magnified_first"]
@@ -52,6 +53,7 @@ def animate(
     seconds: float = 6.0,
     rate: int | None = None,
     joints: Sequence[str] | None = None,
+    magnify: float = 1.0,
 ) -> Path:
     """Write a film of a run, with its clearance joints magnified beside the structure.
 
@@ -69,6 +71,8 @@ def animate(
     joints : sequence of str, optional
         Which revolute clearance joints to magnify; those with the largest forces if not given, and all guides with clearance.
         A page shows the others after them; a GIF or MP4 says how many more there are.
+    magnify : float
+        Factor of the deflections of bars that bend, which the film says.
 
     Returns
     -------
@@ -89,6 +93,8 @@ def animate(
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
     shown, every, guides = magnified_first(run, mechanism, joints)
     frames = spread_samples(run["time"].values, max(2, min(samples, round(seconds * rate))))
+    if magnify != 1.0:
+        run = magnified_deflection(run, mechanism, magnify, samples=frames.tolist())
     scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown)
     rate = max(1, round(len(frames) / seconds))
     slower = len(frames) / rate / float(scene.time[-1] - scene.time[0])

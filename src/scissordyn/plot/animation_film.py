@@ -17,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
+from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, scale_in_words
 from scissordyn.plot.channel import surfaces
 from scissordyn.plot.channel_scene import GAP, Channel
 from scissordyn.plot.series import write_more
@@ -136,7 +136,7 @@ class Film:
             magnified.show(frame)
             name.xy = tuple(magnified.joint.place[frame])
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
-        self.axes.set_title(f"{now}   ({time_scale_in_words(self.slower)})", loc="left", fontsize=SMALL)
+        self.axes.set_title(f"{now}   ({scale_in_words(self.slower, scene.magnification)})", loc="left", fontsize=SMALL)
 
 
 def _gain(axes: Axes, gain: float) -> None:

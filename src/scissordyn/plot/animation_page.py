@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from scissordyn.plot.animation_scene import Scene, time_scale_in_words
+from scissordyn.plot.animation_scene import Scene, scale_in_words
 from scissordyn.plot.canvas import CANVAS, packed
 from scissordyn.plot.scale import engineering
 
@@ -69,7 +69,8 @@ def page(scene: Scene, run: xr.Dataset, seconds: float) -> str:
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)
     slower = seconds / float(scene.time[-1] - scene.time[0])
-    about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {time_scale_in_words(slower)}."
+    said = scale_in_words(slower, scene.magnification)
+    about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {said}."
     # "<" in a name could end the script
     data = packed(scene, run, seconds=seconds).replace("<", "\\u003c")
     return PAGE.format(about=about, scene=data, canvas=CANVAS.replace("export default { render };", ""))

@@ -21,10 +21,10 @@ from scissordyn.plot.load import loads
 from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
-from scissordyn.plot.symbol import cross_sections, symbols
+from scissordyn.plot.symbol import Symbol, cross_sections, symbols
 from scissordyn.run.placement import Placement
 
-__all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
+__all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scale_in_words", "scene_of"]
 
 TRAIL = 12
 """Number of frames over which the journal's path stays visible in a GIF or MP4."""
@@ -125,6 +125,8 @@ class Scene:
     pin_names : tuple of str
     tracks : tuple of (str, ndarray of shape (frames, 2))
         Tracked points, with their names [m].
+    magnification : float
+        Of the deflections of bars that bend.
     """
 
     time: np.ndarray
@@ -141,11 +143,25 @@ class Scene:
     asides: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
     pin_names: tuple[str, ...] = ()
     tracks: tuple[tuple[str, np.ndarray], ...] = ()
+    magnification: float = 1.0
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
         """All that can be magnified: the channels of guides, then the clearance joints."""
         return [*self.channels, *self.clearance_joints]
+
+
+def _parts(drawn: list[Symbol]) -> list[Shape]:
+    """Components as shapes; elements of a bar that bends are parts of a bar."""
+    tones: dict[str, int] = {}
+    found = []
+    for symbol in drawn:
+        bar, element, _ = symbol.name.rpartition("/beam ")
+        bends = symbol.kind == "beam" and bool(element)
+        kind = "bar" if bends else "rod" if symbol.kind == "rod" else "component"
+        tone = tones.setdefault(bar, len(tones) % 2) if bends else 0
+        found += [Shape(symbol.name, kind, stroke, tone) for stroke in symbol.strokes]
+    return found
 
 
 def newtons(force: float) -> str:
@@ -154,8 +170,13 @@ def newtons(force: float) -> str:
     return f"{scale.factor * force:.3g} {scale.unit}"
 
 
-def time_scale_in_words(slower: float) -> str:
-    """The time scale of a film, in words."""
+def scale_in_words(slower: float, magnification: float = 1.0) -> str:
+    """The time scale of a film, and the scale of its deflections, in words."""
+    larger = f", deflections {magnification:g}×" if magnification != 1.0 else ""
+    return f"{_time_in_words(slower)}{larger}"
+
+
+def _time_in_words(slower: float) -> str:
     if abs(slower - 1.0) < 0.02:
         return "real time"
     factor = float(f"{max(slower, 1.0 / slower):.3g}")
@@ -197,11 +218,7 @@ def scene_of(
     size = float(np.max(high - low))
     # blocks first, so that bars are drawn over them
     solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
-    parts = [
-        Shape(symbol.name, "rod" if symbol.kind == "rod" else "component", stroke)
-        for symbol in symbols(run, mechanism, placement, frames, SYMBOL * size)
-        for stroke in symbol.strokes
-    ]
+    parts = _parts(symbols(run, mechanism, placement, frames, SYMBOL * size))
     carried = [Shape(load.name, load.kind, load.corners) for load in loads(mechanism, placement, LOAD * size)]
     panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
     shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *parts]
@@ -221,6 +238,7 @@ def scene_of(
         shown=shown,
         pin_names=tuple(joint.name for joint in mechanism.ideal_joints),
         tracks=tuple((track.name, _tracked(mechanism, placement, track)) for track in mechanism.tracks),
+        magnification=float(run.attrs.get("magnified", 1.0)),
     )
     return dataclasses.replace(scene, asides=_asides(scene))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.axes import Axes
 
+from scissordyn.plot.bending import bending
 from scissordyn.plot.comparison import comparison
 from scissordyn.plot.energy import energy
 from scissordyn.plot.film import film
@@ -92,12 +93,17 @@ class Pictures:
         joint: Joints = None,
         *,
         times: int | Sequence[float] = 4,
+        magnify: float = 1.0,
         start: float | None = None,
         end: float | None = None,
     ) -> list[Axes]:
         """The mechanism at several instants; see `plot.structure`."""
         mechanism = read_configuration(self._run).build_mechanism()
-        return structure(window(self._run, start, end), mechanism, times=times, joints=_several(joint))
+        return structure(window(self._run, start, end), mechanism, times=times, joints=_several(joint), magnify=magnify)
+
+    def bending(self, *, time: float | None = None, start: float | None = None, end: float | None = None) -> list[Axes]:
+        """Bending moment, axial force and stress of bars that bend; see `plot.bending`."""
+        return bending(window(self._run, start, end), read_configuration(self._run).build_mechanism(), time=time)
 
     def comparison(
         self, other: xr.Dataset, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.bending import bending
 from scissordyn.plot.energy import energy
 from scissordyn.plot.file import check_format, write
 from scissordyn.plot.film import film
@@ -25,7 +26,7 @@ from scissordyn.plot.track import has_tracks, track
 
 __all__ = ["KINDS", "check_kinds", "draw_all"]
 
-KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure")
+KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure", "bending")
 """All pictures, in order."""
 
 NEEDS = {
@@ -34,6 +35,7 @@ NEEDS = {
     "orbit": "a clearance joint with a journal",
     "torque": "a drive, an actuator or a motor",
     "film": "a lubricated joint",
+    "bending": "bars that bend",
 }
 """What a run must have for a picture."""
 
@@ -59,6 +61,7 @@ def draw_all(
     *,
     only: Sequence[str] | None = None,
     joints: Sequence[str] | None = None,
+    magnify: float = 1.0,
 ) -> list[Path]:
     """Every picture that a run has data for: response, track, force, torque, orbit, energy, structure.
 
@@ -79,6 +82,8 @@ def draw_all(
         Some of `KINDS`; every one that the run has data for if not given.
     joints : sequence of str, optional
         The clearance joints of force, orbit and structure; those with the largest forces if not given.
+    magnify : float
+        Factor of the deflections of bars that bend in the picture of the structure.
 
     Returns
     -------
@@ -109,7 +114,9 @@ def draw_all(
         makers["film"] = lambda: film(run, joints=[name for name in joints or () if name in run["film"]] or None)
     makers["energy"] = lambda: energy(run)
     if mechanism is not None:
-        makers["structure"] = lambda: structure(run, mechanism, joints=joints)
+        makers["structure"] = lambda: structure(run, mechanism, joints=joints, magnify=magnify)
+        if "beam" in run.dims:
+            makers["bending"] = lambda: bending(run, mechanism)
     for kind in only or ():
         if kind not in makers:
             raise InputError(

@@ -39,6 +39,7 @@ from scissordyn.plot.style import (
     literal,
 )
 from scissordyn.plot.symbol import cross_sections, symbols
+from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.placement import Placement
 
 __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
@@ -54,7 +55,12 @@ SYMBOL, WIDEST = 6.0, 0.05
 
 
 def structure(
-    run: xr.Dataset, mechanism: Mechanism, *, times: int | Sequence[float] = 4, joints: Sequence[str] | None = None
+    run: xr.Dataset,
+    mechanism: Mechanism,
+    *,
+    times: int | Sequence[float] = 4,
+    joints: Sequence[str] | None = None,
+    magnify: float = 1.0,
 ) -> list[Axes]:
     """The mechanism at several instants, each with its clearance joints magnified beside it, on a new figure.
 
@@ -67,6 +73,8 @@ def structure(
         Number of instants, equally spaced from start to end; or instants [s], each at the nearest sample.
     joints : sequence of str, optional
         Clearance joints to magnify; those with the largest forces if not given.
+    magnify : float
+        Factor of the deflections of bars that bend, which the titles say.
 
     Returns
     -------
@@ -83,6 +91,8 @@ def structure(
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
+    if magnify != 1.0:
+        run = magnified_deflection(run, mechanism, magnify, samples=samples)
     largest = chosen_joints(run, joints) if joints is not None or clearance_joints(run) else []
     chosen = guides_of(mechanism, largest)
     corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
@@ -213,7 +223,8 @@ def draw_mechanism(
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
         axes.add_patch(late)
-    axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}", loc="left", fontsize=SMALL)
+    larger = f", deflections {run.attrs['magnified']:g}×" if "magnified" in run.attrs else ""
+    axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}{larger}", loc="left", fontsize=SMALL)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     label_axes(axes, placed.turns)
     return labels

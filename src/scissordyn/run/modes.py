@@ -1,18 +1,24 @@
-"""Natural frequencies and mode shapes of a mechanism at a position, its drives locked."""
+"""Natural frequencies and mode shapes of a mechanism, its drives locked, at its start or along its motion."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError
+from scissordyn.kinematics.assembly import Held, Start, assemble, basis_at_start, held_rods, natural_state
+from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rest import at_rest
+from scissordyn.run.deflection import places
 from scissordyn.run.driver import make_system
-from scissordyn.run.start import prepare_start
+from scissordyn.run.rest import count_turns, equilibrium, turns
+from scissordyn.run.start import hold_straight, prepare_start
 from scissordyn.units import Quantity, checked
 
 __all__ = ["modes"]
@@ -20,19 +26,33 @@ __all__ = ["modes"]
 INDEPENDENT = 1e-9
 """Singular values of the constraints' gradients below this part of the largest count as zero."""
 
+NEAR = 0.1
+"""Largest change of an input [rad, m/m] from one position to the next, which starts from it."""
+
+Position = Literal["static", "concentric"]
+
+
+class _Place(NamedTuple):
+    """A position: natural coordinates, and by how much each body has turned."""
+
+    natural: np.ndarray
+    turned: dict[str, float]
+
 
 @checked
 def modes(
     mechanism: Mechanism,
     *,
     count: Annotated[int, Quantity("1", minimum=1, help="number of modes")] = 10,
-    position: Literal["static", "concentric"] = "static",
+    position: Position = "static",
+    times: ArrayLike | None = None,
 ) -> xr.Dataset:
-    """Natural frequencies and mode shapes of small undamped oscillations about a position.
+    """Natural frequencies and mode shapes of small undamped oscillations about a position, or about many along the motion.
 
-    Drives and prescribed distances are locked at their values of t = 0, clearance joints are taken as ideal, friction and
-    dampers are left out. With Z the motions that the constraints allow, f the forces, lambda the constraints' multipliers and
-    coordinates in which the mass matrix is the identity: Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a.
+    Drives and prescribed distances are locked at their values of t = 0, or of each of `times`; clearance joints are taken as
+    ideal, friction and dampers are left out, loads are those of t = 0. With Z the motions that the constraints allow, f the
+    forces, lambda the constraints' multipliers and coordinates in which the mass matrix is the identity:
+    Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a.
 
     Parameters
     ----------
@@ -41,23 +61,72 @@ def modes(
         Number of modes, from the lowest; fewer if the mechanism has fewer.
     position : {"static", "concentric"}
         In static equilibrium, bars bent by their loads; or with bars unbent, ideal joints as assembled.
+    times : array_like, optional
+        Instants of the drives' motion [s], increasing; each position is found from the one before.
 
     Returns
     -------
     Dataset
         With the coordinates mode, body, axis: `frequency` [Hz], `angular_frequency` [rad/s] (negative where the position is
-        unstable: minus the rate of growth), and `shape`, displacements of the mass centres, `rotation` of the bodies, both
-        scaled so that the largest displacement is 1 m.
+        unstable: minus the rate of growth), `shape`, displacements of the mass centres, and `rotation` of the bodies, both
+        scaled so that the largest displacement is 1 m; `position` [m] and `angle` [rad] of the bodies there. With `times` all
+        of them along `time` too, and `input`, what each drive holds [rad] or [m].
 
     Raises
     ------
     InputError
-        If nothing of the mechanism can move, or it has no static equilibrium.
+        If nothing of the mechanism can move, it has no static equilibrium, or `times` are not increasing.
     """
-    still = plan(mechanism.ideal()).at_rest
+    ideal = mechanism.ideal()
+    if times is None:
+        return _at(plan(at_rest(ideal)), count, position, None)[0]
+    asked = np.asarray(times, float)
+    if asked.ndim != 1 or asked.size == 0 or not np.all(np.isfinite(asked)) or np.any(np.diff(asked) <= 0.0):
+        raise InputError("times that are not increasing", "instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]")
+    inputs = Inputs(plan(ideal))
+    if inputs.count == 0:
+        raise InputError("modes along the motion of a mechanism without a drive", "a drive, or modes without times")
+    found, place = [], None
+    for before, time in zip((0.0, *asked.tolist()), asked.tolist(), strict=False):
+        change = float(np.max(np.abs(inputs.at(time) - inputs.at(before))))
+        for between in np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1]:
+            place = _placed(plan(at_rest(ideal, float(between))), position, place)[2]
+        one, place = _at(plan(at_rest(ideal, time)), count, position, place)
+        found.append(one)
+    along = xr.concat(found, xr.DataArray(asked, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override")
+    names = [*inputs.bodies, *inputs.rods]
+    return along.assign(
+        input=(("time", "drive"), inputs.over(asked), {"units": "rad", "long_name": "what the drive holds"})
+    ).assign_coords(drive=names)
+
+
+def _placed(still: Plan, position: Position, before: _Place | None) -> tuple[Any, np.ndarray, _Place]:
+    """System, state and place of a mechanism whose drives stand still, from the place before if there is one."""
     system = make_system(still)
-    start = prepare_start(still, system, position)
-    stiffness, allowed = _stiffness(still, system, start.y)
+    if before is None:
+        y = prepare_start(still, system, position).y
+    else:
+        count_turns(still, system.content, before.turned)
+        guess = still.coordinates.nearest(basis_at_start(system.content)[0], before.natural)
+        held = Held()
+        held_rods(still, system.content, held)
+        if position == "concentric":
+            hold_straight(still, held)
+        start = assemble(still, system.content, Start(guess, 0.0 * guess), held)
+        y = np.zeros(2 * guess.size + int(system.content.model.state_start[-1]))
+        y[: guess.size] = start.position
+        if position == "static":
+            y[: guess.size] = equilibrium(still, system, start.position)[0]
+    n = still.coordinates.free
+    functions.accept(0.0, y, system.address, np.zeros(2))
+    natural = natural_state(still, system.content, Start(y[:n], 0.0 * y[:n]))[0]
+    return system, y, _Place(natural, turns(still, system.content))
+
+
+def _at(still: Plan, count: int, position: Position, before: _Place | None) -> tuple[xr.Dataset, _Place]:
+    """Modes at one position, and the position."""
+    system, y, place = _placed(still, position, before)
+    stiffness, allowed = _stiffness(still, system, y)
     if allowed.shape[1] == 0:
         raise InputError("modes of a mechanism that cannot move", "bars that bend, springs, or a mechanism without its drive")
     squares, vectors = np.linalg.eigh(allowed.T @ stiffness @ allowed)
@@ -66,21 +135,20 @@ def modes(
     bodies, turning = _shapes(still, system, vectors)
     largest = np.max(np.hypot(bodies[..., 0], bodies[..., 1]), axis=1)
     scale = np.where(largest > 0.0, 1.0 / np.where(largest > 0.0, largest, 1.0), 1.0)
+    where = places(still, place.natural)[0]
+    angle = np.array([body.angle + place.turned[body.name] for body in still.bodies])
+    vector, one = ("mode", "body", "axis"), ("mode", "body")
+    variables = {
+        "frequency": ("mode", angular / (2.0 * np.pi), {"units": "Hz", "long_name": "natural frequency"}),
+        "angular_frequency": ("mode", angular, {"units": "rad/s", "long_name": "natural angular frequency"}),
+        "shape": (vector, bodies * scale[:, None, None], {"units": "m", "long_name": "displacement of the mass centre"}),
+        "rotation": (one, turning * scale[:, None], {"units": "rad", "long_name": "rotation"}),
+        "position": (("body", "axis"), where, {"units": "m", "long_name": "mass centre"}),
+        "angle": ("body", angle, {"units": "rad", "long_name": "angle"}),
+    }
     names = [body.name for body in still.bodies]
-    return xr.Dataset(
-        {
-            "frequency": ("mode", angular / (2.0 * np.pi), {"units": "Hz", "long_name": "natural frequency"}),
-            "angular_frequency": ("mode", angular, {"units": "rad/s", "long_name": "natural angular frequency"}),
-            "shape": (
-                ("mode", "body", "axis"),
-                bodies * scale[:, None, None],
-                {"units": "m", "long_name": "displacement of the mass centre"},
-            ),
-            "rotation": (("mode", "body"), turning * scale[:, None], {"units": "rad", "long_name": "rotation"}),
-        },
-        {"mode": np.arange(1, squares.size + 1), "body": names, "axis": ["x", "y"]},
-        {"title": "scissordyn modes", "position": position},
-    )
+    coordinates = {"mode": np.arange(1, squares.size + 1), "body": names, "axis": ["x", "y"]}
+    return xr.Dataset(variables, coordinates, {"title": "scissordyn modes", "position": position}), place
 
 
 def _stiffness(still: Plan, system: Any, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,129 @@
+"""Bars that bend: moment and axial force on the mechanism at an instant, and the stress over time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.bending import beams_of
+from scissordyn.plot.place import Corners, corners_of, upright
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import finish, time_scale
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, SMALL, VERMILION, dress
+from scissordyn.run.placement import Placement
+
+__all__ = ["bending"]
+
+ORDINATE = 0.14
+"""The largest value of a diagram, as a fraction of the mechanism's longer side."""
+
+DIAGRAMS = {
+    "bending moment": ("N m", "beam_start_moment", "beam_end_moment", BLUE),
+    "axial force": ("N", "beam_axial_force", "beam_axial_force", VERMILION),
+}
+"""Unit, values at the ends of an element, and colour."""
+
+
+def bending(run: xr.Dataset, mechanism: Mechanism, *, time: float | None = None) -> list[Axes]:
+    """Bending moment and axial force on the mechanism, on the side that is in tension, and the largest stress over time.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+        The one that was run, with bars that bend.
+    time : float, optional
+        Instant of the diagrams [s], at the nearest sample; that with the largest strain of a fibre if not given.
+
+    Returns
+    -------
+    list of Axes
+        Bending moment, axial force, and stress (or strain, if the material is unknown) over time.
+
+    Raises
+    ------
+    InputError
+        If no bar bends.
+    """
+    beams = [beam.name for beam in beams_of(mechanism)]
+    if not beams or "beam_fibre_strain" not in run:
+        raise InputError("a picture of bending of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+    strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
+    when = int(np.argmax(strain.max(axis=1))) if time is None else int(np.argmin(np.abs(run["time"].values - time)))
+    placed = Placement.at(mechanism, run, [when], turns=upright(mechanism))
+    corners = _room(corners_of(placed))
+    width, height = corners[1] - corners[0]
+    tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
+    figure = Figure(figsize=(11.0, tall + 2.6), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(tall, 2.2))
+    drawn = [figure.add_subplot(grid[0, k]) for k in range(2)]
+    scale = time_scale(run)
+    now = f"t = {scale.factor * float(run['time'].values[when]):.4g} {scale.unit}"
+    for axes, (title, (unit, start, end, colour)) in zip(drawn, DIAGRAMS.items(), strict=True):
+        values = np.column_stack([run[name].isel(time=when).sel(beam=beams).values for name in (start, end)])
+        _diagram(axes, placed, mechanism, values, corners, colour)
+        k = int(np.argmax(np.max(np.abs(values), axis=1)))
+        most = float(values[k, int(np.argmax(np.abs(values[k])))])
+        one = engineering(unit, abs(most))
+        axes.set_title(f"{title}, {now}: {one.factor * most:.3g} {one.unit} in {beams[k]}", loc="left", fontsize=SMALL)
+    drawn.append(figure.add_subplot(grid[1, :]))
+    _over_time(drawn[2], run, beams, when)
+    return drawn
+
+
+def _room(corners: Corners) -> Corners:
+    """With room for the diagrams around the mechanism."""
+    low, high = corners
+    reach = 1.2 * ORDINATE * float(np.max(high - low))
+    return low - reach, high + reach
+
+
+def _diagram(axes: Axes, placed: Placement, mechanism: Mechanism, values: np.ndarray, corners: Corners, colour: Any) -> None:
+    """Fill between each element and its values, drawn across it."""
+    dress(axes)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlim=(corners[0][0], corners[1][0]), ylim=(corners[0][1], corners[1][1]), xlabel="x [m]", ylabel="y [m]")
+    largest = float(np.max(np.abs(values))) or 1.0
+    reach = ORDINATE * float(np.max(corners[1] - corners[0])) / 1.3
+    for beam, (first, last) in zip(beams_of(mechanism), values, strict=True):
+        ends = np.array([placed.place(end)[0] for end in (beam.start, beam.end)])
+        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        # a positive moment curves towards +y of the bar: its fibres at -y are in tension
+        across = np.array([along[1], -along[0]])
+        outer = ends + np.array([[first], [last]]) / largest * reach * across
+        axes.fill(*np.vstack([ends, outer[::-1]]).T, color=colour, alpha=0.25, linewidth=0.0, zorder=1.5)
+        axes.plot(*outer.T, color=colour, linewidth=0.9, zorder=1.8)
+        axes.plot(*ends.T, color=BLACK, linewidth=1.4, solid_capstyle="round", zorder=2.0)
+    for joint in mechanism.joints:
+        axes.plot(*placed.place(joint.bearing)[0], "o", ms=3.2, color=BLACK, mfc="white", mew=0.8, zorder=3.0)
+
+
+def _over_time(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
+    """The largest stress of all bars over time, with the yield strength where it is known."""
+    stress, used = (run[name].sel(beam=beams).transpose("time", "beam").values for name in ("beam_stress", "beam_utilisation"))
+    dress(axes)
+    time = time_scale(run)
+    x = time.factor * run["time"].values
+    if np.max(stress) > 0.0:
+        unit = engineering("Pa", float(np.max(stress)))
+        axes.plot(x, unit.factor * stress.max(axis=1), color=BLUE, linewidth=LINE)
+        label = f"largest stress [{unit.unit}]"
+        known = used > 0.0
+        if np.any(known):
+            strength = unit.factor * float(np.min(stress[known] / used[known]))
+            axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")
+            axes.legend(loc="lower right", fontsize=SMALL)
+    else:
+        strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
+        axes.plot(x, strain.max(axis=1), color=BLUE, linewidth=LINE)
+        label = "largest strain [1]"
+    axes.axvline(x[when], color=GREY, linewidth=0.7)
+    axes.set_ylabel(label)
+    axes.set_ylim(bottom=0.0)
+    finish([axes], run, time)

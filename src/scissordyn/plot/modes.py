@@ -1,0 +1,141 @@
+"""Natural frequencies over the motion of the drive, mode shapes, and a mode as a motion for films."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.place import corners_of, upright
+from scissordyn.plot.structure import draw_mechanism
+from scissordyn.plot.style import SMALL, Canvas, dress, legend, panels
+from scissordyn.run.placement import Placement
+
+__all__ = ["frequencies", "shapes", "swing"]
+
+AMPLITUDE = 0.06
+"""Largest displacement of a drawn mode, as a fraction of the mechanism's longer side."""
+
+PERIODS, FRAMES = 2, 100
+"""Of a film."""
+
+
+def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
+    """Natural frequencies over what the first drive holds.
+
+    Parameters
+    ----------
+    found : Dataset
+        From `modes` with `times`.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the modes are those of one position.
+    """
+    if "time" not in found.dims or found.sizes["time"] < 2:
+        raise InputError("frequencies of one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])")
+    drawn = panels(axes, 1, size=(7.0, 4.5))[0]
+    held = found["input"].values[:, 0]
+    angle = str(found["input"].attrs["units"]) == "rad"
+    x = np.degrees(held) if angle else held
+    for mode in found["mode"].values.tolist():
+        drawn.plot(x, found["frequency"].sel(mode=mode).values, marker=".", ms=3.0, linewidth=1.1, label=f"mode {mode}")
+    drawn.set_xlabel(f"{found['drive'].values[0]} [{'deg' if angle else 'm'}]")
+    drawn.set_ylabel("natural frequency [Hz]")
+    if float(found["frequency"].min()) > 0.0:
+        drawn.set_yscale("log")
+    legend([drawn])
+    return drawn
+
+
+def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[Axes]:
+    """The first modes, each at its largest displacement on both sides.
+
+    Parameters
+    ----------
+    found : Dataset
+        From `modes`; along a motion the first position is drawn.
+    mechanism : Mechanism
+    count : int
+        Number of modes at most.
+
+    Returns
+    -------
+    list of Axes
+    """
+    here, still = found.isel(time=0) if "time" in found.dims else found, mechanism.ideal()
+    modes = here["mode"].values[:count].tolist()
+    swings = [swing(here, still, mode, frames=5, periods=1) for mode in modes]
+    placed = [Placement.at(still, one, slice(None), turns=upright(still)) for one in swings]
+    bounds = [corners_of(one) for one in placed]
+    corners = np.min([low for low, _ in bounds], axis=0), np.max([high for _, high in bounds], axis=0)
+    aspect = float((corners[1] - corners[0])[1] / (corners[1] - corners[0])[0])
+    columns = min(3, len(modes))
+    rows = math.ceil(len(modes) / columns)
+    figure = Figure(figsize=(3.8 * columns, (0.6 + 3.2 * min(1.5, max(0.3, aspect))) * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, mode, one in zip(grid, modes, swings, strict=False):
+        dress(axes)
+        for sample in (1, 3):
+            draw_mechanism(one, still, sample, axes=axes, corners=corners)
+            for artist in axes.lines + axes.patches if sample == 1 else ():
+                artist.set_alpha(0.3)
+        value = float(here["frequency"].sel(mode=mode))
+        axes.set_title(f"mode {mode}: {value:.4g} Hz" if value >= 0.0 else f"mode {mode}: unstable", loc="left", fontsize=SMALL)
+    for axes in grid[len(modes) :]:
+        axes.remove()
+    return list(grid[: len(modes)])
+
+
+def swing(found: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS) -> xr.Dataset:
+    """A mode as a motion: what pictures and films need of a run.
+
+    Parameters
+    ----------
+    found : Dataset
+        From `modes` at one position.
+    mechanism : Mechanism
+        With ideal joints.
+    mode : int
+        Its number, from 1.
+    frames, periods : int
+
+    Returns
+    -------
+    Dataset
+        `position` and `angle` over `time` in periods of the mode; the largest displacement is a part of the mechanism's size.
+
+    Raises
+    ------
+    InputError
+        If there is no such mode.
+    """
+    if mode not in found["mode"].values:
+        raise InputError(f"mode {mode}", f"1 to {found.sizes['mode']}", "count=20")
+    one = found.sel(mode=mode)
+    placed = found[["position", "angle"]].expand_dims(time=[0.0])
+    low, high = corners_of(Placement.at(mechanism, placed, [0]))
+    size = AMPLITUDE * float(np.max(high - low))
+    phase = np.sin(2.0 * np.pi * periods * np.linspace(0.0, 1.0, frames))
+    frequency = abs(float(one["frequency"])) or 1.0
+    time = xr.DataArray(periods / frequency * np.linspace(0.0, 1.0, frames), dims="time", attrs={"units": "s"})
+    wave = xr.DataArray(size * phase, dims="time", coords={"time": time})
+    return xr.Dataset(
+        {
+            "position": (found["position"] + wave * one["shape"]).transpose("time", "body", "axis"),
+            "angle": (found["angle"] + wave * one["rotation"]).transpose("time", "body"),
+        },
+        attrs={"title": "scissordyn mode"},
+    )

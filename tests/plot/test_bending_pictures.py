@@ -1,0 +1,111 @@
+"""Pictures of bars that bend: magnified deflections, diagrams, modes as motions and as curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.errors import InputError
+from scissordyn.plot.animation import animate
+from scissordyn.plot.modes import frequencies, shapes, swing
+from scissordyn.run.deflection import magnified_deflection
+
+CASE = """
+[structure]
+kind = "scissor"
+units = 1
+bar_length = "2 m"
+bar_mass = "5.68 kg"
+
+[drive]
+speed = "10 rpm"
+
+[[bending]]
+bars = "unit */bar *"
+section = "tube 60x60x1.56 mm"
+material = "steel"
+elements = 2
+
+[run]
+until = "1 ms"
+"""
+
+
+@pytest.fixture(scope="module")
+def unit() -> sd.Mechanism:
+    """A driven unit whose bars bend."""
+    rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
+    return rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
+
+
+@pytest.fixture(scope="module")
+def run(unit):
+    """Of a few samples, from equilibrium."""
+    return sd.simulate(unit, until=2e-3, samples=4, start="static")
+
+
+def test_magnified_deflections_grow_with_the_factor_and_keep_pins_together(run, unit):
+    """Identities: linear in the factor; both bars of the unit stay at their common pin; the rigid mechanism does not change."""
+    two, four = (magnified_deflection(run, unit, factor)["position"] for factor in (2.0, 4.0))
+    np.testing.assert_allclose(four - run["position"], 3.0 * (two - run["position"]), atol=1e-12)
+    middle = {bar: four.sel(body=f"unit 1/bar {bar}/1").values for bar in (1, 2)}
+    np.testing.assert_allclose(middle[1], middle[2], atol=1e-9)
+    straight = 2.0 * run["position"] - two  # factor 0
+    ends = [straight.sel(body=name).values for name in ("unit 1/bar 1", "unit 1/bar 1/1", "unit 1/bar 1/2")]
+    np.testing.assert_allclose(ends[1], 0.5 * (ends[0] + ends[2]), atol=1e-9)
+    with pytest.raises(InputError, match="bars that do not bend"):
+        magnified_deflection(run, sd.scissor(units=1), 2.0)
+
+
+def test_only_samples_that_are_drawn_are_moved(run, unit):
+    """Contract: the others are left as they are, and titles say the factor."""
+    moved = magnified_deflection(run, unit, 5.0, samples=[2])
+    apart = np.abs(moved["position"] - run["position"]).max(["body", "axis"]).values
+    assert apart[2] > 0.0
+    assert np.all(apart[[0, 1, 3]] == 0.0)
+    drawn = sd.plot.structure(run, unit, times=2, magnify=5.0)
+    assert all("deflections 5×" in axes.get_title(loc="left") for axes in drawn)
+
+
+def test_the_diagram_names_the_largest_moment(run, unit):
+    """Cross-check: its value and element against the run; stress against the yield strength."""
+    drawn = sd.plot.bending(run, unit, time=0.0)
+    values = np.abs(run["beam_start_moment"].isel(time=0)), np.abs(run["beam_end_moment"].isel(time=0))
+    largest = float(np.maximum(*values).max())
+    assert f"{largest:.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
+    lines = drawn[2].get_lines()
+    assert float(np.max(lines[0].get_ydata())) == pytest.approx(1e-6 * float(run["beam_stress"].max()), rel=1e-12)
+    assert lines[1].get_ydata()[0] == pytest.approx(235.0, rel=1e-9)
+    rigid = sd.scissor(units=1)
+    with pytest.raises(InputError, match="bars that do not bend"):
+        sd.plot.bending(run, rigid)
+
+
+def test_a_mode_is_drawn_and_swings(unit, tmp_path):
+    """Identity: a quarter of a period from rest the displacement is the shape; films and curves are written."""
+    found = sd.modes(unit, count=3, times=[0.0, 0.1])
+    first, ideal = found.isel(time=0), unit.ideal()
+    motion = swing(first, ideal, 2, frames=9, periods=1)
+    moved = (motion["position"].isel(time=2) - motion["position"].isel(time=0)).values
+    shape = first["shape"].sel(mode=2).values
+    np.testing.assert_allclose(moved / np.abs(moved).max(), shape / np.abs(shape).max(), atol=1e-12)
+    assert len(shapes(first, unit)) == 3
+    assert frequencies(found).get_lines()[0].get_ydata() == pytest.approx(found["frequency"].sel(mode=1).values)
+    assert animate(motion, ideal, tmp_path / "mode.gif", seconds=0.5).stat().st_size > 1000
+    with pytest.raises(InputError, match="mode 9"):
+        swing(first, ideal, 9)
+
+
+def test_the_command_draws_modes_along_the_stroke(tmp_path, capsys):
+    """As a user: the table, the pictures, the file."""
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    arguments = ["modes", str(case), "--until", "0.2 s", "--points", "3", "--count", "2"]
+    assert status_of([*arguments, "--plot", str(tmp_path / "figures"), "-o", str(tmp_path / "modes.nc")]) == 0
+    shown = capsys.readouterr().out
+    assert "frequencies [Hz]" in shown
+    assert (tmp_path / "figures" / "frequencies.png").stat().st_size > 10_000
+    assert (tmp_path / "figures" / "shapes.png").stat().st_size > 10_000
+    assert (tmp_path / "modes.nc").exists()

@@ -12,6 +12,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
+from scissordyn.model.payload import with_payload
 
 LENGTH, DEPTH, EXPANSION = 1.0, 0.02, 12e-6
 MASS = 7850.0 * DEPTH**2 * LENGTH
@@ -129,3 +130,39 @@ def test_case_file_and_python_agree(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a temperature in place of a difference"):
         read_case(path)
     assert dataclasses.replace(made.components[0], damping=0.0) != made.components[0]
+
+
+WITH_BARS = """
+[structure]
+kind = "scissor"
+units = 1
+bar_length = "2 m"
+bars = { section = "tube 60x60x1.56 mm", material = "steel", elements = 2 }
+
+[[payload]]
+at = "unit 1/bar 1.end"
+mass = "3 kg"
+
+[run]
+until = "1 ms"
+"""
+
+
+def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> None:
+    """Contract: the key of [structure] is with_bending of all bars, mass = "section"; payloads go to a cross-section."""
+    path = tmp_path / "case.toml"
+    path.write_text(WITH_BARS)
+    made = read_case(path).mechanism
+    per_length = 7850.0 * (0.06**2 - (0.06 - 2 * 0.00156) ** 2)
+    assert made.body("unit 1/bar 2").mass == pytest.approx(0.5 * per_length, rel=1e-12)
+    assert made.body("unit 1/bar 1/2").mass == pytest.approx(0.5 * per_length + 3.0, rel=1e-12)
+    run = sd.simulate(made.driven(speed=0.0), until=1e-4, samples=2, start="static")
+    held = float(run["reaction"].sel(axis="y").isel(time=0).sel(joint="O"))
+    rigid = with_payload(sd.scissor(units=1, bar_length=2.0, bar_mass=2.0 * per_length), "unit 1/bar 1.end", 3.0)
+    same = sd.simulate(rigid.driven(speed=0.0), until=1e-4, samples=2, start="static")
+    assert held == pytest.approx(float(same["reaction"].sel(axis="y").isel(time=0).sel(joint="O")), rel=1e-3)
+    path.write_text(WITH_BARS.replace("bars = {", "bars = { bars = 'x',"))
+    with pytest.raises(InputError, match="bars within bars"):
+        read_case(path)
+    with pytest.raises(InputError, match="without a section and a material"):
+        sd.scissor().with_bending(bending_stiffness=1e4, axial_stiffness=1e7, mass="section")

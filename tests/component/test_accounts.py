@@ -53,7 +53,9 @@ def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
         given = (*given[: len(names) - 2 * coordinates - len(declared.context) - 1], np.array(given))
     for _ in range(200):
         q, v = random.uniform(0.05, 1.0, coordinates), random.uniform(-2.0, 2.0, coordinates)
-        context = tuple({"mode": mode, "approach_speed": 1.5}[name] for name in declared.context)
+        context = tuple(
+            {"mode": mode, "approach_speed": 1.5, "factor": 0.7, "factor_rate": 0.0}[name] for name in declared.context
+        )
 
         def answer(at: np.ndarray, rates: np.ndarray = v, more: tuple[float, ...] = context) -> np.ndarray:
             return np.array(kernel(*at, *rates, *more, *given))

@@ -132,6 +132,7 @@ def force(
         "axial_stiffness": "75 MN",
         "bending_stiffness": "43 kN m^2",
         "mass_per_length": "2.84 kg/m",
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "60 s"}},
     },
 )
 class Beam:

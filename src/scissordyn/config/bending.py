@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.table import Call, table_of_call
+from scissordyn.config.table import Call, table_of_call, toml
 from scissordyn.config.time_function import TIME_FUNCTION
+from scissordyn.errors import InputError
 from scissordyn.model.bending import with_bending
 
-__all__ = ["BendingTable"]
+__all__ = ["ALL_BARS", "BARS_SAMPLE", "BendingTable"]
 
 BendingTable = table_of_call(
     with_bending,
@@ -31,3 +33,19 @@ BendingTable = table_of_call(
     material="steel",
 )
 """Bars that bend."""
+
+BARS_SAMPLE = {"section": "tube 60x60x1.56 mm", "material": "steel"}
+
+
+def _all_bars(given: Any, info: ValidationInfo) -> Any:
+    """Of all bars; their mass is that of a section unless the table says otherwise."""
+    if not isinstance(given, Mapping):
+        raise InputError("not a table", "the keys of [[bending]] but for bars", f"bars = {toml(BARS_SAMPLE)}")
+    if "bars" in given:
+        raise InputError("bars within bars", "[[bending]] for some of the bars", f"bars = {toml(BARS_SAMPLE)}")
+    mass = {"mass": "section"} if "section" in given else {}
+    return BendingTable.model_validate({"bars": "all", **mass, **given}, context=info.context)
+
+
+ALL_BARS = PlainValidator(_all_bars)
+"""For a key of [structure] whose value is a table of all bars."""

@@ -101,13 +101,13 @@ class _CaseTable(Table):
         with placed("structure"):
             base = self.structure.fields()
         mechanism = assembled(base, {name: getattr(self, name) for name in PARTS})
-        for section in ("payload", "panels"):
-            for index, load in enumerate(getattr(self, section)):
+        for section in ("panels", "bending", "payload"):
+            for index, change in enumerate(getattr(self, section)):
                 with placed(section, index):
-                    mechanism = load.result(mechanism)
-        for index, bars in enumerate(self.bending):
-            with placed("bending", index):
-                mechanism = bars.result(mechanism)
+                    mechanism = change.result(mechanism)
+            if section == "panels" and self.structure.bars is not None:
+                with placed("structure"):
+                    mechanism = self.structure.bars.result(mechanism)
         mechanism = self._with_clearances(mechanism)
         driven = set[str]()
         for index, table in enumerate(self.drive):

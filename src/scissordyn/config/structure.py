@@ -11,6 +11,7 @@ from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
 from scissordyn.annotation import plain_hint
 from scissordyn.component.place import Point
+from scissordyn.config.bending import ALL_BARS, BARS_SAMPLE
 from scissordyn.config.part import pair
 from scissordyn.config.table import Call, Table, table_of_call
 from scissordyn.errors import InputError, did_you_mean
@@ -27,6 +28,10 @@ _MECHANISM = quantities(Mechanism)
 
 class StructureTable(Table):
     """The keys of one kind of structure."""
+
+    bars: Annotated[
+        Any, ALL_BARS, Field(description="section and material of all straight bars, which bend", examples=[BARS_SAMPLE])
+    ] = None
 
     @abstractmethod
     def fields(self) -> dict[str, Any]:
@@ -47,7 +52,7 @@ class MechanismTable(StructureTable):
 
     def fields(self) -> dict[str, Any]:
         """Gravity and the names of the first and last body."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name != "kind"}
+        return {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "bars")}
 
 
 class BuiltTable(Call, StructureTable):

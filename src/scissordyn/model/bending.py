@@ -6,9 +6,12 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
+
+import numpy as np
 
 from scissordyn.component.beam import ACROSS, DAMPING, EXPANSION, WARMER, Beam, node_inertia
+from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
@@ -17,7 +20,9 @@ from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
 from scissordyn.units import Quantity, checked
 
-__all__ = ["AXIAL", "BENDING", "ELEMENTS", "with_bending"]
+__all__ = ["AXIAL", "BENDING", "ELEMENTS", "cross_section", "with_bending"]
+
+MassKind = Literal["given", "section"]
 
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
 AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
@@ -41,6 +46,7 @@ def with_bending(
     bending_stiffness: Annotated[float | None, BENDING] = None,
     axial_stiffness: Annotated[float | None, AXIAL] = None,
     elements: Annotated[int, ELEMENTS] = 8,
+    mass: MassKind = "given",
     damping: Annotated[float, DAMPING] = 0.0,
     thermal_expansion: Annotated[float | None, EXPANSION] = None,
     temperature_rise: Annotated[float, WARMER] = 0.0,
@@ -67,6 +73,8 @@ def with_bending(
         EI [N m^2] and EA [N] in place of section and material.
     elements : int
         Along a bar, at least; each span between two points has a whole number of them.
+    mass : {"given", "section"}
+        Whether a bar keeps its mass, which has to be that of section and material to within 5 %, or gets theirs.
     damping : float
         Damping time tau [s]: stress is E (strain + tau strain rate), the damping ratio at the angular frequency w is tau w/2.
     thermal_expansion : float, optional
@@ -95,6 +103,8 @@ def with_bending(
         raise InputError("bars that are heated without a thermal_expansion", "a material that has one, or", "12e-6 1/K")
     if temperature_difference and not stiffness.depth:
         raise InputError("a temperature difference across bars without a section", "a section, which has a depth")
+    if mass == "section" and stiffness.mass_per_length is None:
+        raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
     more = {"damping": damping, "thermal_expansion": expansion, **heated, "time_function": time_function}
     known = [body.name for body in mechanism.bodies]
     if bodies == "all":
@@ -104,7 +114,10 @@ def with_bending(
     else:
         names = matching("body", bodies, known)
     for name in names:
-        mechanism = _bent(mechanism, mechanism.body(name), stiffness, elements, more)
+        body = mechanism.body(name)
+        if mass == "section":
+            body = _of_section(body, stiffness)
+        mechanism = _bent(mechanism, body, stiffness, elements, more)
     return mechanism
 
 
@@ -155,6 +168,36 @@ def _is_bar(body: Body) -> bool:
     )
 
 
+def _of_section(body: Body, stiffness: _Stiffness) -> Body:
+    """A bar with the mass of its section and material."""
+    assert stiffness.mass_per_length is not None
+    length = float(np.ptp([x for x, _ in body.points.values()]))
+    if not _is_bar(body) or length == 0.0:
+        return body  # which is refused
+    mass = stiffness.mass_per_length * length
+    return dataclasses.replace(body, mass=mass, inertia=mass * length**2 / 12.0)
+
+
+def cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
+    """A point of a bar as a point of the cross-section that carries it, if the bar bends; else as it is.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    place : (str, str)
+        Body and point.
+
+    Returns
+    -------
+    (str, str)
+    """
+    name, point = place
+    for body in mechanism.bodies:
+        if point in body.points and (body.name == name or body.name.startswith(f"{name}/")):
+            return body.name, point
+    return place
+
+
 def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int, more: Mapping[str, Any]) -> Mechanism:
     if not _is_bar(body):
         raise InputError(
@@ -177,7 +220,7 @@ def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int
         raise InputError(
             f"bar '{body.name}' has a mass of {body.mass:g} kg, its section and material {wanted * length:.4g} kg",
             f"both the same to within {SAME_MASS:.0%}",
-            f'bar_mass = "{wanted * length:.4g} kg"',
+            f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
         )
     marks = [places[0]]
     for one, other in itertools.pairwise(places):

@@ -10,6 +10,7 @@ from typing import Annotated
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.bending import cross_section
 from scissordyn.model.body import Body
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -48,7 +49,7 @@ def with_payload(
     Mechanism
     """
     held = mechanism.joint_or_point(place)
-    name, point = held.journal if isinstance(held, Revolute) else held
+    name, point = held.journal if isinstance(held, Revolute) else cross_section(mechanism, held)
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
     body = mechanism.body(name)

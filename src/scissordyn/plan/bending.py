@@ -58,7 +58,7 @@ def dissected(graph: sp.csr_array) -> np.ndarray:
     """An order of connected coordinates in which few come after each that depend on it: nested dissection.
 
     The middle of a breadth-first search from one end divides what is left, and comes after both parts
-    (George 1973, doi:10.1137/0710032).
+    (George 1973).
     """
     if graph.shape[0] <= FEW:
         return np.arange(graph.shape[0])

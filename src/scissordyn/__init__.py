@@ -374,7 +374,9 @@ def __getattr__(name: str) -> Any:
     if name == "plot":  # a room with names of its own
         return import_module("scissordyn.plot")
     if name not in _HOME:
-        raise AttributeError(f"module 'scissordyn' has no attribute '{name}'")
+        from scissordyn.errors import did_you_mean
+
+        raise AttributeError(f"module 'scissordyn' has no attribute '{name}'{did_you_mean(name, _HOME)}")
     value = getattr(import_module(f"scissordyn.{_HOME[name]}"), name)
     globals()[name] = value
     return value

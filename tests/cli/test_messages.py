@@ -57,3 +57,20 @@ def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
         assert example.startswith(f"scissordyn {name}")
         assert status_of([name, "--help"]) == 0
         assert f"Example: {example}" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_store_in_place_of_a_case_file_is_named(tmp_path, capsys):
+    """Contract: what to type for the store of a study, and no word about writing a case file over it."""
+    store = tmp_path / "s.zarr"
+    store.mkdir()
+    assert status_of(["check", str(store)]) == 2
+    said = capsys.readouterr().err
+    assert "it is the store of a study" in said
+    assert f"scissordyn study report {store}" in said
+    assert "new scissor" not in said
+
+
+def test_a_mistyped_name_of_the_package_is_proposed():
+    """Contract: the nearest public name."""
+    with pytest.raises(AttributeError, match=r"no attribute 'smulate' \(did you mean 'simulate'\?\)"):
+        getattr(sd, "smulate")  # noqa: B009 (a type checker knows better)

@@ -123,7 +123,7 @@ EXAMPLES: dict[str, str] = {
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
     "export": "scissordyn export run.nc table.csv",
-    "modes": "scissordyn modes case.toml --count 5",
+    "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "new": "scissordyn new scissor > case.toml",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",

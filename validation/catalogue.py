@@ -4,6 +4,7 @@ from validation.array.case import CASE as ARRAY
 from validation.bearing.case import CASE as BEARING
 from validation.belt.case import CASE as BELT
 from validation.bending.case import CASE as BENDING
+from validation.bent_array.case import CASE as BENT_ARRAY
 from validation.bouncing.case import CASE as BOUNCING
 from validation.case import Case
 from validation.controlled_four_bar.case import CASE as CONTROLLED_FOUR_BAR
@@ -35,4 +36,5 @@ CASES: tuple[Case, ...] = (
     SLIDING,
     BEARING,
     BENDING,
+    BENT_ARRAY,
 )

@@ -1,0 +1,1 @@
+"""Scissor array of bars that bend, with a clearance joint."""

@@ -102,8 +102,20 @@ if TYPE_CHECKING:
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
-    from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform
+    from scissordyn.study.distribution import (
+        Beta,
+        Empirical,
+        Interval,
+        Levels,
+        LogNormal,
+        Normal,
+        Trapezoid,
+        Triangular,
+        Uniform,
+        Weibull,
+    )
     from scissordyn.study.engine import Cluster
+    from scissordyn.study.fit import Fit
     from scissordyn.study.processes import Processes
     from scissordyn.units import Pairs, Quantity, State, degrees, rpm
 
@@ -120,6 +132,7 @@ __all__ = [
     "Ambrosio",
     "AngleStop",
     "Beam",
+    "Beta",
     "Body",
     "Bushing",
     "Cable",
@@ -135,6 +148,7 @@ __all__ = [
     "Empirical",
     "ExtendedDelayedFeedback",
     "FeedForward",
+    "Fit",
     "Flores",
     "Force",
     "Guide",
@@ -177,13 +191,16 @@ __all__ = [
     "Torque",
     "TorsionSpring",
     "Track",
+    "Trapezoid",
     "Trapezoidal",
     "TravelStop",
+    "Triangular",
     "Uniform",
     "UserController",
     "UserDamping",
     "UserElastic",
     "UserFriction",
+    "Weibull",
     "Weld",
     "angulated_bar",
     "animate",
@@ -318,7 +335,19 @@ _HOMES = {
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
     "config.studies": ("open_study", "study"),
-    "study.distribution": ("Empirical", "Interval", "Levels", "LogNormal", "Normal", "Uniform"),
+    "study.distribution": (
+        "Beta",
+        "Empirical",
+        "Interval",
+        "Levels",
+        "LogNormal",
+        "Normal",
+        "Trapezoid",
+        "Triangular",
+        "Uniform",
+        "Weibull",
+    ),
+    "study.fit": ("Fit",),
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
     "run.batch": ("simulate_many",),

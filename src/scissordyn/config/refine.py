@@ -55,9 +55,9 @@ def refined(
     chosen = {each.address: each for each in study.factors}
     chosen |= {each.address: each for each in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
-    taken = {each.address for each in drawn}
+    taken = {each.address for each in drawn if not each.of}
     factors = tuple(each for address, each in chosen.items() if address not in taken)
-    rest = tuple(each for each in study.uncertain if each.address not in taken | set(vary))
+    rest = tuple(each for each in study.uncertain if each.name not in {one.name for one in drawn} and each.address not in vary)
     seed_now = study.design.seed if seed is None else seed
     sampling = replace(
         study.sampling, samples=samples or study.sampling.samples, seed=study.sampling.seed if seed is None else seed

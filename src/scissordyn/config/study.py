@@ -15,9 +15,17 @@ from scissordyn.config.file import in_file, parsed, read_case
 from scissordyn.config.quantity import unit_factor
 from scissordyn.config.table import PlacedError, Table, described, instance, table_of, toml
 from scissordyn.config.text import read_text
-from scissordyn.config.variation import FORMS, number_and_unit, read_variation, unit_of
+from scissordyn.config.variation import (
+    FORMS,
+    is_deviation,
+    number_and_unit,
+    read_deviation,
+    read_variation,
+    unit_of,
+    without_each,
+)
 from scissordyn.errors import InputError
-from scissordyn.model.address import number
+from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
@@ -30,6 +38,8 @@ __all__ = ["StudyText", "described_study", "factors_of", "own_measure", "read_re
 
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
+
+EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
@@ -161,7 +171,12 @@ def read_study(path: Path) -> StudyText:
 def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
     """Addresses of a table; without quotes TOML makes tables of their parts."""
     for key, value in tree.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each"}:
+            each = value.get("each", False)
+            if not isinstance(each, bool) or not isinstance(value["values"], str):
+                raise InputError(f"'{before}{key}' = {toml(value)}", "values, a text, and each = true or false", EACH_SAMPLE)
+            yield f"{before}{key}", f"{value['values']}, each" if each else value["values"]
+        elif isinstance(value, dict):
             yield from _flat(value, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
@@ -259,8 +274,18 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
         if not isinstance(text, str):
             factors.append(Factor(address, text))
             continue
-        variation, unit = read_variation(text, quantity, address=address, folder=folder), unit_of(text)
-        factors.append(Factor(address, variation, unit, unit_factor(unit, quantity.unit) if unit else 1.0))
+        plain, each = without_each(text)
+        deviates = is_deviation(plain)
+        variation, relative = (
+            read_deviation(plain, quantity, address=address)
+            if deviates
+            else (read_variation(plain, quantity, address=address, folder=folder), False)
+        )
+        unit = unit_of(plain)
+        scale = 0.01 if relative else unit_factor(unit, quantity.unit) if unit else 1.0
+        of = address if deviates else ""
+        places = single(mechanism, address) if each else [address]
+        factors.extend(Factor(place, variation, unit, scale, of, relative) for place in places)
     return tuple(factors)
 
 

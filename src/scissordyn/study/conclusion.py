@@ -69,7 +69,7 @@ def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
     one = recommended(study, results) if study.requirements else None
     needs: list[Need] = []
     if one is not None:
-        numbers = {**one.numbers, **{each.address: _middle(results, each.address) for each in study.uncertain}}
+        numbers = {**one.numbers, **{each.name: _middle(results, each.name) for each in study.uncertain}}
         needs = needed(study, found, numbers)
     sentences = [_trend_sentence(results, both[0], study) for both in found.values()]
     sentences += [_need_sentence(results, study, need, found) for need in needs]
@@ -88,7 +88,7 @@ def _verdict(study: Study, results: xr.Dataset) -> str:
     """Whether and where the requirements are met."""
     fraction = feasible_fraction(study, results)[-1]
     interval = "" if np.isnan(fraction.low) else f" (95 % interval {fraction.low:.1%} to {fraction.high:.1%})"
-    if not study.factors:
+    if study.points == 1 and study.uncertain:
         return (
             f"All requirements are met with a probability of {fraction.fraction:.1%}{interval}, by {fraction.trials} samples."
         )
@@ -131,7 +131,7 @@ def _point(study: Study, results: xr.Dataset, one: Recommendation) -> tuple[str,
     said = [f"{what}, {numbers_text(study, results, one.numbers)}. What binds: {one.binding}."]
     if np.isfinite(one.low):
         hit = round(one.probability * one.samples)
-        caution = " It was chosen by the same samples; new ones decide." if hit > 0 else ""
+        caution = " It was chosen by the same samples; new ones decide." if several and hit else ""
         said.append(
             f"It meets all requirements in {hit} of {one.samples} samples of the uncertain numbers: probability "
             f"{one.probability:.0%} (95 % interval {one.low:.1%} to {one.high:.1%}).{caution}"
@@ -154,7 +154,7 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: dict[str, float]) -
 
 
 def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> Scale:
-    shown = next((each.shown for each in (*study.factors, *study.uncertain) if each.address == address), {})
+    shown = next((each.shown for each in (*study.factors, *study.uncertain) if each.name == address), {})
     found = results[column(address)]
     return scale_of(xr.DataArray(list(values), attrs={"units": found.attrs.get("units", "1"), **shown}))
 

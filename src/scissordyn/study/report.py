@@ -224,7 +224,8 @@ def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str
     if said.trends:
         yield "<h2>What the responses go with</h2><ul>" + "".join(f"<li>{_text(line)}</li>" for line in said.trends) + "</ul>"
     if said.next:
-        yield "<h2>What to try next</h2>" + _table(Table(("what for", "command"), said.next))
+        steps = (f"<p>{_text(why)}:<br><code>{_text(what)}</code></p>" for why, what in said.next)
+        yield "<h2>What to try next</h2>" + "".join(steps)
 
 
 def _trends(study: Study, results: xr.Dataset) -> Iterator[str]:

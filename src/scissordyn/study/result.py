@@ -225,7 +225,7 @@ class StudyResult:
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
         changes = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
-        return changed_all(self.built().mechanism, changes)
+        return changed_all(self.built().mechanism, self.study.applied(changes))
 
     def replay(self, case: int) -> xr.Dataset:
         """Simulate a case again, with histories.

@@ -36,6 +36,7 @@ from scissordyn.study.summary import (
     varied_numbers,
     worst_value,
 )
+from scissordyn.study.surface import Surfaces, map_extras
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,10 +96,10 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     if len(responses) > MOST_RESPONSES:
         responses = []
     if len(study.factors) >= 2 and responses:
-        if study.requirements:
-            drawn.append(("Where the requirements are met", partial(feasibility_map, points)))
-        maps = [(name, partial(feasibility_map, points, colour=name, limit=limits.get(name))) for name in responses]
-        drawn.extend((f"Map of {name}", draw) for name, draw in maps)
+        surfaces = Surfaces(study, points)
+        for name in (*(("met",) if study.requirements else ()), *responses):
+            title = "Where the requirements are met" if name == "met" else f"Map of {name}"
+            drawn.append((title, partial(_map, study, points, name, limits.get(name), surfaces)))
     if study.factors and responses:
         drawn.append(("Response curves", partial(response_curves, points, limits=limits)))
     indices, _ = sensitivity(study, results)
@@ -111,6 +112,11 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         figure = draw()[0].get_figure(root=True)
         assert figure is not None
         yield title, figure
+
+
+def _map(study: Study, points: xr.Dataset, colour: str, limit: float | None, surfaces: Surfaces) -> list[Axes]:
+    field, bounds = map_extras(study, points, colour, surfaces=surfaces)
+    return feasibility_map(points, colour=colour, limit=limit, field=field, bounds=bounds)
 
 
 def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
     from scissordyn.analysis.merit import figures_of_merit
+    from scissordyn.analysis.motor import MotorCurve, torque_over_speed
     from scissordyn.analysis.section import section
     from scissordyn.analysis.spectrum import spectrum
     from scissordyn.analysis.stroboscope import stroboscopic
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
+    from scissordyn.config.least import least_value
     from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
@@ -167,6 +169,7 @@ __all__ = [
     "Material",
     "Mechanism",
     "Motor",
+    "MotorCurve",
     "NoControl",
     "NoFriction",
     "Normal",
@@ -224,6 +227,7 @@ __all__ = [
     "hoberman_ring",
     "ideal_kinematics",
     "law",
+    "least_value",
     "load",
     "mast",
     "modes",
@@ -247,6 +251,7 @@ __all__ = [
     "stroboscopic",
     "study",
     "tabulated",
+    "torque_over_speed",
     "variational_exponent",
     "view",
     "with_bending",
@@ -262,6 +267,7 @@ _HOMES = {
     "analysis.consensus": ("consensus",),
     "analysis.contact": ("contact_statistics",),
     "analysis.merit": ("figures_of_merit",),
+    "analysis.motor": ("MotorCurve", "torque_over_speed"),
     "analysis.section": ("section",),
     "analysis.spectrum": ("spectrum",),
     "analysis.stroboscope": ("stroboscopic",),
@@ -334,6 +340,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
+    "config.least": ("least_value",),
     "config.studies": ("open_study", "study"),
     "study.distribution": (
         "Beta",

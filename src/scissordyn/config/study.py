@@ -11,7 +11,9 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator
 
+from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
+from scissordyn.config.motor import read_motor
 from scissordyn.config.quantity import unit_factor
 from scissordyn.config.table import PlacedError, Table, described, instance, table_of, toml
 from scissordyn.config.text import read_text
@@ -24,7 +26,7 @@ from scissordyn.config.variation import (
     unit_of,
     without_each,
 )
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
@@ -40,6 +42,11 @@ OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*"
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
 
 EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
+
+MOTOR = "motor_fraction"
+"""Measure of a study with the curve of a motor."""
+
+MOTOR_SAMPLE = 'points = ["0 rpm, 60 N m", "100 rpm, 60 N m", "300 rpm, 0 N m"]'
 
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
@@ -63,6 +70,8 @@ class StudyText:
     design : Design
     sampling : Sampling
     members : int
+    motor : MotorCurve, optional
+        Its largest fraction that a run needs is the measure ``motor_fraction``.
     goals : tuple of str
         Of an optimisation: ``minimise peak_force``.
     optimise : mapping
@@ -78,6 +87,7 @@ class StudyText:
     design: Design = field(default_factory=Design)
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1
+    motor: MotorCurve | None = None
     goals: tuple[str, ...] = ()
     optimise: Mapping[str, Any] = field(default_factory=dict)
 
@@ -111,6 +121,19 @@ def _read_addresses(given: Any) -> dict[str, str]:
 ADDRESSES = PlainValidator(_read_addresses)
 
 
+def _read_motor(given: Any) -> MotorCurve:
+    """The curve of a motor from its table."""
+    keys = {"points": list, "of": str, "ratio": (int, float)}
+    if not isinstance(given, Mapping) or "points" not in given:
+        raise InputError("not the curve of a motor", "a table with points, of and ratio", MOTOR_SAMPLE)
+    for key, value in given.items():
+        if key not in keys:
+            raise InputError(f"'{key}' of a motor{did_you_mean(str(key), keys)}", ", ".join(keys), MOTOR_SAMPLE)
+        if isinstance(value, bool) or not isinstance(value, keys[key]):  # type: ignore[arg-type]
+            raise InputError(f"{key} = {toml(value)} of a motor", "texts, a name and a number", MOTOR_SAMPLE)
+    return read_motor(_read_texts(given["points"]), given.get("of", ""), float(given.get("ratio", 1.0)))
+
+
 class StudyTable(Table):
     """A whole study file."""
 
@@ -125,6 +148,7 @@ class StudyTable(Table):
         Sampling, described(Sampling), Field(description="how uncertain numbers are sampled", default_factory=Sampling)
     ]
     members: Annotated[int, Field(description="runs of each sample that differ by round-off")] = 1
+    motor: Annotated[Any, PlainValidator(_read_motor), Field(description="curve of a motor that has to be enough")] = None
     optimise: Annotated[Any, _optimisation().reader(), Field(description="search for the best point")] = None
 
 
@@ -163,6 +187,7 @@ def read_study(path: Path) -> StudyText:
         design=given.design,
         sampling=given.sampling,
         members=given.members,
+        motor=given.motor,
         goals=tuple(optimise.pop("goals", ())),
         optimise=optimise,
     )
@@ -228,6 +253,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
         check_part(mechanism, response)
     given = (each for each in asked.measures if each not in texts)
     own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
+    own += (OwnMeasure(MOTOR, asked.motor),) if asked.motor is not None else ()
     units = {each.name: each.units for each in own}
     goals = tuple(read_goal(goal, units, tuple(asked.vary)) for goal in asked.goals)
     requirements = tuple(read_requirement(each, units) if isinstance(each, str) else each for each in asked.require)

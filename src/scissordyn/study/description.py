@@ -6,12 +6,13 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.address import number
@@ -91,6 +92,8 @@ class OwnMeasure:
         """As plain data; a function that is no file's as its source, to compare with."""
         if isinstance(self.function, str):
             return {"name": self.name, "function": self.function, "of": self.of, "units": self.units, "digest": self.digest}
+        if isinstance(self.function, MotorCurve):
+            return {"name": self.name, "function": "", "of": self.of, "units": self.units, "motor": asdict(self.function)}
         try:
             source = inspect.getsource(self.function)
         except (OSError, TypeError):
@@ -352,6 +355,9 @@ class Study:
         given = {own.name: own for own in own_measures}
         own = []
         for each in plain["own_measures"]:
+            if "motor" in each:
+                own.append(OwnMeasure(each["name"], MotorCurve(**each["motor"]), each["of"], each["units"]))
+                continue
             if each["name"] in given:
                 own.append(given[each["name"]])
                 continue

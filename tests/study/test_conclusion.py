@@ -175,3 +175,22 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     places = [page.index(text) for text in order]
     assert places == sorted(places)
     assert "<th>numbers</th>" in page
+
+
+def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
+    """Closed form: 1000 N (1 + 3 r^2), above 1004 N at all points; the bottom of the valley is proposed."""
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
+        design=Design("sobol", 32, 1),
+        requirements=(dataclasses.replace(FORCE, bound=1004.0),),
+    )
+    numbers = described.numbers(np.arange(32)).values
+    u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
+    force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
+    assert force.min() > 1004.0
+    said = conclude(described, made_up(described, force), "a.zarr")
+    assert said.next[0][0] == "To compute the point that meets them by interpolation"
+    words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
+    clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)
+    assert clearance == pytest.approx(0.26, abs=0.02)
+    assert speed == pytest.approx(14.0, abs=0.5)

@@ -11,6 +11,7 @@ import numpy as np
 from scissordyn.config.case import Case
 from scissordyn.config.studies import study
 from scissordyn.errors import InputError
+from scissordyn.model.address import number
 from scissordyn.study.distribution import Levels
 
 __all__ = ["LeastValue", "least_value"]
@@ -82,6 +83,8 @@ def least_value(
         raise InputError(f"'{address}' from {low:g} to {high:g}", "a smaller value, then a larger one", "--from 1 --to 2")
     if not 1e-6 <= tolerance < 1.0:
         raise InputError(f"a tolerance of {tolerance:g}", "a number >= 1e-6 and < 1", "0.01")
+    quantity = number(case.mechanism, address).quantity
+    unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     tried: dict[float, bool] = {}
     while True:
         values = np.linspace(low, high, VALUES + 2) if not tried else np.linspace(low, high, VALUES + 2)[1:-1]
@@ -92,9 +95,9 @@ def least_value(
         failing = [value for value in order if not tried[value]]
         if not tried[order[-1]]:
             said = ", ".join(requirements)
-            raise InputError(f"{said}: not met at '{address}' = {order[-1]:g}, the largest value", "a larger --to")
+            raise InputError(f"{said}: not met at '{address}' = {order[-1]:g}{unit}, the largest value", "a larger --to")
         if not failing:
-            raise InputError(f"all requirements are met at '{address}' = {order[0]:g} already", "a smaller --from")
+            raise InputError(f"all requirements are met at '{address}' = {order[0]:g}{unit} already", "a smaller --from")
         low = failing[-1]
         high = min(value for value in order if value > low)
         if high - low <= tolerance * max(abs(low), abs(high)):

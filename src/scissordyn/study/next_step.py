@@ -9,10 +9,11 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import command
-from scissordyn.study.answer import counts, feasible_fraction
+from scissordyn.study.answer import by_point, counts, feasible_fraction
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.recommendation import Recommendation
 from scissordyn.study.store import column
+from scissordyn.study.surface import predicted_point
 from scissordyn.study.trend import Need
 
 __all__ = ["next_steps", "typed"]
@@ -103,6 +104,14 @@ def _not_met(
         ends = sorted((need.value * past, low if need.value < low else high))
         text = f"{_number(results, factor, ends[0])}..{typed(results, factor, ends[1])}"
         steps.append((f"To reach {one.binding} if the trend goes on", _refine(address, "--vary", f"{need.number}={text}")))
+    likely = predicted_point(study, by_point(study, results))
+    if likely is not None:
+        words = [
+            word
+            for each in study.factors
+            for word in ("--vary", f"{each.address}={typed(results, each, likely[each.address])}")
+        ]
+        steps.insert(0, ("To compute the point that meets them by interpolation", _refine(address, *words)))
     if study.optimisation is None:
         goal = f"{'maximise' if binding.response.smallest else 'minimise'} {_goal_name(binding.response.name)}"
         steps.append(("To search the same ranges for a point that meets them", _refine(address, "--goal", goal)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from scipy.stats import qmc
 
 from scissordyn.plot.study_field import Bound, Field
 from scissordyn.study.description import Study
@@ -11,10 +12,13 @@ from scissordyn.study.distribution import Interval
 from scissordyn.study.kriging import LEAST, MOST, Kriging
 from scissordyn.study.trend import CLEAR
 
-__all__ = ["Surfaces", "map_extras"]
+__all__ = ["Surfaces", "map_extras", "predicted_point"]
 
 CELLS = 48
 """Cells of a field along each number."""
+
+TRIED = 4096
+"""Points at which the interpolation is searched."""
 
 OTHERS = 16
 """Points whose other numbers a field is averaged over."""
@@ -44,7 +48,7 @@ class Surfaces:
         x, y : str
             Addresses of numbers that are chosen.
         """
-        model = self._model(response)
+        model = self.model(response)
         if model is None:
             return None
         places = [self._names.index(name) for name in (x, y)]
@@ -91,7 +95,13 @@ class Surfaces:
         space = np.geomspace if self._logarithmic(place) else np.linspace
         return np.asarray(space(float(values.min()), float(values.max()), CELLS))
 
-    def _model(self, response: str) -> Kriging | None:
+    def model(self, response: str) -> Kriging | None:
+        """The interpolation of a response; None where points do not predict each other.
+
+        Parameters
+        ----------
+        response : str
+        """
         if response not in self._known:
             self._known[response] = self._fitted(response)
         return self._known[response]
@@ -135,3 +145,38 @@ def map_extras(
         return None, bounds
     labels = {one.label for one in study.requirements if one.response.name == colour}
     return surfaces.field(colour, x, y), [bound for bound in bounds if bound.label in labels]
+
+
+def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:
+    """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all.
+
+    Parameters
+    ----------
+    study : Study
+        With requirements.
+    points : Dataset
+        Of `answer.by_point`.
+
+    Returns
+    -------
+    dict of str to float or None
+        Numbers in SI by address. None as well where a response cannot be interpolated.
+    """
+    surfaces = Surfaces(study, points)
+    models = [surfaces.model(one.response.name) for one in study.requirements]
+    if not study.factors or None in models:
+        return None
+    drawn = qmc.Sobol(len(study.factors), rng=np.random.default_rng(0)).random(TRIED)
+    at = np.stack([factor.variation.quantile(drawn[:, k]) for k, factor in enumerate(study.factors)], axis=1)
+    known = np.stack([points[factor.address].values for factor in study.factors], axis=1)
+    at = np.clip(at, np.nanmin(known, axis=0), np.nanmax(known, axis=0))  # nothing is extrapolated
+    margins = [
+        requirement.margin(model.predict(at)[0])
+        for requirement, model in zip(study.requirements, models, strict=True)
+        if model is not None
+    ]
+    least = np.min(margins, axis=0)
+    best = int(np.argmax(least))
+    if not least[best] > 0.0:
+        return None
+    return {factor.address: float(value) for factor, value in zip(study.factors, at[best], strict=True)}

@@ -194,17 +194,17 @@ class Study:
     def _check_mechanism(self) -> None:
         """Raise `InputError` for what the mechanism does not have, or not in that range."""
         addresses = self.addresses
-        ranges = {factor.address: factor.variation.ends for factor in self.factors}
+        chosen = {factor.address: factor.variation for factor in self.factors}
         for factor in (*self.factors, *self.uncertain):
             quantity = number(self.mechanism, factor.address).quantity
             assert quantity is not None
-            if factor.of and factor.of not in ranges:
+            if factor.of and factor.of not in chosen:
                 raise InputError(
                     f"'{factor.address}' deviates from a value that is not chosen",
                     "a range of the number under [vary], or a nominal value before the tolerance",
                     "'0.3 mm +- 0.02 mm'",
                 )
-            ends = factor.deviating(ranges[factor.of]) if factor.of else factor.variation.ends
+            ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
             for end in ends:
                 if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
                     raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)

@@ -48,10 +48,12 @@ class Factor:
         """Of its column: the address, or that of the deviation from a chosen value."""
         return f"{self.address} deviation" if self.of else self.address
 
-    def deviating(self, chosen: tuple[float, float]) -> list[float]:
-        """The outermost values of a number that is chosen within a range, with this deviation."""
+    def deviating(self, chosen: Variation) -> list[float]:
+        """The outermost values of a number that is chosen, with this deviation; none of a lognormal one, which has no ends."""
+        if chosen.kind == "lognormal":
+            return []
         deviations = [end for end in self.variation.ends if np.isfinite(end)]
-        return [end * (1.0 + by) if self.relative else end + by for end in chosen for by in deviations]
+        return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends for by in deviations]
 
     @property
     def shown(self) -> dict[str, str | float]:

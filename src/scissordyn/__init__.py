@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
     from scissordyn.analysis.merit import figures_of_merit
+    from scissordyn.analysis.motor import MotorCurve, torque_over_speed
     from scissordyn.analysis.section import section
     from scissordyn.analysis.spectrum import spectrum
     from scissordyn.analysis.stroboscope import stroboscopic
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
+    from scissordyn.config.least import least_value
     from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
@@ -102,8 +104,20 @@ if TYPE_CHECKING:
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
-    from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform
+    from scissordyn.study.distribution import (
+        Beta,
+        Empirical,
+        Interval,
+        Levels,
+        LogNormal,
+        Normal,
+        Trapezoid,
+        Triangular,
+        Uniform,
+        Weibull,
+    )
     from scissordyn.study.engine import Cluster
+    from scissordyn.study.fit import Fit
     from scissordyn.study.processes import Processes
     from scissordyn.units import Pairs, Quantity, State, degrees, rpm
 
@@ -120,6 +134,7 @@ __all__ = [
     "Ambrosio",
     "AngleStop",
     "Beam",
+    "Beta",
     "Body",
     "Bushing",
     "Cable",
@@ -135,6 +150,7 @@ __all__ = [
     "Empirical",
     "ExtendedDelayedFeedback",
     "FeedForward",
+    "Fit",
     "Flores",
     "Force",
     "Guide",
@@ -153,6 +169,7 @@ __all__ = [
     "Material",
     "Mechanism",
     "Motor",
+    "MotorCurve",
     "NoControl",
     "NoFriction",
     "Normal",
@@ -177,13 +194,16 @@ __all__ = [
     "Torque",
     "TorsionSpring",
     "Track",
+    "Trapezoid",
     "Trapezoidal",
     "TravelStop",
+    "Triangular",
     "Uniform",
     "UserController",
     "UserDamping",
     "UserElastic",
     "UserFriction",
+    "Weibull",
     "Weld",
     "angulated_bar",
     "animate",
@@ -207,6 +227,7 @@ __all__ = [
     "hoberman_ring",
     "ideal_kinematics",
     "law",
+    "least_value",
     "load",
     "mast",
     "modes",
@@ -230,6 +251,7 @@ __all__ = [
     "stroboscopic",
     "study",
     "tabulated",
+    "torque_over_speed",
     "variational_exponent",
     "view",
     "with_bending",
@@ -245,6 +267,7 @@ _HOMES = {
     "analysis.consensus": ("consensus",),
     "analysis.contact": ("contact_statistics",),
     "analysis.merit": ("figures_of_merit",),
+    "analysis.motor": ("MotorCurve", "torque_over_speed"),
     "analysis.section": ("section",),
     "analysis.spectrum": ("spectrum",),
     "analysis.stroboscope": ("stroboscopic",),
@@ -317,8 +340,21 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
+    "config.least": ("least_value",),
     "config.studies": ("open_study", "study"),
-    "study.distribution": ("Empirical", "Interval", "Levels", "LogNormal", "Normal", "Uniform"),
+    "study.distribution": (
+        "Beta",
+        "Empirical",
+        "Interval",
+        "Levels",
+        "LogNormal",
+        "Normal",
+        "Trapezoid",
+        "Triangular",
+        "Uniform",
+        "Weibull",
+    ),
+    "study.fit": ("Fit",),
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
     "run.batch": ("simulate_many",),

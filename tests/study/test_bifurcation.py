@@ -13,6 +13,7 @@ from scissordyn.periodic.bifurcation import bifurcation
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.follow import carried
 from scissordyn.periodic.stroboscope import run_cycles
+from scissordyn.plot.regularity import bifurcation as draw
 from scissordyn.run.store import load
 from scissordyn.study.engine import Threads
 
@@ -191,6 +192,14 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert "2 of 2 values of A.clearance complete, 4 cycles" in shown.out
     np.testing.assert_allclose(load(tmp_path / "d.nc")["value"], (1e-4, 3e-4), rtol=1e-15)
     assert (tmp_path / "d.png").stat().st_size > 5000
+    assert load(tmp_path / "d.nc")["value"].attrs["shown_unit"] == "mm"
+    assert command(case, "drive.angular_frequency", "150 rpm", "180 rpm", **asked | {"output": tmp_path / "rpm.nc"}) == 0
+    assert "Warning: drive.angular_frequency = 150 rpm" in capsys.readouterr().out
+    diagram = load(tmp_path / "rpm.nc")
+    np.testing.assert_allclose(diagram["value"], (5.0 * np.pi, 6.0 * np.pi), rtol=1e-14)
+    (axes,) = draw(diagram)
+    assert axes.get_xlabel().endswith("[rpm]")
+    np.testing.assert_allclose(np.unique(axes.lines[0].get_xdata()), (150.0, 180.0), rtol=1e-14)
     for wrong, words in (("0.1", "missing unit"), ("0.1 s", "wrong dimension"), ("-1 mm", "out of bounds")):
         with pytest.raises(InputError, match=words):
             command(case, "A.clearance", wrong, "0.3 mm", values=2, cycles=2)

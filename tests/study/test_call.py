@@ -330,3 +330,33 @@ def test_what_a_result_does_not_have(found: StudyResult) -> None:
         sd.study(3, VARIED)  # type: ignore[arg-type]
     with pytest.raises(sd.InputError, match="no study at"):
         sd.open_study("never.zarr")
+
+
+def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: `best` is the recommended point; `refine` computes that point with other samples, or searches the ranges."""
+    one = found.recommend()
+    assert one.numbers == found.best
+    assert one.samples == 2
+    assert set(found.trends) == {"peak_force"}
+    texts = [f"{address}={value!r} {'m' if 'clearance' in address else 'rad/s'}" for address, value in one.numbers.items()]
+    again = tmp_path / "again.zarr"
+    assert command("refine", found.store.address, output=str(again), vary=texts, samples=4, seed=5, threads=1) == 0
+    refined = sd.open_study(again)
+    assert refined.study.cases == 4
+    assert refined.recommend().numbers == one.numbers
+    assert refined.study.requirements == found.study.requirements
+    assert not set(refined.dataset["A.damping.restitution"].values) & set(found.dataset["A.damping.restitution"].values)
+    assert "of 4 samples" in " ".join(capsys.readouterr().out.split())
+    loose, search = tmp_path / "loose.zarr", tmp_path / "search.zarr"
+    uncertain = ["A.clearance=uniform(0.1, 0.2) mm"]
+    assert command("refine", found.store.address, output=str(loose), uncertain=uncertain, points=3, threads=1) == 0
+    described = sd.open_study(loose).study
+    assert [each.address for each in described.factors] == ["drive.speed"]
+    assert [each.address for each in described.uncertain] == ["A.damping.restitution", "A.clearance"]
+    assert (described.design.kind, described.points, described.cases) == ("sobol", 3, 6)
+    with pytest.raises(sd.InputError, match="--samples without refine"):
+        command("status", found.store.address, samples=3)
+    with pytest.raises(sd.InputError, match="without a store of its own"):
+        command("refine", found.store.address, samples=3)
+    with pytest.raises(sd.InputError, match="goal 'peak_force'"):
+        command("refine", found.store.address, output=str(search), goal=["peak_force"])

@@ -89,7 +89,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         assert text in shown
     for text in (
         "<td>20</td><td>40</td><td>84.07</td><td>kN</td>",
-        "<td>84.07 kN</td><td>-40.1%</td><td><code>scissordyn study replay a.zarr 8</code></td>",
+        "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.zarr 8</code></td>",
         "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.zarr 0</code></td>",
         "<td>interval: 0.1 to 0.5 mm</td>",
         "width=device-width",

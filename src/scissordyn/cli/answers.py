@@ -22,13 +22,14 @@ ROWS = 12
 
 
 def show_answers(result: StudyResult) -> None:
-    """Print counts, fractions, sensitivity, the best points and the worst cases."""
+    """Print counts, what the study says, fractions, sensitivity, the best points and the worst cases."""
     from scissordyn.study.indices import sensitivity
     from scissordyn.study.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
 
     study, results = result.study, result.dataset
     print(f"{', '.join(f'{n} {name}' for name, n in result.counts.items())}; {study.points} points".replace(" ", " cases ", 1))
     show_damage(result)
+    _conclusion(result)
     if study.requirements:
         _show(requirement_fractions(study, results))
     _show(response_ranges(study, result.points))
@@ -48,6 +49,25 @@ def show_answers(result: StudyResult) -> None:
     show_warnings(result)
 
 
+def _conclusion(result: StudyResult) -> None:
+    """Whether and where the requirements are met, what the responses go with, and what to do next."""
+    from scissordyn.study.conclusion import conclude
+
+    said = conclude(result.study, result.dataset, result.store.address)
+    for line in said.verdict:
+        _line(line)
+    if said.margins is not None:
+        _show(said.margins)
+    for line in said.trends:
+        _line(line)
+    for why, what in said.next:
+        print(f"{why}:\n  {what}")
+
+
+def _line(text: str) -> None:
+    console().print(printable(text), markup=False, highlight=False)
+
+
 def _show(table: Table) -> None:
     shown = RichTable(box=box.SIMPLE)
     for head in table.head:
@@ -65,12 +85,16 @@ def _cell(text: str) -> Text:
 
 
 def _worst(result: StudyResult) -> None:
+    from scissordyn.study.conclusion import numbers_text
     from scissordyn.study.summary import worst_value
 
     for one in result.worst(3) if result.study.requirements else ():
         what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
         _with_command(
-            result, f"{what} for {one.requirement}: {worst_value(one)} ({abs(one.margin):.1%} {place} the bound)", one.case
+            result,
+            f"{what} for {one.requirement}: {worst_value(one)} ({abs(one.margin):.1%} {place} the bound) at "
+            f"{numbers_text(result.study, result.dataset, one.numbers)}",
+            one.case,
         )
 
 

@@ -56,6 +56,7 @@ def bifurcation(
     import numpy as np
 
     from scissordyn.config.file import read_case
+    from scissordyn.config.quantity import unit_factor, unit_typed
     from scissordyn.model.address import number
     from scissordyn.periodic.bifurcation import bifurcation as compute
     from scissordyn.periodic.bifurcation import check_diagram
@@ -72,6 +73,7 @@ def bifurcation(
     keep = max(1, cycles // 2) if keep is None else keep
     check_diagram(described.mechanism, values, cycles, keep)
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
+    unit = unit_typed(last) or unit_typed(first)
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
     shown = bar(*columns, described="values", total=values)
@@ -90,6 +92,7 @@ def bifurcation(
             engine=engine,
             store=output,
             progress=None if update is None else lambda done, _: update(completed=done),
+            shown=(unit, unit_factor(unit, quantity.unit)) if unit else None,
         )
     return _show(diagram, output, plot, variable)
 
@@ -137,10 +140,12 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
         print(write(figure, plot))
     failed = [index for index, state in enumerate(states) if state == "failed"]
     if failed:
-        value, cause = float(diagram["value"][failed[0]]), diagram["cause"].values[failed[0]]
-        unit = diagram["value"].attrs["units"]
+        from scissordyn.plot.scale import scale_of
+
+        scale, cause = scale_of(diagram["value"]), diagram["cause"].values[failed[0]]
+        value = f"{scale.text(float(diagram['value'][failed[0]]), 6)} {scale.unit}".rstrip()
         print(
-            f"scissordyn: {len(failed)} of {total} values failed; the first, {value:g} {unit}: {printable(cause)}",
+            f"scissordyn: {len(failed)} of {total} values failed; the first, {value}: {printable(cause)}",
             file=sys.stderr,
         )
         return UNFINISHED

@@ -27,6 +27,7 @@ from scissordyn.cli.export import export
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.modes import modes
+from scissordyn.cli.motor import motor
 from scissordyn.cli.new import new
 from scissordyn.cli.paper import paper
 from scissordyn.cli.plot import plot
@@ -99,6 +100,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "check": check,
     "preview": preview,
     "modes": modes,
+    "motor": motor,
     "explore": explore,
     "plot": plot,
     "animate": animate,
@@ -124,6 +126,7 @@ EXAMPLES: dict[str, str] = {
     "compare": "scissordyn compare a.nc b.nc -o pictures",
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
+    "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor > case.toml",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["compute", "study"]
 
-ACTIONS = ("status", "resume", "retry", "extend", "report", "export", "replay")
+ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")
 
 EVENTS = 20
 """Contacts of a replayed case that are shown."""
@@ -42,7 +42,16 @@ def study(
         str | None, typer.Option("-o", "--output", help="The store of a study file; the file of a report, export or replay.")
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Also draw the pictures of a report into this folder.")] = None,
-    points: Annotated[int | None, typer.Option(help="Points from now on, for extend.", min=1)] = None,
+    points: Annotated[int | None, typer.Option(help="Points from now on, for extend, or of refine.", min=1)] = None,
+    vary: Annotated[
+        list[str] | None, typer.Option(metavar="ADDRESS=VALUES", help="For refine: a new range. Repeatable.")
+    ] = None,
+    uncertain: Annotated[
+        list[str] | None, typer.Option(metavar="ADDRESS=VALUES", help="For refine: an uncertain number. Repeatable.")
+    ] = None,
+    samples: Annotated[int | None, typer.Option(help="For refine: samples of the uncertain numbers.", min=1)] = None,
+    seed: Annotated[int | None, typer.Option(help="For refine: of design and samples.", min=0)] = None,
+    goal: Annotated[list[str] | None, typer.Option(help="For refine: as in 'minimise peak_force'. Repeatable.")] = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
     scheduler: Scheduler = None,
@@ -52,8 +61,13 @@ def study(
         list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
     ] = None,
 ) -> int:
-    """Compute a study file; or show, resume, retry, extend, report or export a study, or replay a case."""
+    """Compute a study file; or show, resume, retry, extend, refine, report or export a study, or replay a case."""
     where = Where(threads, workers, scheduler, cluster)
+    changes = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal}
+    named = next((name for name, value in changes.items() if value is not None), None)
+    if named is not None and what != "refine":
+        sample = "scissordyn study refine study.zarr --samples 64 -o next.zarr"
+        raise InputError(f"--{named} without refine", "study refine", sample)
     if plot is not None and what != "report":
         raise InputError("--plot without a report", "study report", "scissordyn study report study.zarr --plot figures")
     if what not in ACTIONS:
@@ -77,6 +91,17 @@ def study(
             if points is None:
                 raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
             return compute(result.built(), store, where, points=points)
+        case "refine":
+            if output is None:
+                raise InputError("'study refine' without a store of its own", "-o and a folder", "-o next.zarr")
+            from scissordyn.cli.sweep import addressed
+            from scissordyn.config.refine import refined
+
+            ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
+            now = refined(
+                result.built(), vary=ranges, uncertain=drawn, points=points, samples=samples, seed=seed, goals=goal or ()
+            )
+            return compute(now, output, where, block=block)
         case "report":
             return _report(result, output, plot)
         case "export":

@@ -11,7 +11,7 @@ from scissordyn.cli.option import BlockSize, CaseFile, Changes
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError
 
-__all__ = ["sweep"]
+__all__ = ["addressed", "sweep"]
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
@@ -59,8 +59,8 @@ def sweep(
     text = StudyText(
         case=case,
         changes=tuple(change or ()),
-        vary=_addressed(vary, "--vary"),
-        uncertain=_addressed(uncertain, "--uncertain"),
+        vary=addressed(vary, "--vary"),
+        uncertain=addressed(uncertain, "--uncertain"),
         measures=tuple(measure or ()),
         require=tuple(require or ()),
         design=Design(design, points, seed),
@@ -70,7 +70,15 @@ def sweep(
     return compute(study_of(text), output, Where(threads, workers, scheduler, cluster), block=block)
 
 
-def _addressed(given: list[str] | None, option: str) -> dict[str, str]:
+def addressed(given: list[str] | None, option: str) -> dict[str, str]:
+    """Texts by address, of ``ADDRESS=VALUES``.
+
+    Parameters
+    ----------
+    given : list of str or None
+    option : str
+        For messages.
+    """
     found: dict[str, str] = {}
     for each in given or ():
         called = DISTRIBUTED.fullmatch(each)

@@ -14,7 +14,7 @@ from scissordyn.units import Quantity
 if TYPE_CHECKING:
     import pint
 
-__all__ = ["exact", "example", "read_numbers", "read_quantity", "unit_factor", "written"]
+__all__ = ["exact", "example", "read_numbers", "read_quantity", "unit_factor", "unit_typed", "written"]
 
 PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
 SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
@@ -125,6 +125,17 @@ def unit_factor(unit: str, target: str) -> float:
         TypeError,
     ):  # pint has many
         raise InputError(f"'{unit}' is not a unit") from None
+
+
+def unit_typed(text: str) -> str:
+    """The unit behind the number that a text begins with; empty if there is none.
+
+    Parameters
+    ----------
+    text : str
+    """
+    found = LEADING_NUMBER.fullmatch(text)
+    return found[2].strip() if found is not None else ""
 
 
 LARGEST = 2**1023

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -12,40 +11,45 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator
 
+from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
-from scissordyn.config.quantity import LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.config.motor import read_motor
+from scissordyn.config.quantity import unit_factor
 from scissordyn.config.table import PlacedError, Table, described, instance, table_of, toml
 from scissordyn.config.text import read_text
+from scissordyn.config.variation import (
+    FORMS,
+    is_deviation,
+    number_and_unit,
+    read_deviation,
+    read_variation,
+    unit_of,
+    without_each,
+)
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.address import number
+from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
-from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.study.distribution import Variation
 from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response, read_response
-from scissordyn.units import Quantity
 
-__all__ = ["StudyText", "described_study", "own_measure", "read_requirement", "read_study", "read_variation", "study_of"]
+__all__ = ["StudyText", "described_study", "factors_of", "own_measure", "read_requirement", "read_study", "study_of"]
 
-VARY = "--vary A.clearance='0.05..0.4 mm'"
-
-FORMS = "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'normal(0.1, 0.02)', 'uniform(1, 2) mm'"
-
-DISTRIBUTIONS = {"uniform": 2, "normal": 2, "truncated": 4, "lognormal": 2, "table": 1}
-"""Their numbers of parameters."""
-
-CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
 
+EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
+
+MOTOR = "motor_fraction"
+"""Measure of a study with the curve of a motor."""
+
+MOTOR_SAMPLE = 'points = ["0 rpm, 60 N m", "100 rpm, 60 N m", "300 rpm, 0 N m"]'
+
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
-LONGEST = 18
-"""Digits of a number of values; Python reads no more than 4300."""
-
-OPTION = re.compile(r"(\d+)\s+values|(log)")
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
 
@@ -66,6 +70,8 @@ class StudyText:
     design : Design
     sampling : Sampling
     members : int
+    motor : MotorCurve, optional
+        Its largest fraction that a run needs is the measure ``motor_fraction``.
     goals : tuple of str
         Of an optimisation: ``minimise peak_force``.
     optimise : mapping
@@ -81,6 +87,7 @@ class StudyText:
     design: Design = field(default_factory=Design)
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1
+    motor: MotorCurve | None = None
     goals: tuple[str, ...] = ()
     optimise: Mapping[str, Any] = field(default_factory=dict)
 
@@ -114,6 +121,19 @@ def _read_addresses(given: Any) -> dict[str, str]:
 ADDRESSES = PlainValidator(_read_addresses)
 
 
+def _read_motor(given: Any) -> MotorCurve:
+    """The curve of a motor from its table."""
+    keys = {"points": list, "of": str, "ratio": (int, float)}
+    if not isinstance(given, Mapping) or "points" not in given:
+        raise InputError("not the curve of a motor", "a table with points, of and ratio", MOTOR_SAMPLE)
+    for key, value in given.items():
+        if key not in keys:
+            raise InputError(f"'{key}' of a motor{did_you_mean(str(key), keys)}", ", ".join(keys), MOTOR_SAMPLE)
+        if isinstance(value, bool) or not isinstance(value, keys[key]):  # type: ignore[arg-type]
+            raise InputError(f"{key} = {toml(value)} of a motor", "texts, a name and a number", MOTOR_SAMPLE)
+    return read_motor(_read_texts(given["points"]), given.get("of", ""), float(given.get("ratio", 1.0)))
+
+
 class StudyTable(Table):
     """A whole study file."""
 
@@ -128,6 +148,7 @@ class StudyTable(Table):
         Sampling, described(Sampling), Field(description="how uncertain numbers are sampled", default_factory=Sampling)
     ]
     members: Annotated[int, Field(description="runs of each sample that differ by round-off")] = 1
+    motor: Annotated[Any, PlainValidator(_read_motor), Field(description="curve of a motor that has to be enough")] = None
     optimise: Annotated[Any, _optimisation().reader(), Field(description="search for the best point")] = None
 
 
@@ -166,6 +187,7 @@ def read_study(path: Path) -> StudyText:
         design=given.design,
         sampling=given.sampling,
         members=given.members,
+        motor=given.motor,
         goals=tuple(optimise.pop("goals", ())),
         optimise=optimise,
     )
@@ -174,7 +196,12 @@ def read_study(path: Path) -> StudyText:
 def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
     """Addresses of a table; without quotes TOML makes tables of their parts."""
     for key, value in tree.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each"}:
+            each = value.get("each", False)
+            if not isinstance(each, bool) or not isinstance(value["values"], str):
+                raise InputError(f"'{before}{key}' = {toml(value)}", "values, a text, and each = true or false", EACH_SAMPLE)
+            yield f"{before}{key}", f"{value['values']}, each" if each else value["values"]
+        elif isinstance(value, dict):
             yield from _flat(value, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
@@ -226,6 +253,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
         check_part(mechanism, response)
     given = (each for each in asked.measures if each not in texts)
     own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
+    own += (OwnMeasure(MOTOR, asked.motor),) if asked.motor is not None else ()
     units = {each.name: each.units for each in own}
     goals = tuple(read_goal(goal, units, tuple(asked.vary)) for goal in asked.goals)
     requirements = tuple(read_requirement(each, units) if isinstance(each, str) else each for each in asked.require)
@@ -233,7 +261,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
     names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
     optimisation = Optimisation(goals, **asked.optimise) if goals else None
     folder = asked.case.parent
-    factors = _factors(mechanism, asked.vary, folder)
+    factors = factors_of(mechanism, asked.vary, folder)
     return Study(
         mechanism=mechanism,
         options=options,
@@ -241,7 +269,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
         design=asked.design if optimisation is None else optimisation.design(1, len(factors)),
         measures=tuple(dict.fromkeys(names)) or ("peak_force", "peak_drive_torque"),
         own_measures=own,
-        uncertain=_factors(mechanism, asked.uncertain, folder),
+        uncertain=factors_of(mechanism, asked.uncertain, folder),
         sampling=asked.sampling,
         members=asked.members,
         requirements=requirements,
@@ -250,7 +278,21 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
     )
 
 
-def _factors(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
+def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
+    """The numbers that vary, with the units in which the user wrote them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    given : mapping of str to str or Variation
+        By address.
+    folder : Path
+        Where names of files start.
+
+    Returns
+    -------
+    tuple of Factor
+    """
     factors = []
     for address, text in given.items():
         quantity = number(mechanism, address).quantity
@@ -258,23 +300,24 @@ def _factors(mechanism: Mechanism, given: Mapping[str, str | Variation], folder:
         if not isinstance(text, str):
             factors.append(Factor(address, text))
             continue
-        variation, unit = read_variation(text, quantity, address=address, folder=folder), _unit_of(text)
-        factors.append(Factor(address, variation, unit, unit_factor(unit, quantity.unit) if unit else 1.0))
+        plain, each = without_each(text)
+        deviates = is_deviation(plain)
+        variation, relative = (
+            read_deviation(plain, quantity, address=address)
+            if deviates
+            else (read_variation(plain, quantity, address=address, folder=folder), False)
+        )
+        unit = unit_of(plain)
+        scale = 0.01 if relative else unit_factor(unit, quantity.unit) if unit else 1.0
+        of = address if deviates else ""
+        places = single(mechanism, address) if each else [address]
+        factors.extend(Factor(place, variation, unit, scale, of, relative) for place in places)
     return tuple(factors)
 
 
 def _parted(measure: str) -> tuple[str, str]:
     name, _, reference = measure.partition("=")
     return name, reference.strip()
-
-
-def _unit_of(text: str) -> str:
-    """The unit in which the user writes a variation."""
-    called = CALL.fullmatch(text)
-    if called:
-        return called[3].strip()
-    last = text.split("..", 1)[1].split(",")[0] if ".." in text else text.split(",")[-1]
-    return _split(last)[1]
 
 
 def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
@@ -303,119 +346,6 @@ def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
     return OwnMeasure(found[1], function, of=found[3] or "dataset", units=unit)
 
 
-def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
-    """What a number varies over.
-
-    Parameters
-    ----------
-    text : str
-        ``"0.05..0.4 mm"`` (a range; ``", 20 values"`` and ``", log"`` may follow), ``"50, 100, 200 N m"`` (levels), or a
-        distribution with its unit behind: ``uniform(a, b)``, ``normal(mean, deviation)``, ``truncated(mean, deviation, low,
-        high)``, ``lognormal(median, deviation of the logarithm)``, ``table(file.csv)``.
-    quantity : Quantity
-        Unit and bounds of the number.
-    address : str
-        Of the number, for messages.
-    folder : Path, optional
-        Where the name of a table's file starts.
-
-    Returns
-    -------
-    Variation
-
-    Raises
-    ------
-    InputError
-        If it is none of that.
-    """
-    try:
-        return _variation(text, quantity, folder or Path())
-    except InputError as error:
-        sample = error.type_this or VARY
-        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
-
-
-def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
-    called = CALL.fullmatch(text)
-    if called:
-        return _distribution(called[1], called[2], called[3], quantity, folder)
-    if ".." in text:
-        low, rest = text.split("..", 1)
-        last, *options = (part.strip() for part in rest.split(","))
-        chosen: dict[str, Any] = {}
-        for option in options:
-            found = OPTION.fullmatch(option)
-            if found is None:
-                raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
-            if len(found[1] or "") > LONGEST:
-                raise InputError(f"a number of values of {len(found[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
-            chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
-        value, unit = _split(last)
-        ends = _si(low, unit, quantity), _si(value, unit, quantity)
-        if ends[0] >= ends[1]:
-            turned = f"'{value}..{low.strip()} {unit}'" if ends[0] > ends[1] else f"'{value} {unit}' for one value"
-            raise InputError("the range is empty", "a smaller number, then a larger one", turned)
-        return Interval(*ends, **chosen)
-    *others, last = text.split(",")
-    value, unit = _split(last)
-    return Levels(tuple(_si(each, unit, quantity) for each in (*others, value)))
-
-
-def _split(text: str) -> tuple[str, str]:
-    found = LEADING_NUMBER.fullmatch(text)
-    if found is None:
-        raise InputError(f"'{text.strip()}' is no number", FORMS)
-    return found[1], found[2].strip()
-
-
-def _si(text: str, unit: str, quantity: Quantity) -> float:
-    """A number with its unit, within the bounds of its quantity."""
-    value, own_unit = _split(text)
-    unit = own_unit or unit
-    if quantity.unit == "1":
-        if unit:
-            raise InputError(f"unit '{unit}' of a pure number", quantity.allowed)
-        return float(read_quantity(float(value), quantity))
-    return float(read_quantity(f"{value} {unit}".strip(), quantity))
-
-
-def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
-    if name not in DISTRIBUTIONS:
-        raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", ", ".join(DISTRIBUTIONS))
-    if name == "table":
-        return Empirical(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
-    parts = [part for part in inside.split(",") if part.strip()]
-    if len(parts) != DISTRIBUTIONS[name]:
-        raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{DISTRIBUTIONS[name]} numbers")
-    if name == "lognormal":
-        return LogNormal(_si(parts[0], unit, quantity), _plain(parts[1]))
-    if name == "uniform":
-        return Uniform(_si(parts[0], unit, quantity), _si(parts[1], unit, quantity))
-    factor = _si(parts[0], unit, quantity) / float(_split(parts[0])[0]) if float(_split(parts[0])[0]) else math.nan
-    scale = factor if math.isfinite(factor) else (1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit))
-    ends = (_si(parts[2], unit, quantity), _si(parts[3], unit, quantity)) if name == "truncated" else ()
-    return Normal(_si(parts[0], unit, quantity), _plain(parts[1]) * scale, *ends)
-
-
-def _plain(text: str) -> float:
-    value, unit = _split(text)
-    if unit:
-        raise InputError(f"'{text.strip()}' with a unit", "a plain number; the unit follows the bracket")
-    return float(value)
-
-
-def _column(path: Path) -> Sequence[float]:
-    """The numbers of a file, one in each line; a heading may come first."""
-    lines = [line.split(",")[0].strip() for line in read_text(path, "a file with one number in each line").splitlines()]
-    lines = [line for line in lines if line]
-    if lines and LEADING_NUMBER.fullmatch(lines[0]) is None:
-        lines = lines[1:]
-    try:
-        return [float(line) for line in lines]
-    except ValueError as error:
-        raise InputError(f"'{path}': {error}", "one number in each line") from None
-
-
 def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Requirement:
     """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``.
 
@@ -439,7 +369,7 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
         raise InputError(f"'{text}' is no requirement", "a measure, a sign and a bound", "'peak_force < 500 N'")
     try:
         part, measure, unit = read_response(found[1], own)
-        value, given = _split(found[3])
+        value, given = number_and_unit(found[3])
         if measure in BY_COMPONENT:
             unit = _exerted(given, value)
         if unit == "1":

@@ -18,7 +18,7 @@ from scissordyn.units import quantities
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["KINDS", "Place", "changed", "changed_all", "find", "number"]
+__all__ = ["KINDS", "Place", "changed", "changed_all", "find", "number", "single"]
 
 DRIVE = "drive"
 
@@ -89,6 +89,32 @@ def number(mechanism: Mechanism, address: str) -> Place:
         known = _numbers(at(mechanism, first.path[:-1]))
         raise InputError(f"'{address}' is not a number with a unit", ", ".join(known) or f"an address such as {SAMPLE}")
     return first
+
+
+def single(mechanism: Mechanism, address: str) -> list[str]:
+    """An address for each of the places that an address means.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    address : str
+        May be a pattern such as ``clearance.all.clearance``.
+
+    Returns
+    -------
+    list of str
+        The address itself if it means one place.
+    """
+    places = find(mechanism, address)
+    if len(places) == 1:
+        return [address]
+    kind, found = address.partition(".")[0], []
+    for place in places:
+        field, index, *rest = place.path
+        part = getattr(mechanism, str(field))[index]
+        path = rest[1:] if str(field) in INSIDE else rest
+        found.append(".".join([kind, part.name, *map(str, path)]))
+    return found
 
 
 def changed(mechanism: Mechanism, address: str, value: Any) -> Mechanism:

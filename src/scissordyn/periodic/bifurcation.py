@@ -56,6 +56,7 @@ def bifurcation(
     engine: Annotated[Engine | int | None, Meaning(ENGINES, "Threads(2)")] = None,
     store: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    shown: tuple[str, float] | None = None,
 ) -> xr.Dataset:
     """The stroboscopic map of a periodically driven mechanism for many values of a parameter.
 
@@ -85,6 +86,9 @@ def bifurcation(
         A NetCDF file with the results so far, updated during the computation. If it exists, only missing values are computed.
     progress : callable, optional
         Called after each value with the number done and the total.
+    shown : (str, float), optional
+        Unit in which warnings and pictures show the values, and one of it in SI: ``("rpm", math.pi / 30.0)``. `values` are in
+        SI nevertheless.
 
     Returns
     -------
@@ -109,7 +113,7 @@ def bifurcation(
     options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
     cases = _cases(mechanisms, options, period, cycles, keep, phase)
     target = None if store is None else Path(store)
-    diagram = diagram_from(target, empty_diagram(mechanism, over, numbers, cases, follow), mechanisms[0])
+    diagram = diagram_from(target, empty_diagram(mechanism, over, numbers, cases, follow, shown), mechanisms[0])
     todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
     results = _chain(cases, diagram, todo) if follow else outcomes(engine, run_case, [cases[at] for at in todo])
     interrupted = _compute(results, diagram, target, progress)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -41,6 +42,7 @@ def empty_diagram(
     numbers: list[float],
     cases: Sequence[CycleCase],
     follow: bool,
+    shown: tuple[str, float] | None = None,
 ) -> xr.Dataset:
     """A diagram without results.
 
@@ -54,6 +56,8 @@ def empty_diagram(
     cases : sequence of CycleCase
         One for each.
     follow : bool
+    shown : (str, float), optional
+        Unit in which messages and pictures show the values, and one of it in SI.
     """
     first = cases[0]
     if isinstance(over, str):
@@ -62,6 +66,8 @@ def empty_diagram(
         units, long_name, name = quantity.unit, quantity.help or over, over
     else:
         units, long_name, name = "1", "parameter", getattr(over, "__name__", "function")
+    about: dict[Hashable, Any] = {"units": units, "long_name": long_name}
+    about |= {"shown_unit": shown[0], "shown_scale": shown[1]} if shown else {}
     identity = [
         {"mechanism": to_plain(case.mechanism), "options": to_plain(case.options), "phase": case.phase} for case in cases
     ]
@@ -77,7 +83,7 @@ def empty_diagram(
     return xr.Dataset(
         status_columns("value", len(cases)),
         coords={
-            "value": ("value", np.array(numbers), {"units": units, "long_name": long_name}),
+            "value": ("value", np.array(numbers), about),
             **coordinates(first),
             "period": ("value", np.array([case.options.until for case in cases]), {"units": "s", "long_name": "period"}),
         },
@@ -88,15 +94,16 @@ def empty_diagram(
             "phase": first.phase,
             "cycles": first.cycles,
             "versions": json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
-            "warnings": json.dumps(_warnings(cases, [_said(name, value, units) for value in numbers])),
+            "warnings": json.dumps(_warnings(cases, [_said(name, value, about) for value in numbers])),
             "configuration": write_configuration(mechanism, diagram=diagram),
         },
     )
 
 
-def _said(name: object, value: float, units: object) -> str:
-    """A value of the parameter, for messages."""
-    return f"{name} = {value:g}" + ("" if units == "1" else f" {units}")
+def _said(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
+    """A value of the parameter, for messages: in the unit in which it was asked for, or in SI."""
+    unit, scale = about.get("shown_unit", about["units"]), about.get("shown_scale", 1.0)
+    return f"{name} = {value / scale:g}" + ("" if unit == "1" else f" {unit}")
 
 
 def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
@@ -157,6 +164,7 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
             "the file of the same diagram, or a name that is not taken",
             "store='another.nc'",
         )
+    stored["value"].attrs = blank["value"].attrs
     stored.attrs |= {name: value for name, value in blank.attrs.items() if name != "status"}
     for name in ("status", "cause", "warnings"):
         stored[name] = stored[name].astype(object)
@@ -208,5 +216,5 @@ def _of_values(diagram: xr.Dataset) -> list[str]:
     values, found = diagram["value"].values, []
     for text, at in grouped_lines(diagram["warnings"].values).items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""
-        found.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs['units'])}{others}: {text}")
+        found.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs)}{others}: {text}")
     return found

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.series import BEYOND, chosen_joints
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
 
@@ -208,10 +208,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     (drawn,) = panels(axes, 1, size=(7.2, 4.6))
     found = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
-    across, up = (
-        engineering(value.attrs.get("units", "1"), value.values),
-        engineering(found.attrs.get("units", "1"), found.values),
-    )
+    across, up = scale_of(value), scale_of(found)
     drawn.plot(
         np.repeat(across.factor * value.values, found.shape[1]),
         up.factor * found.values.ravel(),

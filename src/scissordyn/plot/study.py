@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError
 from scissordyn.plot.scale import Scale, engineering, scale_of
+from scissordyn.plot.study_field import Bound, Field, draw_bounds, draw_field, note_error
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
@@ -68,7 +69,15 @@ def _is_logarithmic(values: np.ndarray) -> bool:
 
 
 def feasibility_map(
-    points: xr.Dataset, *, x: str = "", y: str = "", colour: str = "met", limit: float | None = None, axes: Canvas = None
+    points: xr.Dataset,
+    *,
+    x: str = "",
+    y: str = "",
+    colour: str = "met",
+    limit: float | None = None,
+    field: Field | None = None,
+    bounds: Sequence[Bound] = (),
+    axes: Canvas = None,
 ) -> list[Axes]:
     """A response, or the fraction of cases that meet the requirements, over two factors.
 
@@ -82,6 +91,10 @@ def feasibility_map(
         "met", or a response of it.
     limit : float, optional
         A contour is drawn at this value, on a grid.
+    field : Field, optional
+        The response between points that are no grid, drawn under them.
+    bounds : sequence of Bound
+        Requirements whose lines are drawn over points that are no grid.
     axes : Axes, optional
         A new figure if not given.
 
@@ -116,7 +129,7 @@ def feasibility_map(
             lines = one.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
             one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=SMALL)
     else:
-        drawn = one.scatter(a, b, c=c, s=float(np.clip(6000.0 / a.size, 3.0, 40.0)), edgecolors="none", **look)
+        drawn = _scattered(one, (a, b, c), (sx, sy, sc), look, field, bounds)
     marked = points["disagrees"].values
     if on_grid:
         fraction = _means(a, b, marked.astype(float), ua, ub)
@@ -146,6 +159,31 @@ def feasibility_map(
         bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
     return [one]
+
+
+def _scattered(
+    one: Axes,
+    values: tuple[np.ndarray, np.ndarray, np.ndarray],
+    scales: tuple[Scale, Scale, Scale],
+    look: dict[str, Any],
+    field: Field | None,
+    bounds: Sequence[Bound],
+) -> Any:
+    """Points that are no grid, over the field between them, with the lines of requirements."""
+    a, b, c = values
+    size = float(np.clip(6000.0 / a.size, 3.0, 40.0))
+    if field is not None:
+        shown = [field.mean * scales[2].factor, c[np.isfinite(c)]]
+        look["norm"].vmin = float(min(part.min() for part in shown))
+        look["norm"].vmax = float(max(part.max() for part in shown))
+        draw_field(one, field, scales, look)
+        note_error(one, field.error)
+    handles = draw_bounds(one, bounds, scales[:2])
+    edge = {"edgecolors": BLACK, "linewidths": 0.6} if field is not None or bounds else {"edgecolors": "none"}
+    drawn = one.scatter(a, b, c=c, s=size, zorder=2.0, clip_on=False, **edge, **look)
+    if handles:
+        one.legend(handles=handles, fontsize=SMALL, loc="upper left", bbox_to_anchor=(0.0, -0.16), frameon=False)
+    return drawn
 
 
 def _is_whole(values: np.ndarray) -> bool:

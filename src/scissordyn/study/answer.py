@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -19,13 +19,14 @@ __all__ = [
     "AGREEMENT",
     "FeasibleFraction",
     "Worst",
+    "answered",
     "by_point",
     "causes",
     "counts",
     "feasible_fraction",
+    "meets_all",
     "replay_command",
     "responses",
-    "safest_point",
     "warned",
     "worst_cases",
 ]
@@ -75,6 +76,8 @@ class Worst:
         Of the value.
     margin : float
         As a fraction of the bound; negative where it is not met.
+    numbers : dict of str to float
+        The chosen and the uncertain numbers of the case, in SI, by address.
     """
 
     case: int
@@ -82,6 +85,7 @@ class Worst:
     value: float
     units: str
     margin: float
+    numbers: dict[str, float] = field(default_factory=dict)
 
 
 def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
@@ -91,11 +95,21 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     -------
     dict of str to ndarray, shape (cases,)
     """
-    return {one.name: response_values(results, one) for one in _answered(study, results)}
+    return {one.name: response_values(results, one) for one in answered(study, results)}
 
 
-def _answered(study: Study, results: xr.Dataset) -> list[Response]:
-    """The responses that requirements and goals are about, and those of the other measures."""
+def answered(study: Study, results: xr.Dataset) -> list[Response]:
+    """The responses that requirements and goals are about, and those of the other measures.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+
+    Returns
+    -------
+    list of Response
+    """
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
@@ -127,7 +141,7 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         values = found.values[rows].reshape(count, -1)[:, 0]
         variables[factor.address] = ("point", values, {**found.attrs, **factor.shown, "role": "factor"})
     differs = np.zeros(count, bool)
-    for one in _answered(study, results):
+    for one in answered(study, results):
         name = one.name
         cells = np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)
         about = {"units": response_unit(results, one), "role": "response"}
@@ -138,7 +152,7 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         differs |= spread > AGREEMENT
     for one in (one for name in study.measure_names for one in whole_responses(results, name)):
         differs |= _spread(np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)) > AGREEMENT
-    met = _met(study, results)[rows].reshape(shape)
+    met = meets_all(study, results)[rows].reshape(shape)
     with np.errstate(invalid="ignore"):
         fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
     mixed = np.any((met & complete).any(axis=2) & (~met & complete).any(axis=2), axis=1)
@@ -168,7 +182,18 @@ def _extreme(values: np.ndarray, smallest: bool) -> np.ndarray:
     return np.where(known.any(axis=-1), found, np.nan)
 
 
-def _met(study: Study, results: xr.Dataset) -> np.ndarray:
+def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Whether each case is complete and meets all requirements.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+
+    Returns
+    -------
+    ndarray of bool, shape (cases,)
+    """
     met = results["status"].values == COMPLETE
     for requirement in study.requirements:
         met = met & requirement.met(response_values(results, requirement.response))
@@ -185,7 +210,7 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
     """
     complete = results["status"].values == COMPLETE
     each = [(one.label, one.met(response_values(results, one.response))) for one in study.requirements]
-    every = [*each, ("all requirements", _met(study, results))] if each else []
+    every = [*each, ("all requirements", meets_all(study, results))] if each else []
     count = complete.size // study.per_point
     rows = slice(0, count * study.per_point)
     by_samples = count == 1
@@ -241,23 +266,9 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                 seen.add(point)
                 if point not in found or found[point].margin > margins[case]:
                     value, margin = float(values[case]), float(margins[case])
-                    found[point] = Worst(int(case), requirement.label, value, units, margin)
+                    numbers = {address: float(results[column(address)][case]) for address in study.addresses}
+                    found[point] = Worst(int(case), requirement.label, value, units, margin, numbers)
     return sorted(found.values(), key=lambda one: one.margin)[:count]
-
-
-def safest_point(study: Study, results: xr.Dataset) -> int:
-    """The point whose worst case is farthest on the right side of all requirements, as a fraction of their bounds.
-
-    Parameters
-    ----------
-    study : Study
-        With requirements.
-    results : Dataset
-    """
-    count = results.sizes["case"] // study.per_point
-    margins = [one.margin(response_values(results, one.response)) for one in study.requirements]
-    least = np.min(margins, axis=0)[: count * study.per_point].reshape(count, study.per_point).min(axis=1)
-    return int(np.argmax(np.where(np.isnan(least), -np.inf, least)))
 
 
 def replay_command(address: str, case: int) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.model.address import changed_all, find
+from scissordyn.model.address import changed_all, find, number
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
@@ -151,9 +151,23 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
     perturbed = Perturbed(numbers.members, study.perturbation)
-    found = pass_on(simulate_cases(study.mechanism, numbers.values, study.options, measures, perturbed, threads=1))
+    applied = study.applied(numbers.values)
+    found = pass_on(simulate_cases(study.mechanism, applied, study.options, measures, perturbed, threads=1))
+    found = found.assign({name: ("case", numbers.values[name], about) for name, about in _deviations(study).items()})
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found
+
+
+def _deviations(study: Study) -> dict[str, dict[str, str]]:
+    """Attributes of deviations, and of the chosen values from which places of a pattern deviate one by one."""
+    found = {}
+    for factor in study.uncertain:
+        if factor.of:
+            quantity = number(study.mechanism, factor.of).quantity
+            unit = "1" if quantity is None else quantity.unit
+            found[factor.of] = {"units": unit}
+            found[factor.name] = {"units": "1" if factor.relative else unit, "long_name": f"deviation of {factor.address}"}
+    return found
 
 
 def _accumulated(own: OwnMeasure) -> Measure:
@@ -171,13 +185,14 @@ def _accumulated(own: OwnMeasure) -> Measure:
 def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[OwnMeasure]) -> xr.Dataset:
     """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
     functions = {each.name: each.callable() for each in own}
-    places = {address: find(study.mechanism, address) for address in numbers.values}
+    applied = study.applied(numbers.values)
+    places = {address: find(study.mechanism, address) for address in applied}
     values = {name: np.full(found.sizes["case"], np.nan) for name in functions}
     status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
     options = {**study.options.keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look()
-        changes = {address: float(column[case]) for address, column in numbers.values.items()}
+        changes = {address: float(column[case]) for address, column in applied.items()}
         name = ""
         try:
             run = pass_on(simulate(changed_all(study.mechanism, changes, places), **options))

@@ -6,12 +6,13 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.address import number
@@ -24,8 +25,8 @@ from scissordyn.run.configuration import Configuration
 from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.options import Options
-from scissordyn.study.design import Design, check_seed, design_size, design_values
-from scissordyn.study.distribution import Variation, from_plain, to_plain
+from scissordyn.study.design import Design, design_size, design_values
+from scissordyn.study.factor import Factor, Sampling, plain_factor, read_factor
 from scissordyn.study.goal import Optimisation
 from scissordyn.study.part_unit import check_unit
 from scissordyn.study.requirement import Requirement, Response
@@ -37,61 +38,6 @@ NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")
 
 UNCERTAIN_SEEDS = 2**32
 """Added to the seed of the uncertain numbers, which are to be independent of those of the design."""
-
-
-@dataclass(frozen=True)
-class Factor:
-    """A number that varies.
-
-    Parameters
-    ----------
-    address : str
-        See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value.
-    variation : Variation
-        Values in SI.
-    unit : str
-        In which pictures and tables show it; empty for SI.
-    scale : float
-        One such unit in SI.
-    """
-
-    address: str
-    variation: Variation
-    unit: str = ""
-    scale: float = 1.0
-
-    @property
-    def shown(self) -> dict[str, str | float]:
-        """Attributes that tell pictures the unit."""
-        return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """How the uncertain numbers are sampled at every point of the design.
-
-    Parameters
-    ----------
-    samples : int
-    kind : {"random", "latin-hypercube", "sobol"}
-    seed : int
-    common : bool
-        Whether all points have the same samples (common random numbers), so that differences between points are not noise.
-    """
-
-    samples: int = 1
-    kind: str = "sobol"
-    seed: int = 0
-    common: bool = True
-
-    def __post_init__(self) -> None:
-        if self.kind not in ("random", "latin-hypercube", "sobol"):
-            kinds = ("random", "latin-hypercube", "sobol")
-            raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
-        whole_number("samples", self.samples)
-        check_seed(whole_number("seed", self.seed, 0))
-        if not self.common and self.kind == "latin-hypercube":
-            raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
 
 
 @dataclass(frozen=True)
@@ -146,6 +92,8 @@ class OwnMeasure:
         """As plain data; a function that is no file's as its source, to compare with."""
         if isinstance(self.function, str):
             return {"name": self.name, "function": self.function, "of": self.of, "units": self.units, "digest": self.digest}
+        if isinstance(self.function, MotorCurve):
+            return {"name": self.name, "function": "", "of": self.of, "units": self.units, "motor": asdict(self.function)}
         try:
             source = inspect.getsource(self.function)
         except (OSError, TypeError):
@@ -245,14 +193,22 @@ class Study:
 
     def _check_mechanism(self) -> None:
         """Raise `InputError` for what the mechanism does not have, or not in that range."""
-        addresses = [factor.address for factor in (*self.factors, *self.uncertain)]
+        addresses = self.addresses
+        chosen = {factor.address: factor.variation for factor in self.factors}
         for factor in (*self.factors, *self.uncertain):
             quantity = number(self.mechanism, factor.address).quantity
             assert quantity is not None
-            for end in factor.variation.ends:
+            if factor.of and factor.of not in chosen:
+                raise InputError(
+                    f"'{factor.address}' deviates from a value that is not chosen",
+                    "a range of the number under [vary], or a nominal value before the tolerance",
+                    "'0.3 mm +- 0.02 mm'",
+                )
+            ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
+            for end in ends:
                 if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
                     raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)
-            if addresses.count(factor.address) > 1:
+            if addresses.count(factor.name) > 1:
                 raise InputError(f"'{factor.address}' varies twice", "each address once")
         for requirement in self.requirements:
             check_part(self.mechanism, requirement.response)
@@ -277,8 +233,8 @@ class Study:
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """Addresses of all numbers that vary, chosen and uncertain."""
-        return tuple(factor.address for factor in (*self.factors, *self.uncertain))
+        """Names of all numbers that vary, chosen and uncertain: their addresses, or those of deviations."""
+        return tuple(factor.name for factor in (*self.factors, *self.uncertain))
 
     @property
     def per_point(self) -> int:
@@ -326,19 +282,40 @@ class Study:
             places, back = np.unique(at, return_inverse=True)
             variations = [factor.variation for factor in self.uncertain]
             drawn = design_values(design, variations, np.zeros(len(variations)), places)
-            values |= {factor.address: drawn[back, k] for k, factor in enumerate(self.uncertain)}
+            values |= {factor.name: drawn[back, k] for k, factor in enumerate(self.uncertain)}
         return Cases(values, member)
+
+    def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The numbers that the mechanism gets: chosen values with their deviations.
+
+        Parameters
+        ----------
+        values : mapping of str to ndarray or float
+            By `addresses`.
+
+        Returns
+        -------
+        dict
+            By address.
+        """
+        deviations = [factor for factor in self.uncertain if factor.of]
+        left_out = {factor.name for factor in deviations} | {factor.of for factor in deviations}
+        found = {name: value for name, value in values.items() if name not in left_out}
+        for factor in deviations:
+            chosen, deviation = values[factor.of], values[factor.name]
+            found[factor.address] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
+        return found
 
     def to_plain(self) -> dict[str, Any]:
         """The study as plain data for JSON."""
         return {
             "mechanism": plain_description(self.mechanism),
             "options": plain_description(self.options),
-            "factors": [_plain_factor(factor) for factor in self.factors],
+            "factors": [plain_factor(factor) for factor in self.factors],
             "design": {"kind": self.design.kind, "points": self.design.points, "seed": self.design.seed},
             "measures": list(self.measures),
             "own_measures": [own.to_plain() for own in self.own_measures],
-            "uncertain": [_plain_factor(factor) for factor in self.uncertain],
+            "uncertain": [plain_factor(factor) for factor in self.uncertain],
             "sampling": vars(self.sampling).copy(),
             "members": self.members,
             "perturbation": self.perturbation,
@@ -378,6 +355,9 @@ class Study:
         given = {own.name: own for own in own_measures}
         own = []
         for each in plain["own_measures"]:
+            if "motor" in each:
+                own.append(OwnMeasure(each["name"], MotorCurve(**each["motor"]), each["of"], each["units"]))
+                continue
             if each["name"] in given:
                 own.append(given[each["name"]])
                 continue
@@ -405,11 +385,11 @@ class Study:
         return cls(
             mechanism,
             described(plain["options"], Options),
-            tuple(_factor(each) for each in plain["factors"]),
+            tuple(read_factor(each) for each in plain["factors"]),
             Design(**plain["design"]),
             tuple(plain["measures"]),
             tuple(own),
-            tuple(_factor(each) for each in plain["uncertain"]),
+            tuple(read_factor(each) for each in plain["uncertain"]),
             Sampling(**plain["sampling"]),
             plain["members"],
             plain["perturbation"],
@@ -457,11 +437,3 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
 
 def _not_read(_: Any) -> float:
     raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")
-
-
-def _plain_factor(factor: Factor) -> dict[str, Any]:
-    return {"address": factor.address, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
-
-
-def _factor(plain: Mapping[str, Any]) -> Factor:
-    return Factor(plain["address"], from_plain(plain["variation"]), plain.get("unit", ""), plain.get("scale", 1.0))

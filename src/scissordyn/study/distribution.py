@@ -15,13 +15,17 @@ from scipy import special
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = [
+    "Beta",
     "Empirical",
     "Interval",
     "Levels",
     "LogNormal",
     "Normal",
+    "Trapezoid",
+    "Triangular",
     "Uniform",
     "Variation",
+    "Weibull",
     "from_plain",
     "to_plain",
 ]
@@ -254,6 +258,141 @@ class LogNormal(_Distribution):
 
 
 @dataclass(frozen=True)
+class Trapezoid(_Distribution):
+    """Trapezoid distribution: that of the sum or difference of two uniform numbers.
+
+    Parameters
+    ----------
+    low, first, last, high : float
+        The density rises from `low` to `first`, is constant to `last` and falls to `high`.
+    """
+
+    kind: ClassVar[str] = "trapezoidal"
+    low: float
+    first: float
+    last: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _ascending(f"a {self.kind} distribution", self.low, self.high)
+        _finite(f"a {self.kind} distribution", self.first, self.last)
+        if not self.low <= self.first <= self.last <= self.high:
+            given = ", ".join(f"{number:g}" for number in (self.low, self.first, self.last, self.high))
+            raise InputError(f"a trapezoidal distribution of {given}", "four ascending numbers")
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Inverse of the piecewise quadratic and linear distribution function."""
+        return _trapezoid(np.asarray(u), self.low, self.first, self.last, self.high)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of the range."""
+        return self.low, self.high
+
+
+@dataclass(frozen=True)
+class Triangular(_Distribution):
+    """Triangular distribution.
+
+    Parameters
+    ----------
+    low, mode, high : float
+    """
+
+    kind: ClassVar[str] = "triangular"
+    low: float
+    mode: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _ascending("a triangular distribution", self.low, self.high)
+        if not self.low <= self.mode <= self.high:
+            raise InputError(f"a triangular distribution of {self.low:g}, {self.mode:g}, {self.high:g}", "low <= mode <= high")
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Inverse of the piecewise quadratic distribution function."""
+        return _trapezoid(np.asarray(u), self.low, self.mode, self.mode, self.high)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of the range."""
+        return self.low, self.high
+
+
+def _trapezoid(u: np.ndarray, low: float, first: float, last: float, high: float) -> np.ndarray:
+    density = 2.0 / ((high - low) + (last - first))
+    rising, falling = 0.5 * density * (first - low), 1.0 - 0.5 * density * (high - last)
+    ascent = low + np.sqrt(2.0 * np.maximum(u, 0.0) * (first - low) / density)
+    descent = high - np.sqrt(2.0 * np.maximum(1.0 - u, 0.0) * (high - last) / density)
+    return np.asarray(np.where(u < rising, ascent, np.where(u > falling, descent, first + (u - rising) / density)))
+
+
+@dataclass(frozen=True)
+class Beta(_Distribution):
+    """Beta distribution on a range.
+
+    Parameters
+    ----------
+    alpha, beta : float
+        Shape parameters.
+    low, high : float
+    """
+
+    kind: ClassVar[str] = "beta"
+    alpha: float
+    beta: float
+    low: float = 0.0
+    high: float = 1.0
+
+    def __post_init__(self) -> None:
+        _ascending("a beta distribution", self.low, self.high)
+        _finite("a beta distribution", self.alpha, self.beta)
+        if not (self.alpha > 0.0 and self.beta > 0.0):
+            raise InputError(f"a beta distribution of shapes {self.alpha:g}, {self.beta:g}", "two numbers > 0")
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Low + (high - low) times the inverse of the regularised incomplete beta function."""
+        return np.asarray(self.low + (self.high - self.low) * special.betaincinv(self.alpha, self.beta, u))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of the range."""
+        return self.low, self.high
+
+
+@dataclass(frozen=True)
+class Weibull(_Distribution):
+    """Weibull distribution.
+
+    Parameters
+    ----------
+    shape, scale : float
+    location : float
+        Its smallest value.
+    """
+
+    kind: ClassVar[str] = "weibull"
+    shape: float
+    scale: float
+    location: float = 0.0
+
+    def __post_init__(self) -> None:
+        _finite("a Weibull distribution", self.shape, self.scale, self.location)
+        if not (self.shape > 0.0 and self.scale > 0.0):
+            raise InputError(f"a Weibull distribution of shape {self.shape:g}, scale {self.scale:g}", "two numbers > 0")
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Location + scale (-ln(1 - u))^(1/shape)."""
+        p = np.minimum(u, 1.0 - np.finfo(float).epsneg)
+        return np.asarray(self.location + self.scale * (-np.log1p(-p)) ** (1.0 / self.shape))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The location, and infinity."""
+        return self.location, math.inf
+
+
+@dataclass(frozen=True)
 class Empirical(_Distribution):
     """Empirical distribution of measured values: their quantile function, linear between the sorted values.
 
@@ -282,9 +421,9 @@ class Empirical(_Distribution):
         return self.values[0], self.values[-1]
 
 
-VARIATIONS: Mapping[str, type[Any]] = MappingProxyType(
-    {each.kind: each for each in (Levels, Interval, Uniform, Normal, LogNormal, Empirical)}
-)
+KINDS = (Levels, Interval, Uniform, Normal, LogNormal, Trapezoid, Triangular, Beta, Weibull, Empirical)
+
+VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({each.kind: each for each in KINDS})
 """Variations by kind."""
 
 

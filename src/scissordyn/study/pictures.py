@@ -11,6 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.plot.style import Canvas
 from scissordyn.study.answer import feasible_fraction
+from scissordyn.study.surface import map_extras
 
 if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult
@@ -32,13 +33,16 @@ class StudyPictures:
     def map(self, colour: str = "met", *, x: str = "", y: str = "", axes: Canvas = None) -> list[Axes]:
         """A response, or "met", the fraction of cases that meet the requirements, over two numbers; see `feasibility_map`.
 
-        A response with a requirement has a contour at its bound, on a grid.
+        A response with a requirement has a contour at its bound. Between few points that are no grid the response is
+        interpolated by kriging, where points left out are predicted; it is paler where it is uncertain.
         """
         points = self._result.points
         known = [str(name) for name, one in points.data_vars.items() if one.attrs.get("role") == "response"]
         if colour not in ("met", *points):
             raise InputError(f"a map of '{colour}'", ", ".join(["met", *known]), f"result.plot.map('{known[0]}')")
-        return feasibility_map(points, x=x, y=y, colour=colour, limit=self._limits().get(colour), axes=axes)
+        field, bounds = map_extras(self._result.study, points, colour, x, y)
+        limit = self._limits().get(colour)
+        return feasibility_map(points, x=x, y=y, colour=colour, limit=limit, field=field, bounds=bounds, axes=axes)
 
     def curves(self, *, axes: Canvas = None) -> list[Axes]:
         """Each response over each number that is chosen; see `response_curves`."""

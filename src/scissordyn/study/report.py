@@ -19,6 +19,7 @@ from scissordyn.file.output_file import write_file
 from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
+from scissordyn.study.conclusion import conclude, numbers_text, trend_table
 from scissordyn.study.description import Study
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
@@ -35,12 +36,13 @@ from scissordyn.study.summary import (
     varied_numbers,
     worst_value,
 )
+from scissordyn.study.surface import Surfaces, map_extras
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figures", "summary_html", "write_figures", "write_report"]
+__all__ = ["conclusion_html", "figures", "summary_html", "write_figures", "write_report"]
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -94,10 +96,10 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     if len(responses) > MOST_RESPONSES:
         responses = []
     if len(study.factors) >= 2 and responses:
-        if study.requirements:
-            drawn.append(("Where the requirements are met", partial(feasibility_map, points)))
-        maps = [(name, partial(feasibility_map, points, colour=name, limit=limits.get(name))) for name in responses]
-        drawn.extend((f"Map of {name}", draw) for name, draw in maps)
+        surfaces = Surfaces(study, points)
+        for name in (*(("met",) if study.requirements else ()), *responses):
+            title = "Where the requirements are met" if name == "met" else f"Map of {name}"
+            drawn.append((title, partial(_map, study, points, name, limits.get(name), surfaces)))
     if study.factors and responses:
         drawn.append(("Response curves", partial(response_curves, points, limits=limits)))
     indices, _ = sensitivity(study, results)
@@ -110,6 +112,11 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         figure = draw()[0].get_figure(root=True)
         assert figure is not None
         yield title, figure
+
+
+def _map(study: Study, points: xr.Dataset, colour: str, limit: float | None, surfaces: Surfaces) -> list[Axes]:
+    field, bounds = map_extras(study, points, colour, surfaces=surfaces)
+    return feasibility_map(points, colour=colour, limit=limit, field=field, bounds=bounds)
 
 
 def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]:
@@ -150,7 +157,13 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"'{path}' as a report", "a name that ends in .html", "-o report.html")
-    parts = [summary_html(study, results), *_sensitivities(study, results), *_cases(study, results, address)]
+    parts = [
+        conclusion_html(study, results, address),
+        "<h2>What was computed</h2>",
+        summary_html(study, results),
+        *_trends(study, results),
+    ]
+    parts += [*_sensitivities(study, results), *_cases(study, results, address)]
     for title, figure in figures(study, results):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
@@ -194,6 +207,39 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
         yield f"<h2>{front.title}</h2>" + _table(front)
 
 
+def conclusion_html(study: Study, results: xr.Dataset, address: str) -> str:
+    """The first page: verdict, margins, trends, next steps.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+    address : str
+        Of the store.
+    """
+    return "".join(_conclusion(study, results, address))
+
+
+def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
+    said = conclude(study, results, address)
+    yield "".join(f"<p><strong>{_text(line)}</strong></p>" for line in said.verdict[:1])
+    yield "".join(f"<p>{_text(line)}</p>" for line in said.verdict[1:])
+    if said.margins is not None:
+        yield f"<h2>{_text(said.margins.title)}</h2>" + _table(said.margins)
+    if said.trends:
+        yield "<h2>What the responses go with</h2><ul>" + "".join(f"<li>{_text(line)}</li>" for line in said.trends) + "</ul>"
+    if said.next:
+        steps = (f"<p>{_text(why)}:<br><code>{_text(what)}</code></p>" for why, what in said.next)
+        yield "<h2>What to try next</h2>" + "".join(steps)
+
+
+def _trends(study: Study, results: xr.Dataset) -> Iterator[str]:
+    table = trend_table(study, results)
+    if table is not None:
+        yield f"<h2>{table.title}</h2>" + _table(table)
+
+
 def _sensitivities(study: Study, results: xr.Dataset) -> Iterator[str]:
     found, left_out = sensitivity(study, results)
     for table in sensitivities(found):
@@ -205,11 +251,17 @@ def _sensitivities(study: Study, results: xr.Dataset) -> Iterator[str]:
 def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     """Cases to look at, each with the command that replays it."""
     worst = [
-        (one.requirement, worst_value(one), f"{one.margin:+.1%}", replay_command(address, one.case))
+        (
+            one.requirement,
+            worst_value(one),
+            f"{one.margin:+.1%}",
+            numbers_text(study, results, one.numbers),
+            replay_command(address, one.case),
+        )
         for one in worst_cases(study, results)
     ]
     if worst:
-        head = ("requirement", "value", "margin", "command")
+        head = ("requirement", "value", "margin", "numbers", "command")
         notes = ("The margin is a fraction of the bound, negative where the requirement is not met.",)
         yield "<h2>Worst cases</h2>" + _table(Table(head, worst, notes=notes))
     for title, what, groups in (("Failed cases", "cause", causes(results)), ("Warnings", "warning", warned(results))):

@@ -25,7 +25,6 @@ from scissordyn.study.answer import (
     causes,
     counts,
     feasible_fraction,
-    safest_point,
     warned,
     worst_cases,
 )
@@ -35,8 +34,10 @@ from scissordyn.study.export import export, table
 from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import Optimum, candidates, optimise
+from scissordyn.study.recommendation import Recommendation, recommended, recommended_point
 from scissordyn.study.store import Store, column
 from scissordyn.study.summary import design_size
+from scissordyn.study.trend import Trend, trends
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,6 +121,31 @@ class StudyResult:
         self._need_requirements()
         return worst_cases(self.study, self.dataset, count)
 
+    def recommend(self) -> Recommendation:
+        """The point that meets the requirements most often, or is nearest to meeting them.
+
+        Returns
+        -------
+        Recommendation
+            Its numbers, the margin of each requirement in its worst case, the requirement that binds, and the probability that
+            it meets all of them, with its interval.
+
+        Raises
+        ------
+        InputError
+            If the study has no requirements, or no case is complete.
+        """
+        self._need_requirements()
+        found = recommended(self.study, self.dataset)
+        if found is None:
+            raise InputError("a recommendation of points that all failed", "a study with complete cases", "result.causes")
+        return found
+
+    @property
+    def trends(self) -> dict[str, Trend]:
+        """By response, the power law or straight line that predicts points it has not seen best; see `study.trend.Trend`."""
+        return {name: both[0] for name, both in trends(self.study, self.dataset).items()}
+
     def _need_requirements(self) -> None:
         if not self.study.requirements:
             raise InputError("a study without requirements", "bounds on measures", "requirements={'peak_force': 500.0}")
@@ -167,11 +193,11 @@ class StudyResult:
         """The numbers of the best point, in SI.
 
         Of one goal the best point that meets the requirements (the least violation if none does); without a goal the point
-        whose worst case is farthest on the right side of all requirements, as a fraction of their bounds.
+        most of whose cases meet the requirements, of several that whose worst case has the largest margin.
         """
         if self.study.optimisation is None:
             self._need_requirements()
-            points, place = self.points, safest_point(self.study, self.dataset)
+            points, place = self.points, recommended_point(self.study, self.dataset)
         else:
             points, place = self.optimum.points, self.optimum.best
         if place < 0:
@@ -199,7 +225,7 @@ class StudyResult:
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
         changes = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
-        return changed_all(self.built().mechanism, changes)
+        return changed_all(self.built().mechanism, self.study.applied(changes))
 
     def replay(self, case: int) -> xr.Dataset:
         """Simulate a case again, with histories.
@@ -346,9 +372,10 @@ class StudyResult:
         return f"<study '{self.store.address}': {'; '.join(said)}>"
 
     def _repr_html_(self) -> str:
-        from scissordyn.study.report import summary_html
+        from scissordyn.study.report import conclusion_html, summary_html
 
-        return f"<b>Study {html.escape(Path(self.store.address).name)}</b>{summary_html(self.study, self.dataset)}"
+        head = f"<b>Study {html.escape(Path(self.store.address).name)}</b>"
+        return f"{head}{conclusion_html(self.study, self.dataset, self.store.address)}{summary_html(self.study, self.dataset)}"
 
 
 def computed(

@@ -12,7 +12,7 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.measure import MEASURES
 from scissordyn.study.answer import AGREEMENT, Worst, feasible_fraction
 from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform
+from scissordyn.study.distribution import Beta, Interval, Levels, LogNormal, Normal, Uniform, Weibull
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import column
@@ -76,14 +76,14 @@ def varied_numbers(study: Study, results: xr.Dataset) -> Table:
         Of its store, which has their units.
     """
     rows = [(factor.address, "chosen", _over(results, factor)) for factor in study.factors]
-    rows += [(factor.address, "uncertain", _over(results, factor)) for factor in study.uncertain]
+    rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
     return Table(("number", "role", "values"), rows)
 
 
 def _over(results: xr.Dataset, factor: Factor) -> str:
     """What a factor varies over, in words."""
     variation = factor.variation
-    about = {"units": results[column(factor.address)].attrs.get("units", "1"), **factor.shown}
+    about = {"units": results[column(factor.name)].attrs.get("units", "1"), **factor.shown}
     ends = [end for end in variation.ends if np.isfinite(end) and end]
     scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
     unit = f" {scale.unit}" if scale.unit else ""
@@ -103,6 +103,12 @@ def _over(results: xr.Dataset, factor: Factor) -> str:
             return (
                 f"lognormal: median {scale.text(variation.median, 6)}{unit}, deviation {variation.deviation:g} of the logarithm"
             )
+        case Weibull():
+            size, least = scale.text(variation.scale, 6), scale.text(variation.location, 6)
+            return f"weibull: shape {variation.shape:g}, scale {size}{unit}, from {least}{unit}"
+        case Beta():
+            low, high = (scale.text(end, 6) for end in variation.ends)
+            return f"beta: shapes {variation.alpha:g} and {variation.beta:g}, {low} to {high}{unit}"
     low, high = (scale.text(end, 6) for end in variation.ends)
     return f"{variation.kind}: {low} to {high}{unit}"
 

@@ -1,0 +1,319 @@
+"""Texts that say what a number varies over: ranges, levels, distributions."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from scissordyn.config.quantity import LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.config.text import read_text
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.study.distribution import (
+    Beta,
+    Empirical,
+    Interval,
+    Levels,
+    LogNormal,
+    Normal,
+    Trapezoid,
+    Triangular,
+    Uniform,
+    Variation,
+    Weibull,
+)
+from scissordyn.study.fit import read_fit
+from scissordyn.units import Quantity
+
+__all__ = ["FORMS", "VARY", "is_deviation", "number_and_unit", "read_deviation", "read_variation", "unit_of", "without_each"]
+
+VARY = "--vary A.clearance='0.05..0.4 mm'"
+
+FORMS = (
+    "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'normal(0.1, 0.02)', 'uniform(1, 2) mm', "
+    "'0.3 mm +- 20 %'"
+)
+
+PARAMETERS = {
+    "uniform": (2,),
+    "normal": (2,),
+    "truncated": (4,),
+    "lognormal": (2,),
+    "triangular": (3,),
+    "trapezoidal": (4,),
+    "beta": (4,),
+    "weibull": (2, 3),
+    "table": (1,),
+}
+"""Numbers of parameters of the distributions."""
+
+FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
+FIT_SAMPLE = "'H7/g6 at 10 mm'"
+
+SIGNS = ("+-", "±", "+/-")
+TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
+SHAPES = ("uniform", "normal", "triangular")
+"""Distributions within a tolerance; the limits of the normal one are three standard deviations from its mean."""
+
+EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)
+
+CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
+LONGEST = 18
+"""Digits of a number of values; Python reads no more than 4300."""
+
+OPTION = re.compile(r"(\d+)\s+values|(log)")
+
+
+def unit_of(text: str) -> str:
+    """The unit in which the user writes a variation."""
+    text = without_each(text)[0]
+    if (sign := _sign(text)) is not None:
+        nominal, rest = text.split(sign, 1)
+        tolerance = number_and_unit(rest.split(",")[0])[1]
+        own = number_and_unit(nominal)[1] if nominal.strip() else ""
+        return own or (tolerance if tolerance != "%" or not nominal.strip() else "")
+    if (fit := FIT.fullmatch(text)) is not None:
+        return number_and_unit(fit[2])[1]
+    called = CALL.fullmatch(text)
+    if called:
+        return called[3].strip()
+    last = text.split("..", 1)[1].split(",")[0] if ".." in text else text.split(",")[-1]
+    return number_and_unit(last)[1]
+
+
+def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
+    """What a number varies over.
+
+    Parameters
+    ----------
+    text : str
+        ``"0.05..0.4 mm"`` (a range; ``", 20 values"`` and ``", log"`` may follow), ``"50, 100, 200 N m"`` (levels), or a
+        distribution with its unit behind: ``uniform(a, b)``, ``normal(mean, deviation)``, ``truncated(mean, deviation, low,
+        high)``, ``lognormal(median, deviation of the logarithm)``, ``triangular(low, mode, high)``, ``trapezoidal(low, first,
+        last, high)``, ``beta(alpha, beta, low, high)``, ``weibull(shape, scale, location)``, ``table(file.csv)``; a tolerance,
+        ``"0.3 mm +- 0.02 mm"`` or ``"0.3 mm +- 20 %"`` (``", normal"`` or ``", triangular"`` may follow); a clearance by its
+        fit, ``"H7/g6 at 10 mm"``.
+    quantity : Quantity
+        Unit and bounds of the number.
+    address : str
+        Of the number, for messages.
+    folder : Path, optional
+        Where the name of a table's file starts.
+
+    Returns
+    -------
+    Variation
+
+    Raises
+    ------
+    InputError
+        If it is none of that.
+    """
+    try:
+        return _variation(text, quantity, folder or Path())
+    except InputError as error:
+        sample = error.type_this or VARY
+        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
+
+
+def without_each(text: str) -> tuple[str, bool]:
+    """A text without its last word ``each``, and whether it had it."""
+    found = EACH.fullmatch(text)
+    return (found[1], True) if found is not None else (text, False)
+
+
+def is_deviation(text: str) -> bool:
+    """Whether a text is a tolerance without a nominal value: about a value that is chosen."""
+    return text.strip().startswith(SIGNS)
+
+
+def read_deviation(text: str, quantity: Quantity, *, address: str = "") -> tuple[Variation, bool]:
+    """The deviation from a value that is chosen.
+
+    Parameters
+    ----------
+    text : str
+        ``"+- 20 %"``, ``"+- 0.02 mm"``; ``", normal"`` or ``", triangular"`` may follow.
+    quantity : Quantity
+        Unit of the number.
+    address : str
+        Of the number, for messages.
+
+    Returns
+    -------
+    variation : Variation
+    relative : bool
+        Whether it is a fraction of the value.
+
+    Raises
+    ------
+    InputError
+        If it is none of that.
+    """
+    try:
+        size, unit, shape = _tolerance(text.strip().removeprefix(str(_sign(text))))
+        width = size / 100.0 if unit == "%" else size * _factor(unit, quantity)
+        return _shaped(shape, 0.0, width), unit == "%"
+    except InputError as error:
+        what = f"tolerance of '{address}', '{text}': {error.what}"
+        raise InputError(what, error.allowed or TOLERANCE_SAMPLE, error.type_this) from None
+
+
+def _sign(text: str) -> str | None:
+    return next((sign for sign in SIGNS if sign in text), None)
+
+
+def _tolerance(text: str) -> tuple[float, str, str]:
+    """Size, unit and shape of what stands behind the sign of a tolerance."""
+    first, *others = (part.strip() for part in text.split(","))
+    value, unit = number_and_unit(first)
+    shape = ", ".join(others) or SHAPES[0]
+    if shape not in SHAPES:
+        raise InputError(f"'{shape}' behind a tolerance{did_you_mean(shape, SHAPES)}", ", ".join(SHAPES), TOLERANCE_SAMPLE)
+    if not 0.0 < float(value) < math.inf:
+        raise InputError(f"a tolerance of {value} {unit}".rstrip(), "a number > 0", TOLERANCE_SAMPLE)
+    return float(value), unit, shape
+
+
+def _factor(unit: str, quantity: Quantity) -> float:
+    """Of a unit in SI; an `InputError` if it is missing or not wanted."""
+    if quantity.unit == "1":
+        if unit:
+            raise InputError(f"unit '{unit}' of a pure number", "a plain number, or %")
+        return 1.0
+    if not unit:
+        raise InputError("missing unit", f"a number and its unit [{quantity.unit}], or %", TOLERANCE_SAMPLE)
+    return unit_factor(unit, quantity.unit)
+
+
+def _shaped(shape: str, middle: float, width: float) -> Variation:
+    """A distribution within a tolerance."""
+    low, high = middle - width, middle + width
+    if shape == "normal":
+        return Normal(middle, width / 3.0, low, high)
+    return Triangular(low, middle, high) if shape == "triangular" else Uniform(low, high)
+
+
+def _about(text: str, sign: str, quantity: Quantity) -> Variation:
+    """A nominal value and its tolerance."""
+    nominal, rest = text.split(sign, 1)
+    size, unit, shape = _tolerance(rest)
+    value, own = number_and_unit(nominal)
+    if unit == "%":
+        middle = _si(nominal, "", quantity)
+        return _shaped(shape, middle, abs(middle) * size / 100.0)
+    middle = _si(value, own or unit, quantity)
+    return _shaped(shape, middle, size * _factor(unit or own, quantity))
+
+
+def _fitted(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
+    """The radial clearance of a fit of hole and shaft."""
+    if quantity.unit != "m":
+        raise InputError(f"a fit of a number in [{quantity.unit}]", "a clearance", FIT_SAMPLE)
+    if shape not in (None, "uniform", "normal"):
+        raise InputError(f"'{shape}' behind a fit", "uniform, normal: the diameters within their tolerance fields", FIT_SAMPLE)
+    value, unit = number_and_unit(size)
+    if not unit:
+        raise InputError("missing unit of the diameter", "a diameter with its unit", FIT_SAMPLE)
+    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(normal=shape == "normal")
+
+
+def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
+    fit = FIT.fullmatch(text)
+    if fit:
+        return _fitted(fit[1], fit[2], fit[3], quantity)
+    sign = _sign(text)
+    if sign is not None:
+        if is_deviation(text):
+            raise InputError("a tolerance without a nominal value", "a number before it", TOLERANCE_SAMPLE)
+        return _about(text, sign, quantity)
+    called = CALL.fullmatch(text)
+    if called:
+        return _distribution(called[1], called[2], called[3], quantity, folder)
+    if ".." in text:
+        low, rest = text.split("..", 1)
+        last, *options = (part.strip() for part in rest.split(","))
+        chosen: dict[str, Any] = {}
+        for option in options:
+            found = OPTION.fullmatch(option)
+            if found is None:
+                raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
+            if len(found[1] or "") > LONGEST:
+                raise InputError(f"a number of values of {len(found[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
+            chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
+        value, unit = number_and_unit(last)
+        ends = _si(low, unit, quantity), _si(value, unit, quantity)
+        if ends[0] >= ends[1]:
+            turned = f"'{value}..{low.strip()} {unit}'" if ends[0] > ends[1] else f"'{value} {unit}' for one value"
+            raise InputError("the range is empty", "a smaller number, then a larger one", turned)
+        return Interval(*ends, **chosen)
+    *others, last = text.split(",")
+    value, unit = number_and_unit(last)
+    return Levels(tuple(_si(each, unit, quantity) for each in (*others, value)))
+
+
+def number_and_unit(text: str) -> tuple[str, str]:
+    """The number that a text begins with, and the unit behind it."""
+    found = LEADING_NUMBER.fullmatch(text)
+    if found is None:
+        raise InputError(f"'{text.strip()}' is no number", FORMS)
+    return found[1], found[2].strip()
+
+
+def _si(text: str, unit: str, quantity: Quantity) -> float:
+    """A number with its unit, within the bounds of its quantity."""
+    value, own_unit = number_and_unit(text)
+    unit = own_unit or unit
+    if quantity.unit == "1":
+        if unit:
+            raise InputError(f"unit '{unit}' of a pure number", quantity.allowed)
+        return float(read_quantity(float(value), quantity))
+    return float(read_quantity(f"{value} {unit}".strip(), quantity))
+
+
+def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
+    if name not in PARAMETERS:
+        raise InputError(f"distribution '{name}'{did_you_mean(name, PARAMETERS)}", ", ".join(PARAMETERS))
+    if name == "table":
+        return Empirical(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
+    parts = [part for part in inside.split(",") if part.strip()]
+    if len(parts) not in PARAMETERS[name]:
+        raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{' or '.join(map(str, PARAMETERS[name]))} numbers")
+    if name == "lognormal":
+        return LogNormal(_si(parts[0], unit, quantity), _plain(parts[1]))
+    if name == "uniform":
+        return Uniform(_si(parts[0], unit, quantity), _si(parts[1], unit, quantity))
+    if name in ("triangular", "trapezoidal"):
+        values = [_si(part, unit, quantity) for part in parts]
+        return Triangular(*values) if name == "triangular" else Trapezoid(*values)
+    if name == "beta":
+        return Beta(_plain(parts[0]), _plain(parts[1]), _si(parts[2], unit, quantity), _si(parts[3], unit, quantity))
+    if name == "weibull":
+        return Weibull(_plain(parts[0]), *(_si(part, unit, quantity) for part in parts[1:]))
+    factor = (
+        _si(parts[0], unit, quantity) / float(number_and_unit(parts[0])[0]) if float(number_and_unit(parts[0])[0]) else math.nan
+    )
+    scale = factor if math.isfinite(factor) else (1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit))
+    ends = (_si(parts[2], unit, quantity), _si(parts[3], unit, quantity)) if name == "truncated" else ()
+    return Normal(_si(parts[0], unit, quantity), _plain(parts[1]) * scale, *ends)
+
+
+def _plain(text: str) -> float:
+    value, unit = number_and_unit(text)
+    if unit:
+        raise InputError(f"'{text.strip()}' with a unit", "a plain number; the unit follows the bracket")
+    return float(value)
+
+
+def _column(path: Path) -> Sequence[float]:
+    """The numbers of a file, one in each line; a heading may come first."""
+    lines = [line.split(",")[0].strip() for line in read_text(path, "a file with one number in each line").splitlines()]
+    lines = [line for line in lines if line]
+    if lines and LEADING_NUMBER.fullmatch(lines[0]) is None:
+        lines = lines[1:]
+    try:
+        return [float(line) for line in lines]
+    except ValueError as error:
+        raise InputError(f"'{path}': {error}", "one number in each line") from None

@@ -1,0 +1,61 @@
+"""Torque over speed that a run needs, with the curve of a motor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels
+
+__all__ = ["torque_speed"]
+
+RPM = Scale(30.0 / math.pi, "rpm")
+
+ROUND = 1.15
+"""The curve is drawn up to so many times the speed and the torque that are needed, at least."""
+
+
+def torque_speed(
+    needed: xr.Dataset,
+    *,
+    speeds: np.ndarray | None = None,
+    torques: np.ndarray | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
+    """Torque over speed of a drive, an actuator or a motor.
+
+    Parameters
+    ----------
+    needed : Dataset
+        Of `analysis.motor.torque_over_speed`.
+    speeds, torques : ndarray, optional
+        Of a motor at the joint [rad/s], [N m].
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    (one,) = panels(axes, 1, size=(5.4, 4.2))
+    scale = engineering("N m", needed["torque"].values, *(() if torques is None else (torques,)))
+    speed, torque = RPM.factor * needed["speed"].values, scale.factor * needed["torque"].values
+    one.plot(speed, torque, color=BLUE, linewidth=0.7 * LINE, label=literal(f"torque of {needed.attrs['of']}"))
+    k = int(np.argmax(np.abs(torque)))
+    one.plot(speed[k], torque[k], linestyle="", marker="o", markersize=3.0, color=BLACK, label="largest")
+    if speeds is not None and torques is not None:
+        at, most = RPM.factor * speeds, scale.factor * torques
+        for sense in (1.0, -1.0):
+            for side in (1.0, -1.0):
+                label = "motor" if sense == side == 1.0 else None
+                one.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE, label=label)
+        wide = ROUND * max(float(np.max(np.abs(speed))), float(at[-1]))
+        one.set_xlim(-wide if speed.min() < -0.02 * wide else -0.02 * wide, wide)
+    one.set_xlabel(RPM.label("speed"))
+    one.set_ylabel(scale.label("torque"))
+    legend([one], above=axes is None)
+    return [one]

@@ -1,0 +1,100 @@
+"""The numbers of a study that vary, and how the uncertain ones are sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean, whole_number
+from scissordyn.study.design import check_seed
+from scissordyn.study.distribution import Variation, from_plain, to_plain
+
+__all__ = ["Factor", "Sampling", "plain_factor", "read_factor"]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A number that varies.
+
+    Parameters
+    ----------
+    address : str
+        See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value.
+    variation : Variation
+        Values in SI.
+    unit : str
+        In which pictures and tables show it; empty for SI.
+    scale : float
+        One such unit in SI.
+    of : str
+        Address of the chosen number from which this one deviates; its variation is that of the deviation. It is `address`
+        itself, or a pattern of which `address` is one place.
+    relative : bool
+        Whether the deviation is a fraction of the chosen value.
+    """
+
+    address: str
+    variation: Variation
+    unit: str = ""
+    scale: float = 1.0
+    of: str = ""
+    relative: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of its column: the address, or that of the deviation from a chosen value."""
+        return f"{self.address} deviation" if self.of else self.address
+
+    def deviating(self, chosen: Variation) -> list[float]:
+        """The outermost values of a number that is chosen, with this deviation; none of a lognormal one, which has no ends."""
+        if chosen.kind == "lognormal":
+            return []
+        deviations = [end for end in self.variation.ends if np.isfinite(end)]
+        return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends for by in deviations]
+
+    @property
+    def shown(self) -> dict[str, str | float]:
+        """Attributes that tell pictures the unit."""
+        return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How the uncertain numbers are sampled at every point of the design.
+
+    Parameters
+    ----------
+    samples : int
+    kind : {"random", "latin-hypercube", "sobol"}
+    seed : int
+    common : bool
+        Whether all points have the same samples (common random numbers), so that differences between points are not noise.
+    """
+
+    samples: int = 1
+    kind: str = "sobol"
+    seed: int = 0
+    common: bool = True
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("random", "latin-hypercube", "sobol"):
+            kinds = ("random", "latin-hypercube", "sobol")
+            raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
+        whole_number("samples", self.samples)
+        check_seed(whole_number("seed", self.seed, 0))
+        if not self.common and self.kind == "latin-hypercube":
+            raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
+
+
+def plain_factor(factor: Factor) -> dict[str, Any]:
+    """A number that varies as plain data for JSON."""
+    plain = {"address": factor.address, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
+    return {**plain, "of": factor.of, "relative": factor.relative} if factor.of else plain
+
+
+def read_factor(plain: Mapping[str, Any]) -> Factor:
+    """What `plain_factor` wrote."""
+    return Factor(**{**plain, "variation": from_plain(plain["variation"])})

@@ -1,0 +1,145 @@
+"""What to try after a study, as commands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import command
+from scissordyn.study.answer import by_point, counts, feasible_fraction
+from scissordyn.study.description import Factor, Study
+from scissordyn.study.recommendation import Recommendation
+from scissordyn.study.store import column
+from scissordyn.study.surface import predicted_point
+from scissordyn.study.trend import Need
+
+__all__ = ["next_steps", "typed"]
+
+CHECKED = 64
+"""Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %."""
+
+TOLERANCE = "+- 10 %"
+"""Tolerance that is proposed where the study has no uncertain number."""
+
+WIDE = 0.2
+"""Width of the interval of a fraction above which more points are proposed."""
+
+PAST = 0.7
+"""The moved range ends at this fraction of what a requirement needs, or its inverse: an extrapolation is rough."""
+
+
+def next_steps(
+    study: Study, results: xr.Dataset, address: str, one: Recommendation | None, needs: Sequence[Need]
+) -> list[tuple[str, str]]:
+    """What to try next: why, and the command.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+    address : str
+        Of the store.
+    one : Recommendation or None
+    needs : sequence of Need
+        Of `trend.needed`.
+
+    Returns
+    -------
+    list of (str, str)
+    """
+    if counts(results)[2]:
+        return [("Cases are pending", command("scissordyn", "study", "resume", address))]
+    if one is None:
+        return []
+    if not study.factors:
+        more = str(max(4 * study.sampling.samples, CHECKED))
+        wide = one.high - one.low
+        return [("For a narrower interval", _refine(address, "--samples", more))] if wide > 0.5 * WIDE else []
+    if one.probability > 0.0:
+        return _met(study, results, address, one)
+    return _not_met(study, results, address, one, needs)
+
+
+def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -> list[tuple[str, str]]:
+    fixed = [
+        word
+        for each in study.factors
+        for word in ("--vary", f"{each.address}={typed(results, each, one.numbers[each.address])}")
+    ]
+    steps = []
+    if study.uncertain:
+        if not one.low > 0.9:
+            more = str(max(4 * study.sampling.samples, CHECKED))
+            seed = str(study.sampling.seed + 1)
+            again = _refine(address, *fixed, "--samples", more, "--seed", seed)
+            steps.append(("To check the recommended point with new samples", again))
+    else:
+        loose = []
+        for each in study.factors:
+            loose += ["--uncertain", f"{each.address}={typed(results, each, one.numbers[each.address])} {TOLERANCE}"]
+        steps.append(("To check the recommended point with tolerances", _refine(address, *loose, "--samples", str(CHECKED))))
+    fraction = feasible_fraction(study, results)[-1]
+    if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
+        more = command("scissordyn", "study", "extend", address, "--points", 2 * study.design.points)
+        steps.append(("For the fraction of the range more surely", more))
+    return steps
+
+
+def _not_met(
+    study: Study, results: xr.Dataset, address: str, one: Recommendation, needs: Sequence[Need]
+) -> list[tuple[str, str]]:
+    need = next((each for each in needs if each.requirement == one.binding), None)
+    binding = next(each for each in study.requirements if each.label == one.binding)
+    steps = []
+    if need is not None and need.extrapolated and math.isfinite(need.value):
+        factor = next(each for each in study.factors if each.address == need.number)
+        values = results[column(need.number)].values
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        # towards the need, as far from the old range as it takes
+        past = PAST if (need.value < low) == (need.value > 0.0) else 1.0 / PAST
+        ends = sorted((need.value * past, low if need.value < low else high))
+        text = f"{_number(results, factor, ends[0])}..{typed(results, factor, ends[1])}"
+        steps.append((f"To reach {one.binding} if the trend goes on", _refine(address, "--vary", f"{need.number}={text}")))
+    likely = predicted_point(study, by_point(study, results))
+    if likely is not None:
+        words = [
+            word
+            for each in study.factors
+            for word in ("--vary", f"{each.address}={typed(results, each, likely[each.address])}")
+        ]
+        steps.insert(0, ("To compute the point that meets them by interpolation", _refine(address, *words)))
+    if study.optimisation is None:
+        goal = f"{'maximise' if binding.response.smallest else 'minimise'} {_goal_name(binding.response.name)}"
+        steps.append(("To search the same ranges for a point that meets them", _refine(address, "--goal", goal)))
+    return steps
+
+
+def _goal_name(name: str) -> str:
+    """A response as a goal names it: without the word on what components exert."""
+    return name.partition(" (")[0]
+
+
+def _refine(address: str, *words: str) -> str:
+    return command("scissordyn", "study", "refine", address, *words, "-o", "next.zarr")
+
+
+def _number(results: xr.Dataset, factor: Factor, value: float) -> str:
+    return f"{value / factor.scale:.6g}"
+
+
+def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
+    """A number as it is typed in a study: in the unit in which the user wrote it, or in SI.
+
+    Parameters
+    ----------
+    results : Dataset
+    factor : Factor
+    value : float
+        In SI.
+    """
+    unit = factor.unit or str(results[column(factor.address)].attrs.get("units", "1"))
+    return f"{_number(results, factor, value)} {'' if unit == '1' else unit}".rstrip()

@@ -1,0 +1,160 @@
+"""The point of a study to build: its margins, what binds, and the probability that it meets the requirements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from scissordyn.study.answer import CONFIDENCE, meets_all
+from scissordyn.study.description import Study
+from scissordyn.study.optimise import candidates
+from scissordyn.study.requirement import response_unit, response_values
+from scissordyn.study.store import COMPLETE, PENDING, column
+
+__all__ = ["Margin", "Recommendation", "numbers_of", "recommended", "recommended_point"]
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far a point is from a requirement in the worst of its cases.
+
+    Parameters
+    ----------
+    requirement : str
+    value : float
+        Of the worst case; NaN if a case has none.
+    units : str
+        Of the value.
+    margin : float
+        As a fraction of the bound; negative where the requirement is not met.
+    """
+
+    requirement: str
+    value: float
+    units: str
+    margin: float
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The point of a study that meets the requirements most often or, where none does, is nearest to meeting them.
+
+    Parameters
+    ----------
+    point : int
+    numbers : dict of str to float
+        The numbers that are chosen, in SI.
+    feasible : bool
+        Whether all its cases meet all requirements.
+    margins : tuple of Margin
+        The least first: it is of the requirement that binds.
+    probability : float
+        Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not.
+    low, high : float
+        95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,
+        so that the probability is rather too large: samples drawn anew decide.
+    samples : int
+        Samples of the point that are computed.
+    """
+
+    point: int
+    numbers: dict[str, float]
+    feasible: bool
+    margins: tuple[Margin, ...]
+    probability: float
+    low: float
+    high: float
+    samples: int
+
+    @property
+    def binding(self) -> str:
+        """The requirement with the least margin."""
+        return self.margins[0].requirement
+
+
+def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
+    """The recommended point of a study with requirements; None while no point is computed.
+
+    Parameters
+    ----------
+    study : Study
+        With requirements.
+    results : Dataset
+        From `Store.results`.
+    """
+    place = recommended_point(study, results)
+    if place < 0:
+        return None
+    rows = slice(place * study.per_point, (place + 1) * study.per_point)
+    here = results.isel(case=rows)
+    done = here["status"].values.reshape(-1, study.members) != PENDING
+    trials = done.all(axis=1)
+    successes = int((meets_all(study, here).reshape(-1, study.members) & done).all(axis=1)[trials].sum())
+    count = int(trials.sum())
+    sampled = bool(study.uncertain) and count > 0
+    found = stats.binomtest(successes, count).proportion_ci(CONFIDENCE, method="exact") if sampled else None
+    margins = []
+    for one in study.requirements:
+        values = response_values(here, one.response)[done.ravel()]
+        worst = int(np.argmin(np.where(np.isnan(values), -np.inf, one.margin(values))))
+        value = float(values[worst])
+        least = float(one.margin(values)[worst]) if np.isfinite(value) else -np.inf
+        margins.append(Margin(one.label, value, response_unit(here, one.response), least))
+    return Recommendation(
+        place,
+        numbers_of(study, results, place),
+        bool(count) and successes == count,
+        tuple(sorted(margins, key=lambda one: one.margin)),
+        successes / count if count else float("nan"),
+        float(found.low) if found else float("nan"),
+        float(found.high) if found else float("nan"),
+        count,
+    )
+
+
+def numbers_of(study: Study, results: xr.Dataset, point: int) -> dict[str, float]:
+    """The numbers that are chosen at a point, in SI.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+    point : int
+    """
+    return {one.address: float(results[column(one.address)][point * study.per_point]) for one in study.factors}
+
+
+def recommended_point(study: Study, results: xr.Dataset) -> int:
+    """The point most of whose cases meet the requirements, of several that whose worst case has the largest margin.
+
+    Of a search for one goal it is the best point. Failed cases meet nothing.
+
+    Parameters
+    ----------
+    study : Study
+        With requirements.
+    results : Dataset
+
+    Returns
+    -------
+    int
+        -1 if no case is complete.
+    """
+    if study.optimisation is not None and len(study.optimisation.goals) == 1:
+        return candidates(study, results).best
+    count = results.sizes["case"] // study.per_point
+    rows, shape = slice(0, count * study.per_point), (count, study.per_point)
+    status = results["status"].values[rows].reshape(shape)
+    done = (status != PENDING).sum(axis=1)
+    if not (status == COMPLETE).any():
+        return -1
+    met = meets_all(study, results)[rows].reshape(shape).sum(axis=1) / np.maximum(done, 1)
+    margins = [one.margin(response_values(results, one.response))[rows].reshape(shape) for one in study.requirements]
+    each = np.where(status == PENDING, np.inf, np.min(margins, axis=0))
+    least = np.where(np.isnan(each), -np.inf, each).min(axis=1)
+    least = np.where((status == COMPLETE).any(axis=1), least, -np.inf)
+    first = np.flatnonzero((met == met.max()) & (done > 0))
+    return int(first[np.argmax(least[first])])

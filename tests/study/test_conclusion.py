@@ -1,0 +1,196 @@
+"""The first page of a study: trends, recommendation and next steps of synthetic responses with known laws."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from scissordyn.study.conclusion import conclude, trend_table
+from scissordyn.study.description import Factor, Sampling
+from scissordyn.study.design import Design
+from scissordyn.study.distribution import Interval, Uniform
+from scissordyn.study.recommendation import recommended
+from scissordyn.study.report import write_report
+from scissordyn.study.requirement import Requirement
+from scissordyn.study.store import FAILED
+from scissordyn.study.trend import fitted, needed, trends
+from study.test_answer import made_up, study
+
+FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")
+
+
+def test_exponents_are_recovered() -> None:
+    """Closed form: 3e5 c^1.02 v^-0.5 without noise; the value that meets a bound is the inverse."""
+    rng = np.random.default_rng(1)
+    x = np.stack([rng.uniform(1e-5, 4e-4, 20), rng.uniform(10.0, 20.0, 20)], axis=1)
+    law = fitted(x, 3e5 * x[:, 0] ** 1.02 * x[:, 1] ** -0.5, np.arange(20), ("c", "v"))[0]
+    assert law.form == "power"
+    np.testing.assert_allclose(law.slopes, [1.02, -0.5], atol=1e-10)
+    assert (law.r2, law.predicted, law.error) == pytest.approx((1.0, 1.0, 0.0), abs=1e-9)
+    needed_value = (500.0 / 3e5 * 15.0**0.5) ** (1.0 / 1.02)
+    assert law.inverse("c", 500.0, {"v": 15.0}) == pytest.approx(needed_value, rel=1e-9)
+    assert law.value({"c": needed_value, "v": 15.0}) == pytest.approx(500.0, rel=1e-9)
+
+
+def test_a_line_with_an_offset_is_a_line() -> None:
+    """Closed form: 4 + 3 x predicts better than a power law, and no x > 0 gives 2."""
+    x = np.linspace(0.1, 3.0, 12)[:, None]
+    line = fitted(x, 4.0 + 3.0 * x[:, 0], np.arange(12), ("x",))[0]
+    assert line.form == "linear"
+    assert (line.constant, float(line.slopes[0])) == pytest.approx((4.0, 3.0))
+    assert line.inverse("x", 2.0, {}) == pytest.approx(-2.0 / 3.0)
+
+
+def test_intervals_of_exponents_cover() -> None:
+    """Closed form: of 400 samples of a law with noise, about 95 % of the intervals hold the exponent."""
+    rng, hits = np.random.default_rng(2), 0
+    for _ in range(400):
+        x = np.stack([rng.uniform(1.0, 8.0, 24), rng.uniform(1.0, 5.0, 24)], axis=1)
+        values = 7.0 * x[:, 0] ** 1.5 * np.exp(0.2 * rng.standard_normal(24))
+        law = next(one for one in fitted(x, values, np.arange(24), ("a", "b")) if one.form == "power")
+        hits += bool(abs(law.slopes[0] - 1.5) < law.intervals[0])
+    assert 0.92 * 400 <= hits <= 0.98 * 400
+
+
+def test_cross_validation_finds_no_trend_in_noise() -> None:
+    """Closed form: pure noise is predicted worse than by its mean; samples of a point are left out together."""
+    rng = np.random.default_rng(3)
+    x = np.repeat(rng.uniform(1.0, 2.0, (15, 3)), 4, axis=0)
+    values = np.repeat(rng.uniform(1.0, 2.0, 15), 4)  # the same in all samples: a fit by rows would seem to predict it
+    assert all(not one.clear and one.points == 15 for one in fitted(x, values, np.arange(60) // 4, ("a", "b", "c")))
+
+
+def test_too_few_points_have_no_trend() -> None:
+    """Identity: nothing is fitted to three points, to constants, or to failed cases."""
+    x = np.array([[1.0], [2.0], [3.0]])
+    assert fitted(x, x[:, 0], np.arange(3), ("x",)) == ()
+    x = np.linspace(1.0, 2.0, 9)[:, None]
+    assert fitted(x, np.ones(9), np.arange(9), ("x",)) == ()
+    assert fitted(x, np.full(9, np.nan), np.arange(9), ("x",)) == ()
+
+
+def proportional(bound: float, points: int = 24) -> tuple:
+    """Peak force = 4e6 N/m times the clearance of 0.1 to 0.5 mm: 400 to 2000 N; the speed has no effect."""
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
+        design=Design("sobol", points, 1),
+        requirements=(dataclasses.replace(FORCE, bound=bound),),
+    )
+    found = made_up(described, 4e6 * described.numbers(np.arange(points)).values["A.clearance"])
+    return described, found
+
+
+def test_nowhere_met_is_said_with_what_is_missing() -> None:
+    """Closed form: 100 N needs 25 um, which is beyond 0.1 mm; the nearest point is that of the least clearance."""
+    described, found = proportional(100.0)
+    one = recommended(described, found)
+    assert one is not None
+    least = float(found["A.clearance"].min())
+    assert one.numbers["A.clearance"] == least
+    assert (one.feasible, one.binding) == (False, FORCE.label)
+    assert one.margins[0].margin == pytest.approx(1.0 - 4e6 * least / 100.0)
+    (need,) = needed(described, trends(described, found), one.numbers)
+    assert (need.number, need.extrapolated) == ("A.clearance", True)
+    assert need.value == pytest.approx(25e-6, rel=1e-6)
+    said = conclude(described, found, "a.zarr")
+    assert said.verdict[0].startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
+    text = " ".join(said.trends)
+    assert "about proportional to A.clearance (exponent 1.00 ± 0.00); hardly depends on drive.speed (R2 1.00, 0.0% err" in text
+    assert "extrapolated: the data reach from" in text
+    moved = shlex.split(said.next[0][1])
+    low, high = moved[moved.index("--vary") + 1].removeprefix("A.clearance=").removesuffix(" mm").split("..")
+    assert float(low) < 25e-3 < float(high) == pytest.approx(1e3 * least, rel=1e-3)
+    assert said.next[1][1] == "scissordyn study refine a.zarr --goal 'minimise peak_force' -o next.zarr"
+
+
+def test_where_they_are_met_is_said() -> None:
+    """Closed form: below 1000 N where the clearance is below 0.25 mm; 0.25 mm is within the data."""
+    described, found = proportional(1000.0)
+    clearance = found["A.clearance"].values
+    said = conclude(described, found, "a.zarr")
+    low = clearance < 0.25e-3
+    assert said.verdict[0].startswith(f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range")
+    assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in said.verdict[0]
+    assert said.verdict[1].startswith("Recommended: point ")
+    assert any("needs A.clearance of about 0.25 mm" in text and "extrapolated" not in text for text in said.trends)
+    assert "--uncertain" in said.next[0][1]
+    table = trend_table(described, found)
+    assert table is not None
+    assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
+
+
+def test_probability_of_the_recommended_point() -> None:
+    """Cross-check: point 1 meets the bound in 7 of 8 samples, with scipy's interval; a failed case meets nothing."""
+    drawn = Factor("A.damping.restitution", Uniform(0.5, 0.9))
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),),
+        design=Design("random", 3),
+        uncertain=(drawn,),
+        sampling=Sampling(8),
+    )
+    peak = np.array([400.0] * 6 + [600.0] * 2 + [450.0] * 7 + [600.0] + [900.0] * 8)
+    one = recommended(described, made_up(described, peak))
+    assert one is not None
+    interval = stats.binomtest(7, 8).proportion_ci(0.95, method="exact")
+    assert (one.point, one.probability, one.samples) == (1, 7 / 8, 8)
+    assert (one.low, one.high) == (interval.low, interval.high)
+    status = np.ones(24, int)
+    status[8:11] = FAILED
+    again = recommended(described, made_up(described, peak, status))
+    assert again is not None
+    assert (again.point, again.probability) == (0, 6 / 8)
+    all_failed = made_up(described, np.full(24, np.nan), np.full(24, FAILED))
+    assert recommended(described, all_failed) is None
+    assert conclude(described, all_failed, "a.zarr").verdict == ("No case is complete: nothing is known of the requirements.",)
+
+
+def test_the_interval_of_the_probability_covers() -> None:
+    """Closed form: one point with 20 samples that meet the bound with probability 0.8; 95 % of the intervals hold it."""
+    drawn = Factor("A.clearance", Uniform(1e-4, 5e-4))
+    described = study(factors=(), design=Design(), uncertain=(drawn,), sampling=Sampling(20, "random"))
+    hits = 0
+    for row in np.random.default_rng(4).random((300, 20)):
+        one = recommended(described, made_up(described, np.where(row < 0.8, 400.0, 600.0)))
+        assert one is not None
+        hits += one.low <= 0.8 <= one.high
+    assert hits >= 285
+
+
+def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
+    """Identity: verdict, margins, trends and commands come before the tables of what was computed."""
+    described, found = proportional(100.0)
+    page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
+    order = [
+        "met nowhere",
+        "Nearest to meeting them",
+        "What the responses go with",
+        "What to try next",
+        "24 points (sobol)",
+    ]
+    places = [page.index(text) for text in order]
+    assert places == sorted(places)
+    assert "<th>numbers</th>" in page
+
+
+def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
+    """Closed form: 1000 N (1 + 3 r^2), above 1004 N at all points; the bottom of the valley is proposed."""
+    described = study(
+        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
+        design=Design("sobol", 32, 1),
+        requirements=(dataclasses.replace(FORCE, bound=1004.0),),
+    )
+    numbers = described.numbers(np.arange(32)).values
+    u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
+    force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
+    assert force.min() > 1004.0
+    said = conclude(described, made_up(described, force), "a.zarr")
+    assert said.next[0][0] == "To compute the point that meets them by interpolation"
+    words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
+    clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)
+    assert clearance == pytest.approx(0.26, abs=0.02)
+    assert speed == pytest.approx(14.0, abs=0.5)

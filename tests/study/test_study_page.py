@@ -104,6 +104,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=gauss(1, 2) mm"), "distribution 'gauss'"),
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=normal(1) mm"), "1 numbers of a normal"),
         ((*SWEEP, "--require", "peak_forse < 500 N"), "did you mean 'peak_force'"),
+        ((*SWEEP, "--require", "tip.eror < 3 mm"), "did you mean 'error'"),
         ((*SWEEP, "--require", "peak_force < 500 kg"), "'kg' is not a unit of [N]"),
         ((*SWEEP, "--require", "peak_force < 500"), "missing unit"),
         ((*SWEEP, "--require", "peak_force"), "is no requirement"),

@@ -137,7 +137,8 @@ def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str,
     part, dot, measure = text.rpartition(".")
     measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
     if measure not in units:
-        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, units)}", ", ".join(units))
+        known = [*units, *ALIASES] if dot else [*units]
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, known)}", ", ".join(known))
     return part, measure, units[measure]
 
 

@@ -371,3 +371,13 @@ def test_warnings_are_counted_by_their_text() -> None:
     twice = warned(xr.Dataset({"warnings": ("case", ["joint '1' is loose\njoint '2' is loose", "joint '1' is loose"])}))
     assert twice == {"joint '1' is loose": [0, 1]}
     assert warned(xr.Dataset()) == {}
+
+
+def test_cma_searches_one_number() -> None:
+    """Closed form: the least value of (x - 0.8)^2 on [0, 1], although steps reach a third of the range."""
+    method = proposer(Optimisation((Goal("peak_force"),), seed=1), 1)
+    for _ in range(40):
+        asked = method.ask()
+        assert asked.shape[1] == 1
+        method.tell((asked - 0.8) ** 2, np.zeros(len(asked)))
+    assert float(np.median(method.ask())) == pytest.approx(0.8, abs=1e-3)

@@ -117,7 +117,7 @@ def test_where_they_are_met_is_said() -> None:
     assert said.verdict[0].startswith(f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range")
     assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in said.verdict[0]
     assert said.verdict[1].startswith("Recommended: point ")
-    assert any("needs A.clearance of about 0.25 mm" in text and "extrapolated" not in text for text in said.trends)
+    assert any("needs A.clearance of at most about 0.25 mm" in text and "extrapolated" not in text for text in said.trends)
     assert "--uncertain" in said.next[0][1]
     table = trend_table(described, found)
     assert table is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.contour import ContourSet
+from matplotlib.legend import Legend
 from scipy.stats import qmc
 
 from scissordyn.plot.study import feasibility_map
@@ -102,3 +103,18 @@ def test_maps_of_few_points_are_filled() -> None:
     assert map_extras(described, points, "met")[0] is None
     noise = made_up(described, 100.0 + np.random.default_rng(1).random(24))
     assert map_extras(described, by_point(described, noise), "peak_force") == (None, [])
+
+
+def test_members_that_disagree_are_marked_beside_the_lines() -> None:
+    """Identity: a picture has both legends, that of the requirement's line and that of the marks."""
+    described, found = proportional(1000.0)
+    points = by_point(described, found)
+    points["disagrees"] = points["disagrees"].copy(data=np.arange(24) == 3)
+    field, bounds = map_extras(described, points, "peak_force")
+    (axes,) = feasibility_map(points, colour="peak_force", field=field, bounds=bounds)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    legends = [one for one in (*axes.get_children(), *figure.legends) if isinstance(one, Legend)]
+    texts = [text.get_text() for one in legends for text in one.get_texts()]
+    assert "members disagree" in texts
+    assert "peak_force < 500 N" in texts

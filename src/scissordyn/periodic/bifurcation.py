@@ -64,8 +64,7 @@ def bifurcation(
     ----------
     mechanism : Mechanism
     over : str or callable
-        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.angular_frequency", "gravity"; see
-        `model.address`. Or a function from a value to a mechanism.
+        The varied parameter, an address (`model.address`) such as "drive.speed", or a function from a value to a mechanism.
     values : sequence of float
         Of the parameter, in SI units, in the order of computation.
     cycles, keep : int
@@ -87,8 +86,7 @@ def bifurcation(
     progress : callable, optional
         Called after each value with the number done and the total.
     shown : (str, float), optional
-        Unit in which warnings and pictures show the values, and one of it in SI: ``("rpm", math.pi / 30.0)``. `values` are in
-        SI nevertheless.
+        Unit in which warnings and pictures show the values, and one of it in SI: ``("rpm", math.pi / 30.0)``.
 
     Returns
     -------

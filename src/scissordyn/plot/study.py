@@ -130,19 +130,7 @@ def feasibility_map(
             one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=SMALL)
     else:
         drawn = _scattered(one, (a, b, c), (sx, sy, sc), look, field, bounds)
-    marked = points["disagrees"].values
-    if on_grid:
-        fraction = _means(a, b, marked.astype(float), ua, ub)
-        at = np.argwhere(fraction > 0.0)
-        places = (ua[at[:, 1]], ub[at[:, 0]])
-    else:
-        places = (a[marked], b[marked])
-    if places[0].size:
-        few = places[0].size <= FEW
-        size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
-        edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
-        one.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, label="members disagree")
-        _legend([one])
+    _disagreement(one, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
     if _is_logarithmic(points[x].values):
         one.set_xscale("log")
     if _is_logarithmic(points[y].values):
@@ -159,6 +147,22 @@ def feasibility_map(
         bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
     return [one]
+
+
+def _disagreement(
+    one: Axes, a: np.ndarray, b: np.ndarray, marked: np.ndarray, grid: tuple[np.ndarray, np.ndarray] | None
+) -> None:
+    """Dots where members disagree; on a grid at its places."""
+    places = (a[marked], b[marked])
+    if grid is not None:
+        at = np.argwhere(_means(a, b, marked.astype(float), *grid) > 0.0)
+        places = (grid[0][at[:, 1]], grid[1][at[:, 0]])
+    if places[0].size:
+        few = places[0].size <= FEW
+        size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
+        edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
+        one.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, zorder=3.0, label="members disagree")
+        _legend([one])
 
 
 def _scattered(

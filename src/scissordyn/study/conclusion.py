@@ -97,7 +97,8 @@ def _verdict(study: Study, results: xr.Dataset) -> str:
     always = (points["met"] == 1.0) & (points["complete"] == 1.0)
     whole, part = int(always.sum()), int(((points["met"] > 0.0) & ~always).sum())
     partly = f", and in part of the cases at {part} more" if part else ""
-    share = f"; by {fraction.fraction:.1%} of the range{interval}"
+    whole_of = "points tried" if study.optimisation is not None else "range"
+    share = f"; by {fraction.fraction:.1%} of the {whole_of}{interval}"
     if not whole:
         if part:
             return f"All requirements are met in every case at none of {known} points{partly.replace(' more', '')}{share}."
@@ -234,7 +235,9 @@ def _need_sentence(results: xr.Dataset, study: Study, need: Need, found: dict[st
     if math.isnan(need.value):
         said = f"{need.requirement}: by this trend no value of {need.number} is enough"
     else:
-        said = f"{need.requirement} needs {need.number} of about {scale.text(need.value, 2)}{unit}"
+        said = (
+            f"{need.requirement} needs {need.number} of {_side(study, need, trend)} about {_rounded(scale, need.value)}{unit}"
+        )
     others = ", the other numbers as at the point above" if len(study.addresses) > 1 else ""
     if not need.extrapolated:
         return f"{said}{others}."
@@ -243,9 +246,21 @@ def _need_sentence(results: xr.Dataset, study: Study, need: Need, found: dict[st
     if need.other is not None:
         form = "a straight line" if trend.form == "power" else "a power law"
         other = f"; {form} fits as well and gives " + (
-            "no such value" if math.isnan(need.other) else f"{scale.text(need.other, 2)}{unit}"
+            "no such value" if math.isnan(need.other) else f"{_rounded(scale, need.other)}{unit}"
         )
     return f"{said}{others} ({beyond}{other})."
+
+
+def _side(study: Study, need: Need, trend: Trend) -> str:
+    """On which side of a value a requirement is met."""
+    upper = next(one.sign.startswith("<") for one in study.requirements if one.label == need.requirement)
+    rises = float(trend.slopes[trend.numbers.index(need.number)]) > 0.0
+    return "at most" if upper == rises else "at least"
+
+
+def _rounded(scale: Scale, value: float) -> str:
+    """Two digits, without a power of ten where none is needed."""
+    return f"{float(scale.text(value, 2)):g}"
 
 
 def trend_table(study: Study, results: xr.Dataset) -> Table | None:

@@ -66,12 +66,13 @@ class _Cma:
             "seed": np.nan,
             "randn": lambda *shape: numbers.standard_normal(shape),
         }
-        self.strategy = cma.CMAEvolutionStrategy([0.5] * dimensions, STEP, options)
+        # the library fails in one dimension: a second one is searched that counts for nothing
+        self.strategy, self.dimensions = cma.CMAEvolutionStrategy([0.5] * max(dimensions, 2), STEP, options), dimensions
         self.largest = -np.inf
 
     def ask(self) -> np.ndarray:
         self.asked = self.strategy.ask()
-        return np.array(self.asked)
+        return np.array(self.asked)[:, : self.dimensions]
 
     def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
         meets = violation <= 0.0

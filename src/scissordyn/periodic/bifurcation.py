@@ -74,8 +74,7 @@ def bifurcation(
     phase : float
         Phase of the samples in the cycle, in [0, 1).
     follow : bool
-        Start each value from the end of the one before instead of `start`, which follows a branch of solutions. The values are
-        then computed one by one, here.
+        Start each value from the end of the one before, which follows a branch of solutions: one by one, here.
     start, rtol, atol, method, most_steps
         As for `cycle`.
     engine : Engine or int, optional

@@ -209,7 +209,9 @@ class Study:
                 if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
                     raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)
             if addresses.count(factor.name) > 1:
-                raise InputError(f"'{factor.address}' varies twice", "each address once")
+                raise InputError(
+                    f"'{factor.address}' varies twice", "each address once, or a tolerance of the chosen value", "'+- 20 %'"
+                )
         for requirement in self.requirements:
             check_part(self.mechanism, requirement.response)
             check_unit(self.mechanism, requirement.response)

@@ -24,9 +24,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, built from a copy of what it is built from, as nothing is to be written into the sources."""
     pytest.importorskip("setuptools", minversion="77")
     source = tmp_path_factory.mktemp("source")
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     shutil.copytree(ROOT / "src", source / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    shutil.copytree(ROOT / "examples", source / "examples", ignore=shutil.ignore_patterns("__pycache__"))
     target = tmp_path_factory.mktemp("wheel")
     build = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index", "-w", str(target), str(source)]
     done = subprocess.run([sys.executable, *build], capture_output=True, text=True, check=False)
@@ -36,7 +37,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
-    """Identity: every file of the package is in the wheel; tests, examples and documentation are not."""
+    """Identity: every file of the package and every example is in the wheel; tests and documentation are not."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
@@ -45,6 +46,8 @@ def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
     package = [path for folder in folders for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     here = {path.relative_to(ROOT / "src").as_posix() for path in package}
     assert "scissordyn/py.typed" in here
+    samples = [path for path in (ROOT / "examples").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    here |= {f"scissordyn/examples/{path.relative_to(ROOT / 'examples').as_posix()}" for path in samples}
     assert {name for name in names if ".dist-info/" not in name} == here
     assert f"scissordyn-{sd.__version__}.dist-info/licenses/LICENSE" in names
     assert "scissordyn = scissordyn.cli.entry:run" in scripts
@@ -82,14 +85,14 @@ def test_empty_environment(wheel: Path, tmp_path: Path) -> None:
     alone = {"PATH": str(programs), "HOME": str(tmp_path), "SCISSORDYN_CACHE": str(tmp_path / "cache")}
     if os.name == "nt":
         alone["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
-    shutil.copy(ROOT / "examples" / "paper.toml", tmp_path)
     for command in (
+        [str(programs / "scissordyn"), "examples", "paper", "-o", "."],
         [str(programs / "scissordyn"), "run", "paper.toml", "-o", "run.nc"],
         [python, "-m", "scissordyn", "run", "run.nc", "-o", "again.nc"],
     ):
         done = subprocess.run(command, cwd=tmp_path, env=alone, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        assert "Saved to" in done.stdout
+        assert ("Saved to" if "run" in command else "paper.toml") in done.stdout
     show = "import scissordyn as sd; run = sd.load('again.nc'); print(run.attrs['status'], float(run['contact_start'][0]))"
     done = subprocess.run([python, "-c", show], cwd=tmp_path, env=alone, capture_output=True, text=True, check=True)
     status, start = done.stdout.split()

@@ -22,6 +22,7 @@ from scissordyn.cli.cache import cache
 from scissordyn.cli.check import check
 from scissordyn.cli.compare import compare
 from scissordyn.cli.controllers import controllers
+from scissordyn.cli.examples import examples
 from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
 from scissordyn.cli.interrupt import install, received
@@ -107,6 +108,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "compare": compare,
     "export": export,
     "new": new,
+    "examples": examples,
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
@@ -128,6 +130,7 @@ EXAMPLES: dict[str, str] = {
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor > case.toml",
+    "examples": "scissordyn examples paper > case.toml",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",
     "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",

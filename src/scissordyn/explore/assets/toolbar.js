@@ -62,7 +62,7 @@ export function render({ model, el }) {
     box.checked = now.horizon;
     progress.style.display = stop.style.display = now.computing ? "" : "none";
     if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
-    state.textContent = now.text || of.text || ""; state.dataset.bad = String(Boolean(now.bad));
+    state.textContent = (now.computing && of.note ? `${of.note}; ` : "") + (now.text || of.text || ""); state.dataset.bad = String(Boolean(now.bad));
     state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = run; state.dataset.ordered = now.ordered || 0;
     warnings.hidden = !listed.length;
     warnings.querySelector("summary").textContent = listed.length === 1 ? "1 warning" : `${listed.length} warnings`;

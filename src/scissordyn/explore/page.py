@@ -238,9 +238,10 @@ class Page:
         pinned = f"; pinned: {'; '.join(pin.label for pin in pins)}" if pins else ""
         scale = engineering("s", statistics["seconds"])
         lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
+        said = f"{shown.note}{': ' * bool(shown.note)}{statistics['steps']} steps"
         return {
             "note": shown.note,
-            "text": f"{f'{shown.note}: ' if shown.note else ''}{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}",
+            "text": f"{said} of {statistics['method']} in {lasting}{pinned}",
             "pins": len(pins),
             "warnings": condensed(json.loads(shown.run.attrs["warnings"])),
         }

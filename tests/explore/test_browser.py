@@ -321,3 +321,20 @@ samples = 201
         assert HOSTILE in names
         opened.errors = [error for error in opened.errors if not error.startswith("a request to file:")]
         opened.close()
+
+
+@pytest.mark.parametrize("width", [420, 800, 1280])
+@pytest.mark.parametrize("dark", [False, True])
+def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) -> None:
+    """Identity: no horizontal scroll, no heading cut in the table, and figures in the colours that the system asks for."""
+    tab = Tab(browser, url, size=(width, 900), dark=dark)
+    page = tab.page
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    backs = "Bokeh.documents[0].roots().concat(Bokeh.documents[0].get_model_by_name('force')).map(m => m.background_fill_color)"
+    tab.until(lambda: ("#1d2126" if dark else "#ffffff") in str(page.evaluate(backs)[-1]).lower())
+    cut = """root => [...root.querySelectorAll("[role=columnheader]")].filter(cell => {
+      const box = cell.getBoundingClientRect(), row = cell.parentElement.getBoundingClientRect();
+      return cell.scrollWidth > cell.clientWidth || box.top < row.top || box.bottom > row.bottom + 1;
+    }).map(cell => cell.textContent)"""
+    assert page.locator(".sd-contacts").evaluate(cut) == []
+    tab.close()

@@ -9,14 +9,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.explore.case import FileCase
+from scissordyn.explore.case import FileCase, open_case
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.session import Session
+from scissordyn.explore.worker import Outcome, Worker
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.configuration import read_configuration
 from scissordyn.run.simulate import simulate
+from scissordyn.run.store import save
 
 from .browser import CASE
 
@@ -29,13 +34,14 @@ def case() -> FileCase:
 
 @pytest.fixture
 def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
-    """Runs that wait for an event before they begin, and a list with an entry for each."""
+    """Runs with clearance that wait for an event before they begin, and a list with an entry for each; ideal ones go on."""
     opened, runs = threading.Event(), []
 
-    def held(*given: Any, **named: Any) -> xr.Dataset:
-        runs.append(1)
-        assert opened.wait(30.0)
-        return simulate(*given, **named)
+    def held(mechanism: Mechanism, **named: Any) -> xr.Dataset:
+        if mechanism != mechanism.ideal():
+            runs.append(1)
+            assert opened.wait(30.0)
+        return simulate(mechanism, **named)
 
     monkeypatch.setattr("scissordyn.run.simulate.simulate", held)
     return opened, runs
@@ -115,3 +121,66 @@ def test_page_that_ends_or_stops_leaves_others_alone(case: FileCase, gate: tuple
     assert first.known is None
     for session in (stopping, other):
         session.close()
+
+
+def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
+    """Identity: the motion with ideal joints is there while the run is held, also for a page that comes later; then the run."""
+    opened, _ = gate
+    first = begun(case)
+    until(lambda: first.preview is not None)
+    session = Session(case, lambda what: None, first)
+    ideal = session.good
+    assert ideal is not None
+    assert ideal.run is not None
+    assert ideal.note == "ideal joints"
+    assert session.computing
+    wanted = simulate(case.mechanism.ideal(), until=case.options.until, samples=ideal.run.sizes["time"], rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(ideal.run["angle"].values, wanted["angle"].values, rtol=0.0, atol=1e-12)
+    opened.set()
+    until(lambda: not session.computing)
+    assert session.good is first.known
+    assert first.known is not None
+    assert first.known.note == ""
+    assert first.known.case.options == case.options
+    assert first.known.number == session.ordered > ideal.number
+    session.close()
+
+
+def test_long_run_is_preceded_by_a_coarse_one(case: FileCase, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
+    monkeypatch.setattr("scissordyn.explore.worker.JUDGED", 0.0)
+    monkeypatch.setattr("scissordyn.explore.worker.LONG", 0.0)
+    found: list[Outcome] = []
+    worker = Worker(found.append, lambda number, fraction: None)
+    number = worker.order(case, staged=True)
+    until(lambda: bool(found) and not found[-1].note)
+    worker.close()
+    assert [outcome.note for outcome in found] == ["ideal joints", "coarse run, rtol 1e-5", ""]
+    assert [outcome.number for outcome in found] == [number - 2, number - 1, number]
+    runs = [outcome.run for outcome in found if outcome.run is not None]
+    tolerances = [options.rtol for options in (read_configuration(run).options for run in runs) if options is not None]
+    assert tolerances == [1e-5, 1e-5, case.options.rtol]
+
+
+def test_saved_run_is_shown_without_computing(case: FileCase, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
+    """Identity: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
+    opened, runs = gate
+    run = simulate(case.mechanism, until=case.options.until, samples=case.options.samples)
+    save(run, tmp_path / "run.nc")
+    saved = open_case(tmp_path / "run.nc")
+    first = FirstRun(lambda: saved)
+    first.begin()
+    session = Session(saved, lambda what: None, first)
+    assert not session.computing
+    assert runs == []
+    assert session.good is not None
+    assert session.good.run is not None
+    np.testing.assert_array_equal(session.good.run["normal_force"].values, run["normal_force"].values)
+    opened.set()
+    length = next(field for field in session.case.fields if field.name == "until")
+    assert session.change(length.key, "7 ms")
+    until(lambda: not session.computing)
+    assert len(runs) == 1
+    assert session.good.number > 1
+    assert float(session.good.run["time"][-1]) == pytest.approx(7e-3)
+    session.close()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+from typing import Any
+
 import pytest
 
 pytest.importorskip("panel", reason="the package panel is not installed")
@@ -9,6 +12,7 @@ pytest.importorskip("panel", reason="the package panel is not installed")
 from bokeh.document import Document
 from panel.io.resources import Resources, bundle_resources
 from panel.io.state import set_curdoc
+from tornado.ioloop import IOLoop
 
 from scissordyn.explore.access import Access
 from scissordyn.explore.first import FirstRun
@@ -18,10 +22,15 @@ from scissordyn.explore.shell import SCRIPTS, Entrance, package_folder
 
 def test_frame_has_the_scripts_of_the_page() -> None:
     """Cross-check: the scripts and their order are those that the library lists for the page, but WebGL and maps of imports."""
-    document = Document()
-    with set_curdoc(document):
-        Page("case.toml", FirstRun(lambda: pytest.fail("nothing is read yet"))).show()
-        bundle = bundle_resources(document.roots, Resources(mode="server", root_url=""))
+
+    async def bundled() -> Any:  # a page is made in the server's loop
+        IOLoop.current()
+        document = Document()
+        with set_curdoc(document):
+            Page("case.toml", FirstRun(lambda: pytest.fail("nothing is read yet"))).show()
+            return bundle_resources(document.roots, Resources(mode="server", root_url=""))
+
+    bundle = asyncio.run(bundled())
     listed = [str(url).partition("?")[0].lstrip("/") for url in bundle.js_files]
     assert [url for url in listed if "bokeh-gl" not in url and "es-module-shims" not in url] == list(SCRIPTS)
 

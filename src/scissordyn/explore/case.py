@@ -11,6 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
+
 from scissordyn.config.case import CaseTable
 from scissordyn.config.file import read_case
 from scissordyn.config.quantity import read_numbers, read_quantity
@@ -34,6 +36,8 @@ class Case(ABC):
     name: str
     mechanism: Mechanism
     options: Options
+    saved: xr.Dataset | None = None
+    """Its run, if that was read from a file."""
 
     @property
     @abstractmethod
@@ -131,10 +135,12 @@ class RunCase(Case):
         Of the file.
     mechanism : Mechanism
     options : Options
+    saved : Dataset, optional
+        The run itself; a changed case has none.
     """
 
-    def __init__(self, name: str, mechanism: Mechanism, options: Options) -> None:
-        self.name, self.mechanism, self.options = name, mechanism, options
+    def __init__(self, name: str, mechanism: Mechanism, options: Options, saved: xr.Dataset | None = None) -> None:
+        self.name, self.mechanism, self.options, self.saved = name, mechanism, options, saved
 
     @cached_property
     def fields(self) -> list[Field]:
@@ -191,9 +197,8 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
         configuration = read_configuration(run)
         if configuration.options is None or not is_run(run):
             raise InputError(f"'{path}' is not a run", "a run of 'scissordyn run', or a case file")
-        return RunCase(
-            path.name, configuration.build_mechanism([file for file in allowed if file.suffix == ".py"]), configuration.options
-        )
+        mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])
+        return RunCase(path.name, mechanism, configuration.options, run if run.sizes["time"] > 1 else None)
     source = read_text(path, "a case file in TOML", f"scissordyn new scissor > {command(path)}")
     try:
         tree = tomllib.loads(source)

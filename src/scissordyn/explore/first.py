@@ -16,7 +16,7 @@ __all__ = ["FirstRun"]
 
 
 class FirstRun:
-    """A case that is read, and a run that begins at once, while pages are on their way to the browser.
+    """A case that is read, and a run that begins at once, while pages are on their way to the browser; a saved run is there.
 
     The first page takes the run over, with its progress and the right to stop it; later pages get its result, or run the case
     themselves while there is none.
@@ -32,6 +32,7 @@ class FirstRun:
         self.case: Case | None = None
         self.error: ScissordynError | None = None
         self.known: Outcome | None = None
+        self.preview: Outcome | None = None
         self._lock = threading.Lock()
         self._waiting: list[Callable[[], None]] = []
         self._taker: tuple[Callable[[Outcome], None], Callable[[int, float], None]] | None = None
@@ -44,7 +45,10 @@ class FirstRun:
         except ScissordynError as error:
             self.error = error
         else:
-            self._worker.order(case)
+            if case.saved is None:
+                self._worker.order(case, staged=True)
+            else:
+                self.known = Outcome(1, case, case.saved)
         with self._lock:
             if self.error is None:
                 self.case = case
@@ -84,7 +88,10 @@ class FirstRun:
             taker = self._taker
             # what a page has stopped is not the run of the case
             whole = taker is None if outcome.run is None else outcome.run.attrs["status"] != "interrupted"
-            if self.known is None and outcome.number == 1 and whole:
+            if taker is None and outcome.note:
+                self.preview = outcome
+                return
+            if self.known is None and outcome.case is self.case and not outcome.note and whole:
                 self.known = outcome
         if taker is None:
             self._worker.close()

@@ -209,6 +209,7 @@ class Page:
         if self._drawing and self.shown is not None and self.shown.number == number:
             self._drawing = False
             self._show_run()
+            self._show_state()
 
     def _publish(self, *, scene: bool = False, pins: bool = False) -> None:
         """Send what is shown of the present run, with its number: as one change of one model, which arrives as a whole."""
@@ -237,8 +238,10 @@ class Page:
         pinned = f"; pinned: {'; '.join(pin.label for pin in pins)}" if pins else ""
         scale = engineering("s", statistics["seconds"])
         lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
+        said = f"{shown.note}{': ' * bool(shown.note)}{statistics['steps']} steps"
         return {
-            "text": f"{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}",
+            "note": shown.note,
+            "text": f"{said} of {statistics['method']} in {lasting}{pinned}",
             "pins": len(pins),
             "warnings": condensed(json.loads(shown.run.attrs["warnings"])),
         }
@@ -258,7 +261,9 @@ class Page:
 
     def _show_state(self) -> None:
         session = self.session
-        computing = session.lasting > LOOK
+        preceding = self.shown is None or bool(self.shown.note)
+        # a run that precedes another is not what the page waits for
+        computing = session.lasting > LOOK or (preceding and (session.computing or self.shown is not session.good))
         state = {
             "name": self.name,
             "undo": session.can_undo,

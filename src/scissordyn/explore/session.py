@@ -72,10 +72,13 @@ class Session:
         self._worker = going or Worker(self._take, self._progress, earlier=0 if known is None else known.number)
         if going is not None:
             self._begin()
+            if first is not None and first.preview is not None:
+                self._take(first.preview)
         elif known is not None:
             self._take(known)
         else:
-            self.compute()
+            self._begin()
+            self._worker.order(self.case, staged=True)
 
     @property
     def computing(self) -> bool:
@@ -219,8 +222,13 @@ class Session:
         self.fraction = fraction
 
     def _take(self, outcome: Outcome) -> None:
-        self.fraction = None
         run = outcome.run
+        if outcome.note:
+            if run is not None and run.sizes["time"] > 1 and (self.good is None or self.good.number < outcome.number):
+                self.good = outcome
+                self._updated("run")
+            return
+        self.fraction = None
         if run is None:
             self.message = outcome.error
         else:

@@ -53,6 +53,10 @@ body { background: var(--sd-back); padding: 0 10px }
     grid-template-rows: auto 480px 300px auto;
     grid-template-areas: "bar bar" "form canvas" "orbit table" "curves curves" }
 }
+@media (max-width: 719px) {
+  #sd-page { grid-template-columns: minmax(0, 1fr); grid-template-rows: auto 380px auto 300px auto 320px;
+    grid-template-areas: "bar" "canvas" "curves" "table" "orbit" "form" }
+}
 #sd-start { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-faint); margin: 10px 0 }
 """
 
@@ -65,6 +69,7 @@ FRAME = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{name} - scissordyn</title>
 <link rel="icon" href="{icon}">
 <style>{style}</style>

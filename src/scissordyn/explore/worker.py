@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import threading
-from collections.abc import Callable
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scissordyn.errors import ScissordynError
@@ -15,6 +17,20 @@ if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
 __all__ = ["Outcome", "Worker"]
+
+COARSE = 1e-5
+"""Tolerances of a coarse run."""
+
+COARSE_SAMPLES = 201
+
+PREVIEW = 2.0
+"""Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown."""
+
+JUDGED = 1.0
+"""After this time the length of an accurate run is estimated [s]."""
+
+LONG = 5.0
+"""A run that takes longer than this is preceded by a coarse one [s]."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +46,15 @@ class Outcome:
         None if it could not begin, or if a newer order took its place.
     error : str
         Why it could not begin.
+    note : str
+        What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5".
     """
 
     number: int
     case: Case
     run: xr.Dataset | None
     error: str = ""
+    note: str = ""
 
 
 class Worker:
@@ -44,7 +63,8 @@ class Worker:
     Parameters
     ----------
     done : callable
-        Called in the thread with the `Outcome` of each order that no newer one has replaced.
+        Called in the thread with the `Outcome` of each order that no newer one has replaced; those that precede the run of
+        an order have a note and smaller numbers.
     progress : callable
         Called in the thread with the number of the order and the simulated part of its time, 0 to 1.
     earlier : int
@@ -54,7 +74,7 @@ class Worker:
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
         self._done, self._progress = done, progress
         self._changed = threading.Condition()
-        self._order: tuple[int, Case] | None = None
+        self._order: tuple[int, Case, bool] | None = None
         self._number = earlier
         self._stopped = 0
         self._closed = False
@@ -65,11 +85,23 @@ class Worker:
         """Of the last order."""
         return self._number
 
-    def order(self, case: Case) -> int:
-        """Run a case in place of anything that is waiting or going on; returns the number of the order."""
+    def order(self, case: Case, *, staged: bool = False) -> int:
+        """Run a case in place of anything that is waiting or going on.
+
+        Parameters
+        ----------
+        case : Case
+        staged : bool
+            Whether the motion with ideal joints, and a coarse run if the accurate one takes long, come first.
+
+        Returns
+        -------
+        int
+            Number of the order; those of a staged order's earlier runs are the two before.
+        """
         with self._changed:
-            self._number += 1
-            self._order = self._number, case
+            self._number += 3 if staged else 1
+            self._order = self._number, case, staged
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="scissordyn explore", daemon=True)
                 self._thread.start()
@@ -95,13 +127,37 @@ class Worker:
                     self._changed.wait()
                 if self._closed or self._order is None:
                     return
-                number, case = self._order
+                number, case, staged = self._order
                 self._order = None
-            outcome = self._outcome(number, case)
-            if number == self._number and not self._closed:
-                self._done(outcome)
+            for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
+                if number == self._number and not self._closed:
+                    self._done(outcome)
 
-    def _outcome(self, number: int, case: Case) -> Outcome:
+    def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
+        """The runs of a staged order, the accurate one last."""
+        ideal = _ideal(case)
+        if ideal is not None:
+            spent = _stopwatch()
+            early = self._outcome(number, ideal, lambda done: spent() > PREVIEW)
+            if early.run is not None:
+                yield replace(early, number=number - 2, note="ideal joints")
+        spent_since, judged = _stopwatch(), list[bool]()
+
+        def is_long(done: float) -> bool:
+            spent = spent_since()
+            if not judged and spent > JUDGED:
+                judged.append(spent > LONG * done)
+            return judged == [True]
+
+        accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE else None)
+        if judged == [True]:
+            coarse = self._outcome(number, _coarse(case))
+            if coarse.run is not None:
+                yield replace(coarse, case=case, number=number - 1, note=f"coarse run, rtol {COARSE:.0e}".replace("e-0", "e-"))
+            accurate = self._outcome(number, case)
+        yield accurate
+
+    def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
         from scissordyn.run.simulate import simulate  # in this thread: the page comes first
 
         options = case.options
@@ -110,6 +166,8 @@ class Worker:
         def look(time: float) -> None:
             if self._closed or number != self._number or number <= self._stopped:
                 raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
+            if ends is not None and ends(time / options.until):
+                raise KeyboardInterrupt
             self._progress(number, time / options.until)
 
         try:
@@ -120,3 +178,35 @@ class Worker:
             return Outcome(number, case, None, "stopped before the first step")
         except Exception as error:  # a fault of the program must not end the thread silently
             return Outcome(number, case, None, f"{type(error).__name__}: {error}")
+
+
+def _stopwatch() -> Callable[[], float]:
+    """Seconds since the first call, which is after kernels have been compiled."""
+    began: list[float] = []
+
+    def spent() -> float:
+        now = time.monotonic()
+        if not began:
+            began.append(now)
+        return now - began[0]
+
+    return spent
+
+
+def _ideal(case: Case) -> Case | None:
+    """The case with ideal joints and few samples; None if its joints are ideal."""
+    mechanism = case.mechanism.ideal()
+    if mechanism == case.mechanism:
+        return None
+    made = _coarse(case)
+    made.mechanism = mechanism
+    return made
+
+
+def _coarse(case: Case) -> Case:
+    """The case with a coarse tolerance and few samples, and without the predictability horizon."""
+    options, made = case.options, copy.copy(case)
+    samples = COARSE_SAMPLES if isinstance(options.samples, str) else min(options.samples, COARSE_SAMPLES)
+    rtol, atol = max(options.rtol, COARSE), max(options.atol, COARSE)
+    made.options = replace(options, rtol=rtol, atol=atol, samples=samples, trust=False)
+    return made

@@ -54,6 +54,8 @@ export function render({ model, el }) {
   }
   function show() {
     const now = JSON.parse(model.state || "{}"), { bar: of = {}, run = 0 } = window.scissordynShown || {}, listed = of.warnings || [];
+    // the state can arrive before the run that it is about
+    if (of.note && !now.bad && run < now.ordered) now.computing = true;
     bar.querySelector("strong").textContent = now.name;
     by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins;
     by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
@@ -62,7 +64,7 @@ export function render({ model, el }) {
     box.checked = now.horizon;
     progress.style.display = stop.style.display = now.computing ? "" : "none";
     if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
-    state.textContent = now.text || of.text || ""; state.dataset.bad = String(Boolean(now.bad));
+    state.textContent = (now.computing && of.note ? `${of.note}; ${now.text || "computing"}` : now.text || of.text || ""); state.dataset.bad = String(Boolean(now.bad));
     state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = run; state.dataset.ordered = now.ordered || 0;
     warnings.hidden = !listed.length;
     warnings.querySelector("summary").textContent = listed.length === 1 ? "1 warning" : `${listed.length} warnings`;

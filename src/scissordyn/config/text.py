@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-import shlex
 import stat
 from pathlib import Path
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 
 __all__ = ["LARGEST", "read_text"]
 
@@ -38,7 +37,7 @@ def read_text(path: Path, what: str, sample: str = "") -> str:
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             if path.suffix == ".zarr" and path.is_dir():
-                shown = f"scissordyn study report {shlex.quote(str(path))} -o report.html"
+                shown = command("scissordyn", "study", "report", path, "-o", "report.html")
                 raise InputError(f"cannot read '{path}': it is the store of a study", what, shown)
             kind = "a folder" if path.is_dir() else "not a regular file"
             raise InputError(f"cannot read '{path}': it is {kind}", what, "" if path.is_dir() else sample)

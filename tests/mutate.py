@@ -97,6 +97,7 @@ TARGETS = (
 
 EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("component/force.py", "parameters", "float(self.follows)"): "a switch",
+    ("component/beam.py", "force", "damping"): "its sign",
     ("component/beam.py", "force", "strength"): "its sign",
     ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
     **dict.fromkeys(

@@ -53,3 +53,21 @@ def test_what_has_no_stroke_is_refused() -> None:
         sd.modes(free, times=[0.0, 1.0])
     with pytest.raises(InputError, match="not increasing"):
         sd.modes(array(0.5), times=[0.1, 0.1])
+
+
+def test_a_rod_that_is_driven_has_its_length_in_metres() -> None:
+    """Contract: what each drive holds has its own unit; a bar on a jack and a spring, at the lengths that the jack is given."""
+    jack = sd.Rod("jack", ("lever", "end"), ("ground", "foot"), motion=sd.Polynomial((0.5, 0.1)))
+    made = sd.Mechanism(
+        (
+            sd.bar("lever", length=0.5, mass=1.0, angle=0.3),
+            sd.bar("rod", length=0.4, mass=1.0, position=(0.0, 0.0), angle=-1.5),
+        ),
+        (sd.Revolute("O", ("lever", "start"), ("ground", "O")), sd.Revolute("P", ("rod", "start"), ("lever", "start"))),
+        rods=(jack,),
+        ground=(("O", (0.0, 0.0)), ("foot", (0.5, -0.4))),
+    )
+    found = sd.modes(made, times=[0.0, 0.2], count=1)
+    assert found["drive"].values.tolist() == ["jack"]
+    assert found["unit"].values.tolist() == ["m"]
+    assert found["input"].values.ravel() == pytest.approx([0.5, 0.52])

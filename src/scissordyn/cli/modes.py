@@ -98,7 +98,7 @@ def _table(found: xr.Dataset) -> list[str]:
     """A line for each position: what the drive holds, and the frequencies."""
     import math
 
-    angle = found["input"].attrs["units"] == "rad"
+    angle = found["unit"].values[0] == "rad"
     held = found["input"].values[:, 0] * (180.0 / math.pi if angle else 1.0)
     head = f"{found['drive'].values[0]} [{'deg' if angle else 'm'}]"
     lines = [f"{head:>16}  frequencies [Hz]"]

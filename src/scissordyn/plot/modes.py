@@ -48,7 +48,7 @@ def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
         raise InputError("frequencies of one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])")
     drawn = panels(axes, 1, size=(7.0, 4.5))[0]
     held = found["input"].values[:, 0]
-    angle = str(found["input"].attrs["units"]) == "rad"
+    angle = str(found["unit"].values[0]) == "rad"
     x = np.degrees(held) if angle else held
     for mode in found["mode"].values.tolist():
         drawn.plot(x, found["frequency"].sel(mode=mode).values, marker=".", ms=3.0, linewidth=1.1, label=f"mode {mode}")

@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.kinematics.assembly import Held, Start, assemble, basis_at_start, held_rods, natural_state
+from scissordyn.kinematics.assembly import natural_state
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beams_of
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.driver import make_system
-from scissordyn.run.start import hold_straight
+from scissordyn.run.start import assembled_near
 from scissordyn.units import Quantity, checked
 
 __all__ = ["magnified_deflection", "places"]
@@ -86,11 +86,7 @@ def _straight(still: Plan, where: np.ndarray, angle: np.ndarray) -> tuple[np.nda
         natural[p : p + 2] = where[b] - _turned(body.centre, angle[b])
         if body.rotates:
             natural[p + 2 : p + 4] = math.cos(angle[b]), math.sin(angle[b])
-    guess = still.coordinates.nearest(basis_at_start(system)[0], natural)
-    held = Held()
-    held_rods(still, system, held)
-    hold_straight(still, held)
-    start = assemble(still, system, Start(guess, 0.0 * guess), held)
+    start = assembled_near(still, system, natural, straight=True)
     return places(still, natural_state(still, system, start)[0])
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError
-from scissordyn.kinematics.assembly import Held, Start, assemble, basis_at_start, held_rods, natural_state
+from scissordyn.kinematics.assembly import Start, natural_state
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
@@ -18,7 +18,7 @@ from scissordyn.plan.rest import at_rest
 from scissordyn.run.deflection import places
 from scissordyn.run.driver import make_system
 from scissordyn.run.rest import count_turns, equilibrium, turns
-from scissordyn.run.start import hold_straight, prepare_start
+from scissordyn.run.start import assembled_near, prepare_start
 from scissordyn.units import Quantity, checked
 
 __all__ = ["modes"]
@@ -70,7 +70,7 @@ def modes(
         With the coordinates mode, body, axis: `frequency` [Hz], `angular_frequency` [rad/s] (negative where the position is
         unstable: minus the rate of growth), `shape`, displacements of the mass centres, and `rotation` of the bodies, both
         scaled so that the largest displacement is 1 m; `position` [m] and `angle` [rad] of the bodies there. With `times` all
-        of them along `time` too, and `input`, what each drive holds [rad] or [m].
+        of them along `time` too, and `input`, what each `drive` holds, in its `unit`, rad or m.
 
     Raises
     ------
@@ -94,30 +94,24 @@ def modes(
         one, place = _at(plan(at_rest(ideal, time)), count, position, place)
         found.append(one)
     along = xr.concat(found, xr.DataArray(asked, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override")
-    names = [*inputs.bodies, *inputs.rods]
+    units = ["rad"] * len(inputs.bodies) + ["m"] * len(inputs.rods)
     return along.assign(
-        input=(("time", "drive"), inputs.over(asked), {"units": "rad", "long_name": "what the drive holds"})
-    ).assign_coords(drive=names)
+        input=(("time", "drive"), inputs.over(asked), {"long_name": "what the drive holds, in its unit"})
+    ).assign_coords(drive=[*inputs.bodies, *inputs.rods], unit=("drive", units))
 
 
 def _placed(still: Plan, position: Position, before: _Place | None) -> tuple[Any, np.ndarray, _Place]:
     """System, state and place of a mechanism whose drives stand still, from the place before if there is one."""
-    system = make_system(still)
+    system, n = make_system(still), still.coordinates.free
     if before is None:
         y = prepare_start(still, system, position).y
     else:
         count_turns(still, system.content, before.turned)
-        guess = still.coordinates.nearest(basis_at_start(system.content)[0], before.natural)
-        held = Held()
-        held_rods(still, system.content, held)
-        if position == "concentric":
-            hold_straight(still, held)
-        start = assemble(still, system.content, Start(guess, 0.0 * guess), held)
-        y = np.zeros(2 * guess.size + int(system.content.model.state_start[-1]))
-        y[: guess.size] = start.position
+        found = assembled_near(still, system.content, before.natural, straight=position == "concentric").position
         if position == "static":
-            y[: guess.size] = equilibrium(still, system, start.position)[0]
-    n = still.coordinates.free
+            found = equilibrium(still, system, found)[0]
+        y = np.zeros(2 * n + int(system.content.model.state_start[-1]))
+        y[:n] = found
     functions.accept(0.0, y, system.address, np.zeros(2))
     natural = natural_state(still, system.content, Start(y[:n], 0.0 * y[:n]))[0]
     return system, y, _Place(natural, turns(still, system.content))

@@ -33,7 +33,7 @@ from scissordyn.run.options import StartKind
 from scissordyn.run.reaction import ideal_reactions
 from scissordyn.run.rest import count_turns, equilibrium, turns
 
-__all__ = ["Prepared", "hold_straight", "prepare_start"]
+__all__ = ["Prepared", "assembled_near", "prepare_start"]
 
 MOVED = 1e-3
 """An assembly that moves a point of a body by more than this fraction of the mechanism's size is said."""
@@ -86,7 +86,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     _hold_references(plan, content, held)
     warnings: list[str] = []
     if kind in ("concentric", "in-contact"):
-        hold_straight(plan, held)
+        _hold_straight(plan, held)
     match kind:
         case "as-placed":
             start = assemble(plan, content, guess, held)
@@ -113,7 +113,7 @@ def _concentric(plan: Plan, system: System, guess: Start, held: Held) -> Start:
         handle = make_system(ideal)
         held = Held()
         held_rods(ideal, handle.content, held)
-        hold_straight(ideal, held)
+        _hold_straight(ideal, held)
         _hold_references(ideal, handle.content, held)
         start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
         position, velocity = natural_state(ideal, handle.content, start)
@@ -135,7 +135,7 @@ def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
     offsets = _resting_offsets(plan, system, ideal_reactions(plan))
     resting = Held()
     held_rods(plan, system, resting)
-    hold_straight(plan, resting)
+    _hold_straight(plan, resting)
     _hold_references(plan, system, resting)
     for j, joint in enumerate(plan.clearance_joints):
         resting.add(joint.name, plan.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), plan.coordinates.size)
@@ -250,7 +250,31 @@ def _hold_references(plan: Plan, system: System, held: Held) -> None:
             system.state.reference[model.reference_of[i]] = angle
 
 
-def hold_straight(plan: Plan, held: Held) -> None:
+def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
+    """The state at rest nearest to natural coordinates in which rods have their given directions.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of a mechanism with constant drives.
+    system : System
+    natural : ndarray
+    straight : bool
+        Whether bars that bend are straight.
+
+    Returns
+    -------
+    Start
+    """
+    guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
+    held = Held()
+    held_rods(plan, system, held)
+    if straight:
+        _hold_straight(plan, held)
+    return assemble(plan, system, Start(guess, np.zeros_like(guess)), held)
+
+
+def _hold_straight(plan: Plan, held: Held) -> None:
     """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones."""
     coordinates = plan.coordinates
     for beam in beams_of(plan.mechanism):

@@ -66,7 +66,8 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
     difference = run["track_position"].transpose("time", "track", "axis").values - place
     about = "distance of the tracked point from where it is in the ideal mechanism"
     peaks = path.peaks(TRACK_DEVIATION)
-    mean = np.sqrt(peaks["square"] / path.end) if path.end > 0.0 else peaks["largest"]
+    # an integral of squares that are round-off may end below zero
+    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
     columns = (
         ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
         ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator
+from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
-from scissordyn.config.motor import read_motor
+from scissordyn.config.motor import POINT, read_motor
 from scissordyn.config.quantity import unit_factor
-from scissordyn.config.table import PlacedError, Table, described, instance, table_of, toml
+from scissordyn.config.table import Call, PlacedError, Table, described, instance, table_of, table_of_call, toml
 from scissordyn.config.text import read_text
 from scissordyn.config.variation import (
     FORMS,
@@ -26,7 +26,7 @@ from scissordyn.config.variation import (
     unit_of,
     without_each,
 )
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError
 from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
@@ -45,8 +45,6 @@ EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = t
 
 MOTOR = "motor_fraction"
 """Measure of a study with the curve of a motor."""
-
-MOTOR_SAMPLE = 'points = ["0 rpm, 60 N m", "100 rpm, 60 N m", "300 rpm, 0 N m"]'
 
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
@@ -121,17 +119,28 @@ def _read_addresses(given: Any) -> dict[str, str]:
 ADDRESSES = PlainValidator(_read_addresses)
 
 
-def _read_motor(given: Any) -> MotorCurve:
-    """The curve of a motor from its table."""
-    keys = {"points": list, "of": str, "ratio": (int, float)}
-    if not isinstance(given, Mapping) or "points" not in given:
-        raise InputError("not the curve of a motor", "a table with points, of and ratio", MOTOR_SAMPLE)
-    for key, value in given.items():
-        if key not in keys:
-            raise InputError(f"'{key}' of a motor{did_you_mean(str(key), keys)}", ", ".join(keys), MOTOR_SAMPLE)
-        if isinstance(value, bool) or not isinstance(value, keys[key]):  # type: ignore[arg-type]
-            raise InputError(f"{key} = {toml(value)} of a motor", "texts, a name and a number", MOTOR_SAMPLE)
-    return read_motor(_read_texts(given["points"]), given.get("of", ""), float(given.get("ratio", 1.0)))
+def _read_points(given: Any) -> list[str]:
+    try:
+        return _read_texts(given)
+    except InputError as error:
+        raise InputError(error.what, "texts, a name and a number as points, of and ratio", f"points = [{POINT}]") from None
+
+
+MotorTable = table_of_call(
+    read_motor,
+    (
+        ("points", Annotated[list[str], PlainValidator(_read_points), Field(examples=[[POINT.strip("'")]])]),
+        ("of", Annotated[str, Field(description="a drive, an actuator or a motor")]),
+        ("ratio", Annotated[float, Field(description="speed of the motor over that of its body")]),
+    ),
+    base=Call,
+)
+"""The curve of a motor."""
+
+
+def _read_motor(given: Any, info: ValidationInfo) -> MotorCurve:
+    curve: MotorCurve = MotorTable.model_validate(given, context=info.context).result()
+    return curve
 
 
 class StudyTable(Table):

@@ -206,7 +206,7 @@ def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, bytes]
                     "collisions. Each number below is a measure divided by the same measure with rigid bars and a dry "
                     f"joint, all else being the same: median and range over the clearances {_sizes(found)}, over "
                     f"{MEMBERS} neighbours whose clearances differ by a relative 1e-12, and in the stroke with the steel "
-                    "tube over every parameter that the paper's lost tables leave open, one at a time. Where the work of the "
+                    "tube over every parameter whose table is lost, one at a time. Where the work of the "
                     "drive without the change is negative, there is no ratio, but the pair counts. Yes: lower by more than "
                     f"{100.0 * NOTICED:g} % in at least {100.0 * CLEAR:g} % of the pairs; no: in at most "
                     f"{100.0 - 100.0 * CLEAR:g} %."

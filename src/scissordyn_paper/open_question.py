@@ -177,7 +177,7 @@ def _written(tree: Mapping[str, Any]) -> str:
 
 
 def _every_case() -> tuple[OpenCase, ...]:
-    """Bars, joints and clearances together; stiffer bars until they are rigid; the parameters of lost tables, one at a time."""
+    """Bars, joints and clearances together; stiffer bars until they are rigid; parameters whose tables are lost."""
     cases = [
         OpenCase(manoeuvre, bars, oil, size, member)
         for manoeuvre in MANOEUVRES

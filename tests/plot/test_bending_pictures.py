@@ -9,7 +9,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.plot.animation import animate
-from scissordyn.plot.modes import frequencies, shapes, swing
+from scissordyn.plot.modes import frequencies, oscillation, shapes
 from scissordyn.run.deflection import magnified_deflection
 
 CASE = """
@@ -83,11 +83,11 @@ def test_the_diagram_names_the_largest_moment(run, unit):
         sd.plot.bending(run, rigid)
 
 
-def test_a_mode_is_drawn_and_swings(unit, tmp_path):
+def test_a_mode_is_drawn_and_oscillates(unit, tmp_path):
     """Identity: a quarter of a period from rest the displacement is the shape; films and curves are written."""
     found = sd.modes(unit, count=3, times=[0.0, 0.1])
     first, ideal = found.isel(time=0), unit.ideal()
-    motion = swing(first, ideal, 2, frames=9, periods=1)
+    motion = oscillation(first, ideal, 2, frames=9, periods=1)
     moved = (motion["position"].isel(time=2) - motion["position"].isel(time=0)).values
     shape = first["shape"].sel(mode=2).values
     np.testing.assert_allclose(moved / np.abs(moved).max(), shape / np.abs(shape).max(), atol=1e-12)
@@ -95,7 +95,7 @@ def test_a_mode_is_drawn_and_swings(unit, tmp_path):
     assert frequencies(found).get_lines()[0].get_ydata() == pytest.approx(found["frequency"].sel(mode=1).values)
     assert animate(motion, ideal, tmp_path / "mode.gif", seconds=0.5).stat().st_size > 1000
     with pytest.raises(InputError, match="mode 9"):
-        swing(first, ideal, 9)
+        oscillation(first, ideal, 9)
 
 
 def test_the_command_draws_modes_along_the_stroke(tmp_path, capsys):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from scissordyn.cli.option import OwnCode, SavedRun
+from scissordyn.cli.option import Magnified, OwnCode, SavedRun
 from scissordyn.cli.output import check_file
 
 __all__ = ["animate"]
@@ -25,9 +25,7 @@ def animate(
     lasting: Annotated[
         float, typer.Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)
     ] = 6.0,
-    magnify: Annotated[
-        float, typer.Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)
-    ] = 1.0,
+    magnify: Magnified = 1.0,
     allow_code: OwnCode = None,
 ) -> int:
     """Write a film of a saved run; nothing is computed anew."""

@@ -142,8 +142,8 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
     if failed:
         from scissordyn.plot.scale import scale_of
 
-        scale, cause = scale_of(diagram["value"]), diagram["cause"].values[failed[0]]
-        value = f"{scale.text(float(diagram['value'][failed[0]]), 6)} {scale.unit}".rstrip()
+        cause = diagram["cause"].values[failed[0]]
+        value = scale_of(diagram["value"]).said(float(diagram["value"][failed[0]]), 6)
         print(
             f"scissordyn: {len(failed)} of {total} values failed; the first, {value}: {printable(cause)}",
             file=sys.stderr,

@@ -43,11 +43,12 @@ def examples(
         chosen = [known[name]] if name else [path for path in sorted(folder.rglob("*")) if path.suffix in (".toml", ".py")]
         for path in chosen:
             target = copy / path.relative_to(folder)
-            if target.exists() and target.read_bytes() != path.read_bytes():
-                raise InputError(f"'{target}' exists and is another file", "a folder without it", "-o examples")
-            target.parent.mkdir(parents=True, exist_ok=True)
+            content = path.read_bytes()
             if not target.exists():
-                write_file(target, path.read_bytes(), sample="-o examples")
+                target.parent.mkdir(parents=True, exist_ok=True)
+                write_file(target, content, sample="-o examples")
+            elif target.read_bytes() != content:
+                raise InputError(f"'{target}' exists and is another file", "a folder without it", "-o examples")
             to.print(str(target), markup=False)
         return 0
     if name:

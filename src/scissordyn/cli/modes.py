@@ -75,9 +75,9 @@ def modes(
             written.append(write(figure, plot / f"{name}.png"))
     if film is not None:
         from scissordyn.plot.animation import animate
-        from scissordyn.plot.modes import swing
+        from scissordyn.plot.modes import oscillation
 
-        written.append(animate(swing(first, mechanism.ideal(), mode), mechanism.ideal(), film, seconds=4.0))
+        written.append(animate(oscillation(first, mechanism.ideal(), mode), mechanism.ideal(), film, seconds=4.0))
     for path in written:
         to.print(str(path), markup=False)
     return 0

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["AsJson", "BlockSize", "CaseFile", "Changes", "OwnCode", "Quiet", "SavedRun"]
+__all__ = ["AsJson", "BlockSize", "CaseFile", "Changes", "Magnified", "OwnCode", "Quiet", "SavedRun"]
 
 CaseFile = Annotated[Path, typer.Argument(help="A case file.")]
 SavedRun = Annotated[Path, typer.Argument(help="A saved run.")]
@@ -22,3 +22,6 @@ OwnCode = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")]
 BlockSize = Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)]
+Magnified = Annotated[
+    float, typer.Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)
+]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from scissordyn.cli.option import OwnCode, SavedRun
+from scissordyn.cli.option import Magnified, OwnCode, SavedRun
 from scissordyn.cli.output import check_folder
 from scissordyn.errors import InputError
 
@@ -27,9 +27,7 @@ def plot(
     ] = None,
     last: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Draw up to this instant.")] = None,
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
-    magnify: Annotated[
-        float, typer.Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)
-    ] = 1.0,
+    magnify: Magnified = 1.0,
     allow_code: OwnCode = None,
 ) -> int:
     """Draw a saved run; nothing is computed anew."""

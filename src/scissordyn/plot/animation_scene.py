@@ -156,10 +156,8 @@ def _parts(drawn: list[Symbol]) -> list[Shape]:
     tones: dict[str, int] = {}
     found = []
     for symbol in drawn:
-        bar, element, _ = symbol.name.rpartition("/beam ")
-        bends = symbol.kind == "beam" and bool(element)
-        kind = "bar" if bends else "rod" if symbol.kind == "rod" else "component"
-        tone = tones.setdefault(bar, len(tones) % 2) if bends else 0
+        kind = "bar" if symbol.bar else "rod" if symbol.kind == "rod" else "component"
+        tone = tones.setdefault(symbol.bar, len(tones) % 2) if symbol.bar else 0
         found += [Shape(symbol.name, kind, stroke, tone) for stroke in symbol.strokes]
     return found
 

@@ -16,7 +16,7 @@ from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import SMALL, Canvas, dress, legend, panels
 from scissordyn.run.placement import Placement
 
-__all__ = ["frequencies", "shapes", "swing"]
+__all__ = ["frequencies", "oscillation", "shapes"]
 
 AMPLITUDE = 0.06
 """Largest displacement of a drawn mode, as a fraction of the mechanism's longer side."""
@@ -77,8 +77,8 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
     """
     here, still = found.isel(time=0) if "time" in found.dims else found, mechanism.ideal()
     modes = here["mode"].values[:count].tolist()
-    swings = [swing(here, still, mode, frames=5, periods=1) for mode in modes]
-    placed = [Placement.at(still, one, slice(None), turns=upright(still)) for one in swings]
+    drawn = [oscillation(here, still, mode, frames=5, periods=1) for mode in modes]
+    placed = [Placement.at(still, one, slice(None), turns=upright(still)) for one in drawn]
     bounds = [corners_of(one) for one in placed]
     corners = np.min([low for low, _ in bounds], axis=0), np.max([high for _, high in bounds], axis=0)
     aspect = float((corners[1] - corners[0])[1] / (corners[1] - corners[0])[0])
@@ -86,7 +86,7 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
     rows = math.ceil(len(modes) / columns)
     figure = Figure(figsize=(3.8 * columns, (0.6 + 3.2 * min(1.5, max(0.3, aspect))) * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, mode, one in zip(grid, modes, swings, strict=False):
+    for axes, mode, one in zip(grid, modes, drawn, strict=False):
         dress(axes)
         for sample in (1, 3):
             draw_mechanism(one, still, sample, axes=axes, corners=corners)
@@ -99,7 +99,9 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
     return list(grid[: len(modes)])
 
 
-def swing(found: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS) -> xr.Dataset:
+def oscillation(
+    found: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS
+) -> xr.Dataset:
     """A mode as a motion: what pictures and films need of a run.
 
     Parameters

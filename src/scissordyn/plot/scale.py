@@ -45,6 +45,10 @@ class Scale:
         """A number in SI units as a shown number, without the unit."""
         return f"{value * self.factor:.{digits}g}"
 
+    def said(self, value: float, digits: int = 4) -> str:
+        """A number in SI units as a shown number with its unit."""
+        return f"{self.text(value, digits)} {self.unit}".rstrip()
+
 
 DEGREES = Scale(180.0 / math.pi, "deg")
 

@@ -199,8 +199,8 @@ def draw_mechanism(
     radius = max(size, min(SYMBOL / _points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
     tones: dict[str, str] = {}
     for symbol in symbols(run, mechanism, placed, [sample], radius):
-        if symbol.kind == "beam" and "/beam " in symbol.name:  # of a whole bar, which has no name in a picture
-            tone = tones.setdefault(symbol.name.rpartition("/")[0], (BLUE, GREEN)[len(tones) % 2])
+        if symbol.bar:  # which has no name in a picture
+            tone = tones.setdefault(symbol.bar, (BLUE, GREEN)[len(tones) % 2])
             axes.plot(*symbol.strokes[0][0].T, color=tone, linewidth=1.8, solid_capstyle="round", zorder=2.0)
             continue
         for stroke in symbol.strokes:

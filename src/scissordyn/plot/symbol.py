@@ -41,6 +41,12 @@ class Symbol:
     strokes: Strokes
     anchor: np.ndarray
 
+    @property
+    def bar(self) -> str:
+        """The bar that bends of which it is an element; "" if it is none."""
+        bar, element, _ = self.name.rpartition("/beam ")
+        return bar if element and self.kind == "beam" else ""
+
 
 @dataclass
 class _Scene:

@@ -161,15 +161,14 @@ def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> S
 
 
 def _value(results: xr.Dataset, study: Study, address: str, value: float) -> str:
-    scale = _scale(results, study, address, value)
-    return f"{scale.text(value)} {scale.unit}".rstrip()
+    return _scale(results, study, address, value).said(value)
 
 
 def _margins(one: Recommendation) -> Table:
     rows = []
     for each in one.margins:
         scale = scale_of(xr.DataArray(each.value, attrs={"units": each.units}))
-        value = f"{scale.text(each.value)} {scale.unit}".rstrip() if math.isfinite(each.value) else "no value"
+        value = scale.said(each.value) if math.isfinite(each.value) else "no value"
         rows.append((each.requirement, value, f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     return Table(("requirement", "value there", "margin"), rows, f"Point {one.point}", (note,))

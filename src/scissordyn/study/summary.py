@@ -253,7 +253,7 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
 def worst_value(one: Worst) -> str:
     """The response of a case with its unit."""
     scale = scale_of(xr.DataArray(one.value, attrs={"units": one.units}))
-    return f"{scale.text(one.value)} {scale.unit}".rstrip()
+    return scale.said(one.value)
 
 
 def _percent(fraction: float) -> str:

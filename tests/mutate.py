@@ -37,7 +37,7 @@ for _library in ("numba", "scipy.integrate", "scipy.linalg", "scipy.optimize", "
     importlib.import_module(_library)
 
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
-from noticing import ALIVE, MOST_ALIVE, NAMED, ROOMS, SEED, tests_of
+from noticing import ALIVE, EQUIVALENT, MOST_ALIVE, NAMED, ROOMS, SEED, tests_of
 
 KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
 HERE = Path(__file__).parent
@@ -94,31 +94,6 @@ TARGETS = (
         compiled=True,
     ),
 )
-
-EQUIVALENT: dict[tuple[str | int, ...], str] = {
-    ("component/force.py", "parameters", "float(self.follows)"): "a switch",
-    ("component/beam.py", "force", "damping"): "its sign",
-    ("component/beam.py", "force", "strength"): "its sign",
-    ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
-    **dict.fromkeys(
-        (("component/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
-        "which angles of the table lie between, of which one at an end has no area; and which end is larger",
-    ),
-    ("control/tracking/feedback.py", "", "1.0"): "a scale of the error of a step",
-    ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
-    ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
-    ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
-    ("laws/elastic/quadrature.py", "quadrature_energy", "1.0"): "only in the tolerance",
-    ("laws/damping/exact.py", "", "700.0"): "end of a bracket far beyond the root",
-    ("laws/damping/exact.py", "", "0.1"): "where a series takes over that agrees to rounding",
-    ("laws/damping/none.py", "parameters", "self.factor"): "zero",
-    ("laws/friction/bristle.py", "", "1000000.0"): "constant damping to rounding, either way",
-    ("laws/friction/dahl.py", "force", "p[2]"): "shortcut for n = 1",
-    ("laws/friction/dahl.py", "force", "1.0", 2): "shortcut for n = 1",
-    ("laws/friction/stribeck.py", "sliding_coefficient", "p[3]"): "shortcut for gamma = 2",
-    ("laws/friction/stribeck.py", "sliding_coefficient", "2.0"): "shortcut for gamma = 2",
-}
-"""Mutations that change no answer beyond rounding, with the reason: by file, function, number and, after the first, which."""
 
 
 @dataclass(frozen=True)

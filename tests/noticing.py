@@ -1,10 +1,10 @@
-"""Which rooms `mutate` draws changes from, and which tests have to notice a change of a file."""
+"""Which rooms `mutate` draws changes from, which tests have to notice a change of a file, and which changes change nothing."""
 
 from __future__ import annotations
 
 from fnmatch import fnmatch
 
-__all__ = ["ALIVE", "MOST_ALIVE", "NAMED", "ROOMS", "SEED", "tests_of"]
+__all__ = ["ALIVE", "EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SEED", "tests_of"]
 
 SEED = 22
 
@@ -24,6 +24,31 @@ NAMED = (
     ("integrate/event.py", "may_rise", "dropped", "cubic_value(place, a, slope_a, b, slope_b) + bump"),
 )
 """Changes of what no test noticed once, by file, function, kind and expression; each is to be noticed."""
+
+EQUIVALENT: dict[tuple[str | int, ...], str] = {
+    ("component/force.py", "parameters", "float(self.follows)"): "a switch",
+    ("component/beam.py", "force", "damping"): "its sign",
+    ("component/beam.py", "force", "strength"): "its sign",
+    ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
+    **dict.fromkeys(
+        (("component/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
+        "which angles of the table lie between, of which one at an end has no area; and which end is larger",
+    ),
+    ("control/tracking/feedback.py", "", "1.0"): "a scale of the error of a step",
+    ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
+    ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
+    ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
+    ("laws/elastic/quadrature.py", "quadrature_energy", "1.0"): "only in the tolerance",
+    ("laws/damping/exact.py", "", "700.0"): "end of a bracket far beyond the root",
+    ("laws/damping/exact.py", "", "0.1"): "where a series takes over that agrees to rounding",
+    ("laws/damping/none.py", "parameters", "self.factor"): "zero",
+    ("laws/friction/bristle.py", "", "1000000.0"): "constant damping to rounding, either way",
+    ("laws/friction/dahl.py", "force", "p[2]"): "shortcut for n = 1",
+    ("laws/friction/dahl.py", "force", "1.0", 2): "shortcut for n = 1",
+    ("laws/friction/stribeck.py", "sliding_coefficient", "p[3]"): "shortcut for gamma = 2",
+    ("laws/friction/stribeck.py", "sliding_coefficient", "2.0"): "shortcut for gamma = 2",
+}
+"""Mutations that change no answer beyond rounding, with the reason: by file, function, number and, after the first, which."""
 
 INTEGRATE = ("integrate/test_event.py", "integrate/test_monitored_rows.py", "integrate/test_advance.py")
 MECHANICS = (

@@ -97,22 +97,17 @@ def with_bending(
         something is attached to it that has no place on a bar that bends.
     """
     stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
-    heated = {"temperature_rise": temperature_rise, "temperature_difference": temperature_difference}
     expansion = stiffness.thermal_expansion if thermal_expansion is None else thermal_expansion
-    if any(heated.values()) and not expansion:
-        raise InputError("bars that are heated without a thermal_expansion", "a material that has one, or", "12e-6 1/K")
-    if temperature_difference and not stiffness.depth:
-        raise InputError("a temperature difference across bars without a section", "a section, which has a depth")
+    heated = _heated(stiffness, expansion, temperature_rise, temperature_difference)
     if mass == "section" and stiffness.mass_per_length is None:
         raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
-    more = {"damping": damping, "thermal_expansion": expansion, **heated, "time_function": time_function}
-    known = [body.name for body in mechanism.bodies]
+    more = {"damping": damping, **heated, "time_function": time_function}
     if bodies == "all":
         names = tuple(body.name for body in mechanism.bodies if _is_bar(body))
         if not names:
             raise InputError("a mechanism without a straight uniform bar", "bars with at least two points on a line")
     else:
-        names = matching("body", bodies, known)
+        names = matching("body", bodies, [body.name for body in mechanism.bodies])
     for name in names:
         body = mechanism.body(name)
         if mass == "section":
@@ -153,6 +148,15 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
         "section and material, or bending_stiffness (EI) and axial_stiffness (EA)",
         'section = "tube 60x60x1.5 mm", material = "steel"',
     )
+
+
+def _heated(stiffness: _Stiffness, expansion: float, rise: float, difference: float) -> dict[str, float]:
+    """What elements get of temperatures, after a check that they can have an effect."""
+    if (rise or difference) and not expansion:
+        raise InputError("bars that are heated without a thermal_expansion", "a material that has one, or", "12e-6 1/K")
+    if difference and not stiffness.depth:
+        raise InputError("a temperature difference across bars without a section", "a section, which has a depth")
+    return {"thermal_expansion": expansion, "temperature_rise": rise, "temperature_difference": difference}
 
 
 def _is_bar(body: Body) -> bool:

@@ -97,6 +97,32 @@ def draw_all(
     """
     check_format(format)
     check_kinds(only)
+    makers = _makers(run, ideal, mechanism, joints, magnify)
+    for kind in only or ():
+        if kind not in makers:
+            raise InputError(
+                f"picture '{kind}' of this run", f"a run with {NEEDS.get(kind, 'its mechanism')}", f"--only {','.join(makers)}"
+            )
+    drawn = {kind: make() for kind, make in makers.items() if only is None or kind in only}
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot make the folder '{target}': {error.strerror or error}", "a folder that can be written"
+        ) from None
+    written = []
+    for name, axes in drawn.items():
+        figure = axes[0].get_figure(root=True)
+        assert figure is not None
+        written.append(write(figure, target / f"{name}.{format}"))
+    return written
+
+
+def _makers(
+    run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism | None, joints: Sequence[str] | None, magnify: float
+) -> dict[str, Callable[[], list[Axes]]]:
+    """What draws each picture that the run has data for."""
     has_clearance, pins = bool(clearance_joints(run)), clearance_pins(run)
     if joints is not None:
         chosen_joints(run, joints)
@@ -117,22 +143,4 @@ def draw_all(
         makers["structure"] = lambda: structure(run, mechanism, joints=joints, magnify=magnify)
         if "beam" in run.dims:
             makers["bending"] = lambda: bending(run, mechanism)
-    for kind in only or ():
-        if kind not in makers:
-            raise InputError(
-                f"picture '{kind}' of this run", f"a run with {NEEDS.get(kind, 'its mechanism')}", f"--only {','.join(makers)}"
-            )
-    drawn = {kind: make() for kind, make in makers.items() if only is None or kind in only}
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot make the folder '{target}': {error.strerror or error}", "a folder that can be written"
-        ) from None
-    written = []
-    for name, axes in drawn.items():
-        figure = axes[0].get_figure(root=True)
-        assert figure is not None
-        written.append(write(figure, target / f"{name}.{format}"))
-    return written
+    return makers

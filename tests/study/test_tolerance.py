@@ -163,15 +163,14 @@ def test_deviations_from_a_chosen_value() -> None:
 
 def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
     """Identity: the store has the chosen value and the deviation, the mechanism their product; runs are those of that value."""
-    found = sd.study(
-        arm(),
-        {"A.clearance": "0.1, 0.2 mm"},
-        until=UNTIL,
-        uncertain={"A.clearance": "+- 10 %"},
-        samples=3,
-        requirements={"peak_force": 60e3},
-        store=tmp_path / "tolerance.zarr",
-    )
+    asked = {
+        "until": UNTIL,
+        "uncertain": {"A.clearance": "+- 10 %"},
+        "samples": 3,
+        "requirements": {"peak_force": 60e3},
+        "store": tmp_path / "tolerance.zarr",
+    }
+    found = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked)
     results = found.dataset
     np.testing.assert_allclose(results["A.clearance"], np.repeat([0.1e-3, 0.2e-3], 3))
     deviations = results["A.clearance deviation"].values
@@ -187,16 +186,7 @@ def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
     rows = {row[0]: row[2] for row in varied_numbers(found.study, results).rows}
     assert rows == {"A.clearance": "0.1, 0.2 mm", "A.clearance deviation": "uniform: -10 to 10 %"}
     assert sd.open_study(tmp_path / "tolerance.zarr").study.uncertain == found.study.uncertain
-    again = sd.study(
-        arm(),
-        {"A.clearance": "0.1, 0.2 mm"},
-        until=UNTIL,
-        uncertain={"A.clearance": "+- 10 %"},
-        samples=3,
-        requirements={"peak_force": 60e3},
-        store=tmp_path / "tolerance.zarr",
-        compute=False,
-    )
+    again = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked, compute=False)
     assert again.counts["complete"] == 6
 
 

@@ -125,6 +125,7 @@ if TYPE_CHECKING:
     preview: Callable[..., Any]
     animate: Callable[..., Any]
     view: Callable[..., Any]
+    style: Callable[..., Any]
     plot: Any
 
 __all__ = [
@@ -250,6 +251,7 @@ __all__ = [
     "spectrum",
     "stroboscopic",
     "study",
+    "style",
     "tabulated",
     "torque_over_speed",
     "variational_exponent",
@@ -337,6 +339,7 @@ _HOMES = {
     "model.payload": ("with_panels", "with_payload"),
     "plot.animation": ("animate",),
     "plot.preview": ("preview", "preview_svg"),
+    "plot.publication": ("style",),
     "model.scissor": ("scissor",),
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.file.output_file import write_file
-from scissordyn.plot.file import FORMATS, write
+from scissordyn.plot.file import write
 from scissordyn.study.engine import Engine
 from scissordyn_paper.cache import Progress, fetch, provenance
 from scissordyn_paper.figure import open_question as figure
@@ -33,7 +33,7 @@ from scissordyn_paper.open_question import (
     OpenCase,
     compute,
 )
-from scissordyn_paper.page import Cell, cited, document, folded, paragraph, picture, section, table
+from scissordyn_paper.page import FORMATS, Cell, cited, document, folded, paragraph, picture, section, table
 from scissordyn_paper.report import DOI, SOURCE
 from scissordyn_paper.sensitivity import DEFAULT
 

@@ -9,8 +9,24 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-__all__ = ["Cell", "badge", "cited", "document", "folded", "heading", "paragraph", "picture", "remarked", "section", "small"]
+__all__ = [
+    "FORMATS",
+    "Cell",
+    "badge",
+    "cited",
+    "document",
+    "folded",
+    "heading",
+    "paragraph",
+    "picture",
+    "remarked",
+    "section",
+    "small",
+]
 __all__ += ["table", "tally"]
+
+FORMATS = ("png", "svg")
+"""Of the pictures beside the page."""
 
 _ENVIRONMENT = Environment(
     loader=PackageLoader("scissordyn_paper", "."), autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True

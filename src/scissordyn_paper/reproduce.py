@@ -12,13 +12,14 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import write_file
-from scissordyn.plot.file import FORMATS, write
+from scissordyn.plot.file import write
 from scissordyn.study.engine import Engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper.cache import Jobs, Progress, fetch_all
 from scissordyn_paper.cases import PaperCase, contact_starts, every_case
 from scissordyn_paper.figures import FIGURES, FURTHER, figure_of
 from scissordyn_paper.measures import measure
+from scissordyn_paper.page import FORMATS
 from scissordyn_paper.report import page
 from scissordyn_paper.results import Results
 from scissordyn_paper.runs import compute, fetch_runs

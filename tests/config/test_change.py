@@ -64,6 +64,7 @@ def test_later_changes_see_earlier_ones() -> None:
         ("clearance.2.clearance=3 mm", "no '2' there"),
         ("clearance.unit 1/pivo.clearance=3 mm", "did you mean 'unit 1/pivot'"),
         ("clearance.A=3", "whole table"),
+        ("clearance.clearance=1 mm", "which [[clearance]] is not said"),
     ],
 )
 def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
+from scissordyn.component.actuator import Actuator
 from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.file import read_case
+from scissordyn.config.fitted import DAMPING, FURTHER, OSCILLATIONS
 from scissordyn.config.part import PARTS
-from scissordyn.config.starter import STARTERS
+from scissordyn.config.starter import STARTERS, TURNS
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
 from scissordyn.config.template import TEMPLATES, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
+from scissordyn.model.payload import panel_ends, payload_points
+from scissordyn.model.scissor import scissor
 from scissordyn.run.options import Options
 from scissordyn.run.simulate import simulate
 
@@ -100,3 +105,78 @@ def test_unknown_structures_are_refused() -> None:
     """Identity: with the name that was meant."""
     with pytest.raises(InputError, match="did you mean 'scissor'"):
         template("scisor")
+
+
+@pytest.mark.parametrize("kind", TEMPLATES)
+@pytest.mark.parametrize("part", FURTHER)
+def test_every_structure_has_every_part(tmp_path: Path, kind: str, part: str) -> None:
+    """Identity: the file is read, has the part, and its move is carried out with ideal joints."""
+    path, asked = tmp_path / "case.toml", ["servo", "latch"] if part == "latch" else [part]
+    if (kind, part) == ("slider-crank", "rod"):
+        with pytest.raises(InputError, match="cannot drive this structure at its start"):
+            template(kind, asked)
+        return
+    path.write_text(template(kind, asked), encoding="utf-8")
+    case = read_case(path)
+    parts = case.mechanism
+    section = FURTHER[part][0]
+    described = {
+        "control": lambda: any(isinstance(one, Actuator) for one in parts.components),
+        "track": lambda: parts.tracks,
+        "payload": lambda: any(payload_points(body) for body in parts.bodies),
+        "panels": lambda: any(panel_ends(body) for body in parts.bodies),
+        "rod": lambda: parts.rods,
+        "latch": lambda: parts.latches,
+    }
+    has = described.get(section, lambda: any(one.declaration.section == section for one in parts.components))
+    assert has()
+    run = simulate(parts.ideal(), until=case.run.until, samples=3)
+    assert run.attrs["status"] == "complete"
+
+
+@pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "four-bar"])
+def test_a_printed_servo_follows_its_reference(tmp_path: Path, kind: str) -> None:
+    """Identity: with the gains that are printed, and a payload, the move ends where it should, within the servo's limit."""
+    path = tmp_path / "case.toml"
+    path.write_text(template(kind, ["servo", "tip", "payload"]), encoding="utf-8")
+    case = read_case(path)
+    run = simulate(case.mechanism.ideal(), until=case.run.until, samples=201)
+    answer = run.scissordyn.summary()
+    assert abs(run["control_error"].values).max() < 1e-3 * abs(TURNS[kind])
+    servo = answer.actuators[0]
+    assert servo.limit is not None
+    assert servo.torque == pytest.approx(servo.limit / 1.5, rel=0.05)
+    assert answer.span.change == "extends" or kind == "four-bar"
+
+
+def test_a_printed_servo_has_the_natural_frequency_that_is_said() -> None:
+    """Closed form: k_p = J w^2 and k_d = 2 z J w, with J from the kinetic energy of a run, to the two digits of the file."""
+    changes = ["structure.units=5", "drive.cycloidal.end=20 deg", "drive.cycloidal.duration=3 s", "clearance.joint=all"]
+    text = template("scissor", ["servo"], changes)
+    gains = tomllib.loads(text)["control"][0]["controller"]
+    mechanism = scissor(units=5, angle=math.radians(60.0)).driven(speed=1.0)
+    inertia = 2.0 * float(simulate(mechanism, until=1e-3, samples=2)["kinetic_energy"][0])
+    w = 2.0 * math.pi * OSCILLATIONS / 3.0
+    for key, wanted in (("proportional", inertia * w**2), ("derivative", 2.0 * DAMPING * inertia * w)):
+        assert float(gains[key].split()[0]) == pytest.approx(wanted, rel=0.05)
+    file = tomllib.loads(text)
+    assert (file["structure"]["units"], file["clearance"][0]["joint"], file["run"]["until"]) == (5, "all", "3.3 s")
+    assert file["drive"]["cycloidal"] == {"start": "60 deg", "end": "20 deg", "duration": "3 s"}
+
+
+@pytest.mark.parametrize(
+    ("parts", "changes", "said"),
+    [
+        (["servos"], [], "did you mean 'servo'"),
+        (["servo", "motor"], [], "both drive the structure"),
+        (["latch"], [], "--with servo,latch"),
+        (["servo"], ["payload.mass=3 kg"], "a file without [payload]"),
+        (["servo"], ["trip.mass=3 kg"], "a file without [trip]"),
+        (["servo"], ["drive.trapezoidal.duration=3 s"], "trapezoidal"),
+        (["servo"], ["structure.unit=3"], "did you mean 'units'"),
+    ],
+)
+def test_parts_that_cannot_be_are_refused(parts: list[str], changes: list[str], said: str) -> None:
+    """Identity: one line that says what to type."""
+    with pytest.raises(InputError, match=re.escape(said)):
+        template("scissor", parts, changes)

@@ -97,7 +97,7 @@ def test_frames_of_a_film_have_the_peaks(coarse: xr.Dataset) -> None:
 def test_compared_forces_reach_their_peaks(coarse: xr.Dataset) -> None:
     """Identity: both lines of a comparison reach the largest contact force."""
     drawn = comparison(coarse, coarse)
-    axes = next(each for each in drawn if "slider pin" in each.get_ylabel())
+    axes = next(each for each in drawn if "slider pin" in " ".join(each.get_ylabel().split()))
     factor = 1e-3 if "kN" in axes.get_ylabel() else 1.0
     for each in axes.lines[:2]:
         assert np.max(each.get_ydata()) == pytest.approx(factor * float(coarse["peak_force"].max()), rel=1e-12)

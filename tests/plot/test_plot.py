@@ -138,7 +138,7 @@ def test_torque_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
     np.testing.assert_allclose(curve(axes, "ideal joints").get_ydata(), ideal["drive_torque"] / 1e3, rtol=1e-14)
     both = xr.concat([run["drive_torque"], 1e-4 * run["drive_torque"]], "drive").transpose("time", "drive")
     first, second = torque(run.assign(drive_torques=both.assign_attrs(units="N m")))
-    assert (first.get_ylabel(), second.get_ylabel()) == ("torque of drive 1\n[kN·m]", "torque of drive 2\n[N·m]")
+    assert (first.get_ylabel(), second.get_ylabel()) == ("torque of drive 1 [kN·m]", "torque of drive 2 [N·m]")
     with pytest.raises(InputError, match="without a drive"):
         torque(run.drop_vars("drive_torque"))
 
@@ -188,9 +188,9 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
     first, second = (curve(axes, "peak of a contact").get_xdata() for axes in (drawn[0], drawn[2]))
     shared = min(len(first), len(second))
     np.testing.assert_allclose(np.subtract(second[:shared], first[:shared]), 1.3, rtol=1e-9)
-    assert len(force(two_joints, joints=["unit 1/pivot"])) == 2
+    assert len(force(two_joints, joint="unit 1/pivot")) == 2
     with pytest.raises(InputError, match=r"did you mean 'unit 1/pivot'\?"):
-        force(two_joints, joints=["unit 1/pivto"])
+        force(two_joints, joint="unit 1/pivto")
 
 
 def test_joints_with_the_largest_forces() -> None:
@@ -435,7 +435,7 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
     figure = force(many)[0].get_figure(root=True)
     assert figure is not None
     assert figure.get_supxlabel() == "2 more clearance joints with smaller forces"
-    assert force(many, joints=["joint 1"])[0].get_figure(root=True).get_supxlabel() == ""
+    assert force(many, joint="joint 1")[0].get_figure(root=True).get_supxlabel() == ""
 
 
 def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:

@@ -65,7 +65,7 @@ def test_import_stays_light() -> None:
 def test_accessor_draws_what_the_functions_draw(saved: xr.Dataset) -> None:
     """Identity: the method of the accessor and the function under `sd.plot` draw the same curve, that of the run."""
     methods = saved.scissordyn.plot.force(joint="A")[0].lines
-    functions = sd.plot.force(saved, joints=["A"])[0].lines
+    functions = sd.plot.force(saved, joint="A")[0].lines
     for one, other in zip(methods, functions, strict=True):
         assert np.array_equal(np.asarray(one.get_xydata()), np.asarray(other.get_xydata()))
     times, drawn = np.asarray(methods[0].get_xdata()), np.asarray(methods[0].get_ydata())

@@ -262,7 +262,7 @@ def test_indices_of_a_scissor_case(tmp_path: Path) -> None:
     assert not left_out
 
 
-def test_tables_reports_and_replays(tmp_path: Path) -> None:
+def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: tables hold the results, a replayed case has the stored peak, a report has every picture."""
     import pandas as pd
 
@@ -287,8 +287,14 @@ def test_tables_reports_and_replays(tmp_path: Path) -> None:
     assert "&lt;script&gt;alert(1)" in hostile
     for title in ("Where the requirements are met", "Map of peak_force", "Response curves", "scissordyn study replay a.zarr"):
         assert title in text
-    with pytest.raises(sd.InputError, match=r"ends in \.html"):
+    with pytest.raises(sd.InputError, match=r"ends in \.html or \.pdf"):
         write_report(described, results, "a.zarr", tmp_path / "r.txt")
+    monkeypatch.setattr("scissordyn.study.report.printed", lambda page: b"%PDF-1.4" + page)
+    assert b"Response curves" in write_report(described, results, "a.zarr", tmp_path / "r.pdf").read_bytes()
+    write_report(described, results, "a.zarr", tmp_path / "r.pdf")  # in the place of the earlier one
+    (tmp_path / "own.pdf").write_text("mine")
+    with pytest.raises(sd.InputError, match="something else than a report"):
+        write_report(described, results, "a.zarr", tmp_path / "own.pdf")
     with pytest.raises(sd.InputError, match=r"ends in \.csv"):
         export(results, tmp_path / "a.xls")
     assert export(results, tmp_path / "a.csv") == tmp_path / "a.csv"  # in the place of the same table

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.contour import ContourSet
 from matplotlib.legend import Legend
 from scipy.stats import qmc
+from sklearn.gaussian_process import GaussianProcessRegressor
 
 from scissordyn.plot.study import feasibility_map
 from scissordyn.study.answer import by_point
@@ -43,18 +44,18 @@ def test_a_smooth_function_is_predicted() -> None:
 
 
 def test_points_left_out_are_those_of_brute_force() -> None:
-    """Cross-check: the closed form is what the same correlation predicts without the point."""
+    """Cross-check: the closed form is what a process with the same correlation predicts without the point."""
     x = points(16)
     y = smooth(x) + 0.05 * np.random.default_rng(3).standard_normal(16)
     found = Kriging(x, y, PLAIN)
     unit = (x - x.min(axis=0)) / np.ptp(x, axis=0)
     for k in (0, 7, 15):
         kept = np.arange(16) != k
-        matrix = found._correlation(unit, unit, found._parameters[:-1]) + np.exp(found._parameters[-1]) * np.eye(16)
-        inverse = np.linalg.inv(matrix[np.ix_(kept, kept)])
-        mean = inverse.sum(axis=0) @ y[kept] / inverse.sum()
-        guess = mean + matrix[k, kept] @ inverse @ (y[kept] - mean)
-        assert found.left_out[k, 0] == pytest.approx(guess, rel=1e-6)
+        process = GaussianProcessRegressor(found.process.kernel_, optimizer=None, alpha=1e-10)
+        process.fit(unit[kept], ((y - y.mean()) / y.std())[kept])
+        guess, deviation = process.predict(unit[[k]], return_std=True)
+        assert found.left_out[k, 0] == pytest.approx(y.mean() + y.std() * guess[0], rel=1e-6)
+        assert found.left_out[k, 1] == pytest.approx(y.std() * deviation[0], rel=1e-4)
 
 
 def test_intervals_cover_noise() -> None:

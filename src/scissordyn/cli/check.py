@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
@@ -9,6 +11,7 @@ from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 if TYPE_CHECKING:
     from scissordyn.component.declaration import Component
     from scissordyn.component.time_function import TimeFunction
+    from scissordyn.kinematics.inertia import DriveInertia
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.summary import SpanAnswer
 
@@ -33,6 +36,7 @@ def check(
     from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
     from scissordyn.run.trajectory import make_driver
+    from scissordyn.units import short
 
     read = read_case(case, change or [])
     mechanism = read.mechanism
@@ -51,16 +55,13 @@ def check(
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
     components: tuple[Component, ...] = (*made.acting, *rods)
     lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
-    parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
-    for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
-        if gap is None:
-            continue
-        laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
-        lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
+    lines += _clearances("Joint", mechanism.clearance_joints) + _clearances("Guide", mechanism.guides)
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     span = _span(mechanism, read.run.until)
+    inertia = _inertia(mechanism, read.run.until)
     lines += [] if span is None else [f"{span} (ideal joints)".replace(". (", " (") + "."]
-    lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
+    lines += [] if inertia is None else [f"Inertia about {inertia.drive}: {inertia} (ideal joints)."]
+    lines.append(f"Run: {short(read.run.until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
     warnings = [*prepared.warnings, *drive_warnings(made, read.run.until)]
     lines += [f"Warning: {text}." for text in warnings]
     if as_json:
@@ -75,6 +76,7 @@ def check(
                 "components": [part.name for part in components],
                 "until": read.run.until,
                 "span": None if span is None else span.plain(),
+                "drive_inertia": None if inertia is None else inertia.plain(),
                 "method": choice.method,
                 "warnings": warnings,
             }
@@ -86,6 +88,17 @@ def check(
     return 0
 
 
+def _clearances(kind: str, parts: Iterable[Any]) -> list[str]:
+    """A line for each clearance and its laws, with the names of all parts that have it."""
+    found: dict[str, list[str]] = {}
+    for part in parts:
+        if part.clearance is not None:
+            gap = part.clearance
+            laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
+            found.setdefault(f"clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.", []).append(part.name)
+    return [f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}: {said}" for said, names in found.items()]
+
+
 def _span(mechanism: Mechanism, until: float) -> SpanAnswer | None:
     """Width and height at the start and at the end of the run, with ideal joints; None where that ends early."""
     from scissordyn.run.simulate import simulate
@@ -93,6 +106,28 @@ def _span(mechanism: Mechanism, until: float) -> SpanAnswer | None:
 
     ideal = simulate(mechanism.ideal(), until=until, samples=2, most_steps=MOST_STEPS)
     return summary_of(ideal).span if ideal.attrs["status"] == "complete" else None
+
+
+def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
+    """What the only drive, or the only servo in its place, has to accelerate; None where they do not determine the motion."""
+    import numpy as np
+
+    from scissordyn.component.actuator import Actuator
+    from scissordyn.kinematics.inertia import DriveInertia, drive_inertia
+    from scissordyn.kinematics.path import path_of
+    from scissordyn.plan.plan import plan
+
+    servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.reference is not None]
+    ideal = mechanism.ideal()
+    if len(servos) == 1 and not mechanism.drives:
+        kept = tuple(part for part in ideal.components if not isinstance(part, Actuator))
+        ideal = replace(ideal, components=kept).driven(servos[0].reference, body=servos[0].body)
+    path = path_of(plan(ideal), until) if len(ideal.drives) == 1 else None
+    if path is None or path.parameter != "angle":
+        return None
+    values = drive_inertia(path)
+    first, last = (int(np.argmin(np.abs(path.place - path.closure.inputs.at(time)[0]))) for time in (0.0, until))
+    return DriveInertia(ideal.drives[0].body, float(values[first]), float(values[last]), float(np.nanmax(values)))
 
 
 def _in_words(motion: TimeFunction) -> str:

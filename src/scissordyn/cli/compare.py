@@ -29,7 +29,7 @@ def compare(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw both runs into comparison.png in this folder.")
     ] = None,
-    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
+    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png, svg or pdf.")] = "png",
 ) -> int:
     """Show how two saved runs differ: entries of their cases, then largest forces, contacts, energies."""
     from rich import box

@@ -129,7 +129,7 @@ EXAMPLES: dict[str, str] = {
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
-    "new": "scissordyn new scissor > case.toml",
+    "new": "scissordyn new scissor --with servo,tip > case.toml",
     "examples": "scissordyn examples paper > case.toml",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",

@@ -26,7 +26,10 @@ def plot(
         str | None, typer.Option("--from", metavar="TIME", help="Draw from this instant on, as in '10 ms'.")
     ] = None,
     last: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Draw up to this instant.")] = None,
-    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
+    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png, svg or pdf.")] = "png",
+    look: Annotated[
+        str, typer.Option("--style", metavar="STYLE", help="screen, single-column, double-column (of a journal) or slides.")
+    ] = "screen",
     magnify: Magnified = 1.0,
     allow_code: OwnCode = None,
 ) -> int:
@@ -34,6 +37,7 @@ def plot(
     from scissordyn.cli.saved import mechanism_of, read_run, seconds
     from scissordyn.cli.show import console
     from scissordyn.plot.file import check_format
+    from scissordyn.plot.publication import style
     from scissordyn.plot.report import check_kinds, draw_all
     from scissordyn.plot.window import window
 
@@ -52,6 +56,8 @@ def plot(
             if kinds is not None:
                 raise
             to.print(f"Without the picture of the structure: {error.what}.", markup=False)
-    for path in draw_all(window(saved, begin, end), None, output, mechanism, form, only=kinds, joints=joint, magnify=magnify):
+    with style(look):
+        drawn = draw_all(window(saved, begin, end), None, output, mechanism, form, only=kinds, joints=joint, magnify=magnify)
+    for path in drawn:
         to.print(str(path), markup=False)
     return 0

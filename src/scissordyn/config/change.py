@@ -69,10 +69,14 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
             )
         place = inner
     if isinstance(place, list):
+        names = [handle(one) or str(number) for number, one in enumerate(place)]
+        which = keys[-1] in names or keys[-1].isdecimal()
+        path = ".".join([*keys, "KEY"] if which else [*keys[:-1], names[0], keys[-1]]) if names else ""
+        said = f"'{'.'.join(keys)}' is a whole table" if which else f"which [[{keys[-2]}]] is not said"
         raise InputError(
-            f"--set {change!r}: '{'.'.join(keys)}' is a whole table",
-            "a key below it",
-            command("--set", f"{'.'.join(keys)}.KEY=VALUE"),
+            f"--set {change!r}: {said}",
+            "a key below it" if which else "one of " + ", ".join(names),
+            command("--set", f"{path}=VALUE") if path else "",
         )
     place[keys[-1]] = value
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["STARTERS"]
+__all__ = ["AT_REST", "STARTERS", "TURNS"]
 
 STARTERS: Mapping[str, Mapping[str, Any]] = {
     "scissor": {"structure": {"angle": "60 deg"}, "drive": {"speed": "-150 rpm"}},
@@ -34,3 +35,21 @@ STARTERS: Mapping[str, Mapping[str, Any]] = {
     },
 }
 """By structure: values of the keys of each section, a list of tables for the parts."""
+
+TURNS: Mapping[str, float] = {
+    kind: math.radians(degrees)
+    for kind, degrees in {
+        "scissor": -45.0,
+        "polar": 8.0,
+        "ring": -15.0,
+        "mast": 30.0,
+        "slider-crank": 90.0,
+        "four-bar": 90.0,
+        "n-four-bar": -45.0,
+        "mechanism": -60.0,
+    }.items()
+}
+"""By structure: how far its driven body turns in a move from rest to rest [rad]; arrays extend by it."""
+
+AT_REST: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}}
+"""By structure: values of [structure] with which it starts at rest, if it does not by itself."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, get_args
+from collections.abc import Iterable, Mapping
+from typing import get_args
 
 from scissordyn.config.case import CaseTable
+from scissordyn.config.change import changed
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
+from scissordyn.config.control import ControlTable
+from scissordyn.config.fitted import Given, fitted
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
-from scissordyn.config.starter import STARTERS
+from scissordyn.config.starter import AT_REST, STARTERS, TURNS
 from scissordyn.config.structure import STRUCTURES
-from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
+from scissordyn.config.table import Table, instance, key_help, key_sample, quantity_of, table_of, toml
 from scissordyn.config.time_function import DriveTable
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import AUTO, Options
 
 __all__ = ["TEMPLATES", "template"]
@@ -28,6 +32,7 @@ WIDE = 44
 
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.model_fields),
+    ControlTable: tuple(ControlTable.model_fields),
     ClearanceTable: ("bearing_material", "lubrication"),
     **{
         table: tuple(key for key, field in table.model_fields.items() if field.default is None) for table in STRUCTURES.values()
@@ -39,49 +44,100 @@ OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
 }
 """Keys that are shown as comments unless given: they are alternatives of other keys, or have a meaning if absent."""
 
-Given = Mapping[str, Any]
+GAINS = """\
+# Gains of a servo: with the inertia J about the driven body (scissordyn check prints it), the error of its angle decays with
+# the natural frequency w and damping ratio z for proportional = J w^2 and derivative = 2 z J w; here z = 0.7, and w is six
+# oscillations in the time of the move.
+# The limit is half as much again as the ideal mechanism needs for the move."""
 
 
-def template(kind: str) -> str:
+def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) -> str:
     """A case file with every key, its value and its meaning.
 
     Parameters
     ----------
     kind : str
         The structure, one of `TEMPLATES`.
+    parts : iterable of str, optional
+        Further parts with values that fit the structure, see `fitted.FURTHER`: "servo", "tip", "payload", "spring", ...
+    changes : iterable of str, optional
+        Values of the file, as "structure.units=5" or "drive.cycloidal.duration=3 s", see `changed`. What is fitted to the
+        structure and its move fits those that are asked for.
 
     Returns
     -------
     str
         TOML that can be run without changes.
+
+    Raises
+    ------
+    InputError
+        For an unknown structure or part, or a change that the file has no place for.
     """
     if kind not in TEMPLATES:
         raise InputError(
             f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"
         )
-    starter = STARTERS[kind]
-    run = table_of(Options, until="50 ms")
-    parts = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
-    parts.append(_section("[structure]", STRUCTURES[kind], starter.get("structure", {})))
+    starter, asked, ordered = STARTERS[kind], list(parts), _Changes(changes)
+    structure = ordered("structure", {**starter.get("structure", {}), **(AT_REST.get(kind, {}) if asked else {})})
+    further = fitted(_assembled(kind, structure), TURNS[kind], asked, ordered) if asked else {}
+    drive = further.get("drive") if asked else starter.get("drive")
+    text = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
+    text.append(_section("[structure]", STRUCTURES[kind], structure))
     for name in PARTS:
-        parts += _list_of(name, starter.get(name, []))
-    if "drive" in starter:
-        parts.append(_section("[drive]", DriveTable, starter["drive"]))
-    parts.append(_section("[[clearance]]", ClearanceTable, starter.get("clearance", {})))
+        text += _list_of(name, starter.get(name, []))
+    if drive is not None:
+        text.append(_section("[drive]", DriveTable, drive if asked else ordered("drive", drive)))
+    if "control" in further:
+        text.append(f"{GAINS}\n{_section('[[control]]', ControlTable, further['control'])}")
+    text.append(_section("[[clearance]]", ClearanceTable, ordered("clearance", starter.get("clearance", {}))))
     if kind in ("mechanism", "slider-crank"):
-        parts.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
-    parts += [
-        _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
+        text.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
+    text += [
+        _section(f"[[{name}]]", PARTS[name].table, further.get(name, {}), out=name not in further)
         for name in ("weld", "track", *COMPONENT_SECTIONS, "component")
-        if kind == "mechanism"
+        if kind == "mechanism" or name in further
     ]
-    parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]
-    parts.append(_section("[run]", run, {"samples": AUTO, **starter.get("run", {})}))
+    text += [_section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOADS.items()]
+    run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {})})
+    text.append(_section("[run]", table_of(Options, until="50 ms"), run))
+    ordered.check()
     if kind != "mechanism":
-        parts.append(
-            "# Springs, loads, motors, stops, latches, further bodies and joints: scissordyn new mechanism shows their tables."
+        text.append(
+            f"# Springs, loads, motors, stops, latches that fit: scissordyn new {command(kind)} --with servo,latch\n"
+            "# Further bodies, joints and guides: scissordyn new mechanism shows their tables."
         )
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(text) + "\n"
+
+
+class _Changes:
+    """What a user asks for beside the parts: values of sections."""
+
+    def __init__(self, changes: Iterable[str]) -> None:
+        self._asked: dict[str, list[str]] = {}
+        for change in changes:
+            self._asked.setdefault(change.split(".")[0].strip(), []).append(change)
+        self._sections: list[str] = []
+
+    def __call__(self, section: str, given: Given) -> Given:
+        """The values of a section with those that are asked for."""
+        self._sections.append(section)
+        made: Given = changed({section: dict(given)}, self._asked.get(section, ()))[section]
+        return made
+
+    def check(self) -> None:
+        """Raise `InputError` for a section that the file does not have."""
+        for section, asked in self._asked.items():
+            if section not in self._sections:
+                near = did_you_mean(section, self._sections)
+                raise InputError(f"--set {asked[0]!r} of a file without [{section}]{near}", ", ".join(self._sections))
+
+
+def _assembled(kind: str, structure: Given) -> Mechanism:
+    """The mechanism of the tables that a starter gives, without clearance."""
+    parts = {name: values for name, values in STARTERS[kind].items() if name in PARTS}
+    tables = {"structure": {"kind": kind, **structure}, **parts, "run": {"until": "1 s"}}
+    return instance(CaseTable, tables, {}).case().mechanism
 
 
 def _list_of(name: str, given: list[Given]) -> list[str]:

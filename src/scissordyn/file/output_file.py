@@ -24,6 +24,7 @@ BEGINNINGS = {
     ".png": (b"\x89PNG\r\n\x1a\n",),
     ".gif": (b"GIF87a", b"GIF89a"),
     ".svg": (b"<?xml", b"<svg"),
+    ".pdf": (b"%PDF-",),
     ".html": (b"<!DOCTYPE html", b"<!doctype html"),
     ".mp4": (b"ftyp",),
     ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,"),

@@ -30,11 +30,11 @@ from scissordyn.plot.style import (
     ORANGE,
     PURPLE,
     SKY,
-    SMALL,
     VERMILION,
     dress,
     label_axes,
     literal,
+    small,
 )
 
 __all__ = ["Film", "write_film"]
@@ -136,12 +136,12 @@ class Film:
             magnified.show(frame)
             name.xy = tuple(magnified.joint.place[frame])
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
-        self.axes.set_title(f"{now}   ({scale_in_words(self.slower, scene.magnification)})", loc="left", fontsize=SMALL)
+        self.axes.set_title(f"{now}   ({scale_in_words(self.slower, scene.magnification)})", loc="left", fontsize=small())
 
 
 def _gain(axes: Axes, gain: float) -> None:
     """Say below a panel how much larger its clearance is drawn; in two lines, for panels stand close to each other."""
-    axes.set_xlabel(f"clearance magnified\n{gain:.2g} times", fontsize=SMALL)
+    axes.set_xlabel(f"clearance magnified\n{gain:.2g} times", fontsize=small())
 
 
 def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
@@ -151,7 +151,7 @@ def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
         (0.0, 0.0),
         xytext=tuple(aside),
         textcoords="offset points",
-        fontsize=SMALL,
+        fontsize=small(),
         zorder=6.0,
         arrowprops=LEADER,
     )
@@ -180,7 +180,7 @@ class _Block:
         self.block.set_edgecolor(VERMILION if touching.any() else SKY)
         self.corners.set_data(*joint.block[frame][touching].T)
         state = newtons(float(joint.force[frame])) if touching.any() else "free"
-        self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=SMALL, color=BLACK)
+        self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=small(), color=BLACK)
 
 
 class _Magnified:
@@ -211,7 +211,7 @@ class _Magnified:
         first = joint.reached[max(0, frame - TRAIL)] - 1
         self.path.set_data(*joint.path[first : joint.reached[frame]].T)
         state = newtons(float(joint.force[frame])) if joint.touched[frame] else "free"
-        self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=SMALL, color=BLACK)
+        self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=small(), color=BLACK)
 
 
 def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:

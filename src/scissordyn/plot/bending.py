@@ -14,8 +14,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beams_of
 from scissordyn.plot.place import Corners, corners_of, upright
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import finish, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, SMALL, VERMILION, dress
+from scissordyn.plot.series import finish, mechanism_of, time_scale
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, dress, figure_size, small
+from scissordyn.plot.window import window
 from scissordyn.run.placement import Placement
 
 __all__ = ["bending"]
@@ -30,16 +31,25 @@ DIAGRAMS = {
 """Unit, values at the ends of an element, and colour."""
 
 
-def bending(run: xr.Dataset, mechanism: Mechanism, *, time: float | None = None) -> list[Axes]:
+def bending(
+    run: xr.Dataset,
+    mechanism: Mechanism | None = None,
+    *,
+    time: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+) -> list[Axes]:
     """Bending moment and axial force on the mechanism, on the side that is in tension, and the largest stress over time.
 
     Parameters
     ----------
     run : Dataset
-    mechanism : Mechanism
-        The one that was run, with bars that bend.
+    mechanism : Mechanism, optional
+        The one that was run, with bars that bend; the one that the run holds if not given.
     time : float, optional
         Instant of the diagrams [s], at the nearest sample; that with the largest strain of a fibre if not given.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
 
     Returns
     -------
@@ -51,6 +61,7 @@ def bending(run: xr.Dataset, mechanism: Mechanism, *, time: float | None = None)
     InputError
         If no bar bends.
     """
+    run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
     beams = [beam.name for beam in beams_of(mechanism)]
     if not beams or "beam_fibre_strain" not in run:
         raise InputError("a picture of bending of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
@@ -60,18 +71,18 @@ def bending(run: xr.Dataset, mechanism: Mechanism, *, time: float | None = None)
     corners = _room(corners_of(placed))
     width, height = corners[1] - corners[0]
     tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
-    figure = Figure(figsize=(11.0, tall + 2.6), layout="constrained")
+    figure = Figure(figsize=figure_size(11.0, tall + 2.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(tall, 2.2))
     drawn = [figure.add_subplot(grid[0, k]) for k in range(2)]
     scale = time_scale(run)
     now = f"t = {scale.factor * float(run['time'].values[when]):.4g} {scale.unit}"
-    for axes, (title, (unit, start, end, colour)) in zip(drawn, DIAGRAMS.items(), strict=True):
-        values = np.column_stack([run[name].isel(time=when).sel(beam=beams).values for name in (start, end)])
+    for axes, (title, (unit, first, last, colour)) in zip(drawn, DIAGRAMS.items(), strict=True):
+        values = np.column_stack([run[name].isel(time=when).sel(beam=beams).values for name in (first, last)])
         _diagram(axes, placed, mechanism, values, corners, colour)
         k = int(np.argmax(np.max(np.abs(values), axis=1)))
         most = float(values[k, int(np.argmax(np.abs(values[k])))])
         one = engineering(unit, abs(most))
-        axes.set_title(f"{title}, {now}: {one.factor * most:.3g} {one.unit} in {beams[k]}", loc="left", fontsize=SMALL)
+        axes.set_title(f"{title}, {now}: {one.factor * most:.3g} {one.unit} in {beams[k]}", loc="left", fontsize=small())
     drawn.append(figure.add_subplot(grid[1, :]))
     _over_time(drawn[2], run, beams, when)
     return drawn
@@ -118,7 +129,7 @@ def _over_time(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None
         if np.any(known):
             strength = unit.factor * float(np.min(stress[known] / used[known]))
             axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")
-            axes.legend(loc="lower right", fontsize=SMALL)
+            axes.legend(loc="lower right", fontsize=small())
     else:
         strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
         axes.plot(x, strain.max(axis=1), color=BLUE, linewidth=LINE)

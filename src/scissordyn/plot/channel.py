@@ -10,7 +10,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel_scene import EDGE, Channel, channel_of
-from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, SMALL, VERMILION, literal
+from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, VERMILION, literal, small
 
 __all__ = ["channel", "guides_of", "surfaces"]
 
@@ -50,7 +50,7 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
     count = int(touching.sum())
     state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"
     title = f"{literal(guide)}: {state}\nclearance magnified {view.gain:.2g} times"
-    axes.set_title(title, fontsize=SMALL, color=BLACK)
+    axes.set_title(title, fontsize=small(), color=BLACK)
     return axes
 
 

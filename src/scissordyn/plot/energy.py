@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, LINE, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, panels
+from scissordyn.plot.window import window
 
 __all__ = ["energy"]
 
@@ -45,12 +46,14 @@ ALWAYS = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_en
 NOT_OF_CONTACTS = ("damper_loss", "switching_loss")
 
 
-def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
     """Energies and work; elastic energy and losses of contacts and components; residual of the balance.
 
     Parameters
     ----------
     run : Dataset
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         Three Axes, or two for a run in which no contact stored or dissipated energy. A new figure if not given.
 
@@ -58,6 +61,7 @@ def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     -------
     list of Axes
     """
+    run = window(run, start, end)
     shown = []
     for name, declared in PANELS:
         kept = [line for line in declared if line[0] in run and (line[0] in ALWAYS or np.any(run[line[0]].values))]

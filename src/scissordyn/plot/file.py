@@ -14,7 +14,7 @@ from scissordyn.file.output_file import check_target, write_file
 
 __all__ = ["DPI", "FORMATS", "check_format", "svg", "write"]
 
-FORMATS = ("png", "svg")
+FORMATS = ("png", "svg", "pdf")
 
 DPI = 150
 """Dots per inch of a PNG."""
@@ -28,7 +28,7 @@ def check_format(format: str) -> None:
     format : str
     """
     if format not in FORMATS:
-        raise InputError(f"picture format '{format}'{did_you_mean(format, FORMATS)}", " or ".join(FORMATS), "format='png'")
+        raise InputError(f"picture format '{format}'{did_you_mean(format, FORMATS)}", ", ".join(FORMATS), "format='png'")
 
 
 def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
@@ -38,7 +38,7 @@ def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
     ----------
     figure : Figure
     path : path
-        Ends in .png or .svg.
+        Ends in .png, .svg or .pdf.
 
     Returns
     -------
@@ -76,5 +76,6 @@ def _drawn(figure: Figure, format: str) -> bytes:
     drawn = io.BytesIO()
     # without these a vector file would carry the date and random names
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
-        figure.savefig(drawn, format=format, dpi=DPI, metadata={"Date": None} if format == "svg" else None)
+        dated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+        figure.savefig(drawn, format=format, dpi=DPI, metadata=dated.get(format))
     return drawn.getvalue()

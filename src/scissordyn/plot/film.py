@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import finish, time_scale
+from scissordyn.plot.series import Joints, finish, names_of, time_scale
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.window import window
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.film import MIXED
 
@@ -21,14 +20,23 @@ DRY = 0.1
 """Films are drawn down to this part of the roughness; contacts are drawn there."""
 
 
-def film(run: xr.Dataset, *, joints: Sequence[str] | None = None, axes: Canvas = None) -> list[Axes]:
+def film(
+    run: xr.Dataset,
+    *,
+    joint: Joints = None,
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
     """Thickness of the film on a logarithmic scale with the roughness, its largest pressure, and the force of the film.
 
     Parameters
     ----------
     run : Dataset
-    joints : sequence of str, optional
+    joint : str or sequence of str, optional
         One lubricated joint; that with the thinnest film if not given.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         Three panels. A new figure if not given.
 
@@ -41,11 +49,12 @@ def film(run: xr.Dataset, *, joints: Sequence[str] | None = None, axes: Canvas =
     InputError
         If no joint is lubricated, or a named one is not.
     """
+    run = window(run, start, end)
     known = [] if "film" not in run.dims else run["film"].values.astype(str).tolist()
     if not known:
         sample = "sd.Clearance(..., lubrication=sd.Lubrication(viscosity=0.05))"
         raise InputError("a run without oil", "a run with a lubricated joint", sample)
-    chosen = known[int(np.argmin(run["film_least_thickness"].values))] if joints is None else joints[0]
+    chosen = known[int(np.argmin(run["film_least_thickness"].values))] if joint is None else names_of(joint)[0]
     if chosen not in known:
         raise InputError(f"joint '{chosen}'{did_you_mean(chosen, known)}", "a lubricated joint: " + ", ".join(known))
     described = {joint.name: joint for joint in read_configuration(run).mechanism.joints}

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import chosen_joints, finish, note_more, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.series import Joints, chosen_joints, finish, note_more, time_scale
+from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
+from scissordyn.plot.window import window
 
 __all__ = ["force"]
 
@@ -20,7 +19,13 @@ STRIP = 0.06
 
 
 def force(
-    run: xr.Dataset, ideal: xr.Dataset | None = None, *, joints: Sequence[str] | None = None, axes: Canvas = None
+    run: xr.Dataset,
+    ideal: xr.Dataset | None = None,
+    *,
+    joint: Joints = None,
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
 ) -> list[Axes]:
     """Normal and friction force of each clearance joint, its contacts, and the ideal mechanism's reaction.
 
@@ -29,8 +34,10 @@ def force(
     run : Dataset
     ideal : Dataset, optional
         The run of the ideal mechanism; the magnitude of its reaction is drawn dashed.
-    joints : sequence of str, optional
-        The joints; those with the largest forces if not given.
+    joint : str or sequence of str, optional
+        One joint or several; those with the largest forces if not given.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         One per joint, followed by one for its friction if it has any. A new figure if not given.
 
@@ -43,7 +50,8 @@ def force(
     InputError
         If no joint has clearance, or a named one has none.
     """
-    chosen = chosen_joints(run, joints)
+    run = window(run, start, end)
+    chosen = chosen_joints(run, joint)
     frictional = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
     ratios = [ratio for has_friction in frictional for ratio in ((2.0, 1.2) if has_friction else (2.0,))]
     drawn = panels(axes, len(ratios), size=(9.0, 0.6 + 1.35 * sum(ratios)), ratios=ratios)
@@ -52,7 +60,7 @@ def force(
     for name, has_friction in zip(chosen, frictional, strict=True):
         _normal(one := next(following), run, ideal, name, time)
         if len(chosen) > 1:
-            one.set_title(f"joint {literal(name)}", loc="left", fontsize=NORMAL)
+            one.set_title(f"joint {literal(name)}", loc="left", fontsize=normal())
         if has_friction:
             values = run["friction_force"].sel(joint=name).values
             scale = engineering("N", values)
@@ -61,7 +69,7 @@ def force(
             under.set_ylabel(scale.label("friction force"))
     finish(drawn, run, time)
     legend(drawn)
-    if joints is None and axes is None:
+    if joint is None and axes is None:
         note_more(drawn, run, chosen)
     return drawn
 
@@ -105,4 +113,4 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
             label="in contact",
         )
     else:
-        axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=SMALL, color=GREY)
+        axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=small(), color=GREY)

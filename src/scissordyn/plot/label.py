@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patheffects import withStroke
 
-from scissordyn.plot.style import SMALL, literal
+from scissordyn.plot.style import literal, small
 
 __all__ = ["Label", "write_labels"]
 
@@ -60,7 +60,7 @@ class Label:
     color: str
 
 
-def write_labels(axes: Axes, labels: Sequence[Label], *, size: float = SMALL, crowded: bool = True) -> list[str]:
+def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = None, crowded: bool = True) -> list[str]:
     """Write names into a drawing whose limits are final, each where it hides least.
 
     Parameters
@@ -68,8 +68,8 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float = SMALL, cr
     axes : Axes
     labels : sequence of Label
         The most important ones first: they get the best places.
-    size : float
-        Of the letters [pt].
+    size : float, optional
+        Of the letters [pt]; that of small letters if not given.
     crowded : bool
         Whether a name without a free place is written all the same, where it is least in the way; otherwise it is left out.
 
@@ -100,7 +100,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float = SMALL, cr
             (float(label.place[0]), float(label.place[1])),
             xytext=(0.0, 0.0),
             textcoords="offset points",
-            fontsize=size,
+            fontsize=small() if size is None else size,
             color=label.color,
             ha="center",
             va="center",

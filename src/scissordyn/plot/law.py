@@ -24,7 +24,6 @@ from scissordyn.plot.style import (
     GREY,
     IDEAL,
     LINE,
-    NORMAL,
     ORANGE,
     PURPLE,
     SKY,
@@ -32,6 +31,7 @@ from scissordyn.plot.style import (
     Canvas,
     legend,
     literal,
+    normal,
     panels,
 )
 from scissordyn.plugin.element import addresses, row_of
@@ -96,7 +96,7 @@ def _draw_impact(
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
     back = history.restitution * free_mass.speed
     title = f"{title}: {free_mass.mass:g} kg at {free_mass.speed:g} m/s, rebounds at {back:.3g} m/s"
-    panel.set_title(literal(title), loc="left", fontsize=NORMAL)
+    panel.set_title(literal(title), loc="left", fontsize=normal())
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
     return [panel]
@@ -106,13 +106,13 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     sliding, sticking = panels(axes, 1, 2, size=(8.0, 3.4), share=False)
     sliding.semilogx(SPEEDS, steady_coefficient(friction, joint, SPEEDS), color=BLUE, linewidth=LINE)
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
-    sliding.set_title(literal(f"{friction.name}: steady sliding"), loc="left", fontsize=NORMAL)
+    sliding.set_title(literal(f"{friction.name}: steady sliding"), loc="left", fontsize=normal())
     amplitude, frequency = OSCILLATION
     history = oscillation(friction, joint, amplitude=amplitude, frequency=frequency)
     length = engineering("m", history.displacement)
     sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE)
     sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
-    sticking.set_title(f"oscillation at {frequency:g} Hz", loc="left", fontsize=NORMAL)
+    sticking.set_title(f"oscillation at {frequency:g} Hz", loc="left", fontsize=normal())
     for panel in (sliding, sticking):
         panel.axhline(0.0, color=BLACK, linewidth=0.5)
     return [sliding, sticking]
@@ -191,12 +191,12 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass:
             _loop(panel, history, force, length, label=label, **_look(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
-    elastic.set_title(f"stiffness, with flores: {chosen.mass:g} kg at {chosen.speed:g} m/s", loc="left", fontsize=NORMAL)
-    damping.set_title(f"damping, on liu, restitution {SOFT:g} where the law has one", loc="left", fontsize=NORMAL)
+    elastic.set_title(f"stiffness, with flores: {chosen.mass:g} kg at {chosen.speed:g} m/s", loc="left", fontsize=normal())
+    damping.set_title(f"damping, on liu, restitution {SOFT:g} where the law has one", loc="left", fontsize=normal())
     for index, (name, law) in enumerate(FRICTION.items()):
         friction.semilogx(SPEEDS, steady_coefficient(law(), joint, SPEEDS), linewidth=LINE, label=name, **_look(index))
     friction.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force")
-    friction.set_title("friction, in steady sliding", loc="left", fontsize=NORMAL)
+    friction.set_title("friction, in steady sliding", loc="left", fontsize=normal())
     for panel in (elastic, damping, friction):
         legend([panel])
     return [elastic, damping, friction]

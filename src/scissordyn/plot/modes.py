@@ -13,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import corners_of, upright
 from scissordyn.plot.structure import draw_mechanism
-from scissordyn.plot.style import SMALL, Canvas, dress, legend, panels
+from scissordyn.plot.style import Canvas, dress, figure_size, legend, panels, small
 from scissordyn.run.placement import Placement
 
 __all__ = ["frequencies", "oscillation", "shapes"]
@@ -84,7 +84,7 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
     aspect = float((corners[1] - corners[0])[1] / (corners[1] - corners[0])[0])
     columns = min(3, len(modes))
     rows = math.ceil(len(modes) / columns)
-    figure = Figure(figsize=(3.8 * columns, (0.6 + 3.2 * min(1.5, max(0.3, aspect))) * rows), layout="constrained")
+    figure = Figure(figsize=figure_size(3.8 * columns, (0.6 + 3.2 * min(1.5, max(0.3, aspect))) * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, mode, one in zip(grid, modes, drawn, strict=False):
         dress(axes)
@@ -93,7 +93,9 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
             for artist in axes.lines + axes.patches if sample == 1 else ():
                 artist.set_alpha(0.3)
         value = float(here["frequency"].sel(mode=mode))
-        axes.set_title(f"mode {mode}: {value:.4g} Hz" if value >= 0.0 else f"mode {mode}: unstable", loc="left", fontsize=SMALL)
+        axes.set_title(
+            f"mode {mode}: {value:.4g} Hz" if value >= 0.0 else f"mode {mode}: unstable", loc="left", fontsize=small()
+        )
     for axes in grid[len(modes) :]:
         axes.remove()
     return list(grid[: len(modes)])

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, note_more, predictability_horizon
-from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.series import BEYOND, Joints, chosen_joints, clearance_pins, note_more, predictability_horizon
+from scissordyn.plot.style import BLACK, GREY, LINE, SKY, VERMILION, Canvas, legend, literal, normal, panels
+from scissordyn.plot.window import window
 
 __all__ = ["orbit"]
 
@@ -23,17 +23,25 @@ VISIBLE = 0.1
 
 
 def orbit(
-    run: xr.Dataset, *, joints: Sequence[str] | None = None, exaggeration: float | None = None, axes: Canvas = None
+    run: xr.Dataset,
+    *,
+    joint: Joints = None,
+    exaggeration: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
 ) -> list[Axes]:
     """Journal centre relative to the bearing centre, with the clearance circle; free flight and contact in two colours.
 
     Parameters
     ----------
     run : Dataset
-    joints : sequence of str, optional
-        The joints; those with the largest forces if not given.
+    joint : str or sequence of str, optional
+        One joint or several; those with the largest forces if not given.
     exaggeration : float, optional
         Magnification of indentations, noted in the picture; chosen for each joint if not given.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         One per joint. A new figure if not given.
 
@@ -46,8 +54,9 @@ def orbit(
     InputError
         If no revolute joint has clearance, or a named one has none.
     """
+    run = window(run, start, end)
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
-    chosen = chosen_joints(pins, joints)
+    chosen = chosen_joints(pins, joint)
     columns = min(len(chosen), COLUMNS) if axes is None else 1
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns
@@ -58,10 +67,10 @@ def orbit(
         drawn = drawn[: len(chosen)]
     else:
         drawn = panels(axes, len(chosen), size=(width, width))
-    for one, joint in zip(drawn, chosen, strict=True):
-        _orbit(one, run, joint, exaggeration)
+    for one, name in zip(drawn, chosen, strict=True):
+        _orbit(one, run, name, exaggeration)
     legend(drawn, above=axes is None)
-    if joints is None and axes is None:
+    if joint is None and axes is None:
         note_more(drawn, pins, chosen)
     return drawn
 
@@ -98,7 +107,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
     title = f"joint {literal(joint)}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
-    axes.set_title(title, loc="left", fontsize=NORMAL)
+    axes.set_title(title, loc="left", fontsize=normal())
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 

@@ -20,7 +20,7 @@ from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.structure import draw_mechanism
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, VERMILION, Canvas, panels
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
 from scissordyn.run.placement import Placement
 from scissordyn.run.simulate import simulate
 
@@ -88,7 +88,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     left = write_labels(chosen, names[:MOST], size=LETTERS, crowded=False) + [name.text for name in names[MOST:]]
     notes = [f"{drawing.shared()} at each large circle"] if drawing.shared() else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []
-    chosen.set_title("; ".join(notes), loc="right", fontsize=SMALL, color=GREY)
+    chosen.set_title("; ".join(notes), loc="right", fontsize=small(), color=GREY)
     return chosen
 
 
@@ -241,7 +241,7 @@ class _Drawing:
             arrowprops={"arrowstyle": "-|>", "color": GREY, "linewidth": 1.0},
         )
         axes.set_title(
-            f"arrow top right: gravity {self.mechanism.gravity:.4g} m/s\u00b2", loc="left", fontsize=SMALL, color=GREY
+            f"arrow top right: gravity {self.mechanism.gravity:.4g} m/s\u00b2", loc="left", fontsize=small(), color=GREY
         )
 
 

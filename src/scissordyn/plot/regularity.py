@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.series import BEYOND, chosen_joints
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
 
 __all__ = [
     "bifurcation",
@@ -165,7 +165,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
     )
     for where, high in zip(marked["dominant_frequency"].values, marked["dominant_density"].values, strict=True):
         drawn.annotate(
-            f"{where:.4g}", (where, high), (0.0, 5.0), textcoords="offset points", ha="center", fontsize=SMALL, color=BLACK
+            f"{where:.4g}", (where, high), (0.0, 5.0), textcoords="offset points", ha="center", fontsize=small(), color=BLACK
         )
     lowest = float(np.min(np.maximum(density, floor), initial=top))
     drawn.set_ylim(0.5 * lowest, top * (top / lowest) ** 0.12)
@@ -242,7 +242,7 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     plane.set_aspect("equal", adjustable="datalim")
     plane.set_xlabel("p")
     plane.set_ylabel("q")
-    plane.set_title(f"translation at c = {test.attrs['shown_angle']:.3f}", loc="left", fontsize=NORMAL)
+    plane.set_title(f"translation at c = {test.attrs['shown_angle']:.3f}", loc="left", fontsize=normal())
     spread.hist(test["correlation"].values, bins=np.linspace(-1.0, 1.0, 41).tolist(), color=BLUE)
     known = bool(np.isfinite(test["K"]))
     if known:
@@ -251,7 +251,7 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     spread.set_xlabel("growth at one angle")
     spread.set_ylabel("angles")
     title = f"median K = {float(test['K']):.3f}" if known else "K undecided: nothing but errors varies"
-    spread.set_title(title, loc="left", fontsize=NORMAL, color=VERMILION)
+    spread.set_title(title, loc="left", fontsize=normal(), color=VERMILION)
     return [plane, spread]
 
 
@@ -282,7 +282,7 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
     drawn.set_xlabel("sample")
     drawn.set_ylabel("sample")
     rate, lines = float(recurrence["recurrence_rate"]), float(recurrence["determinism"])
-    drawn.set_title(f"recurrence rate {rate:.3f}, determinism {lines:.3f}", loc="left", fontsize=NORMAL)
+    drawn.set_title(f"recurrence rate {rate:.3f}, determinism {lines:.3f}", loc="left", fontsize=normal())
     return [drawn]
 
 
@@ -323,9 +323,9 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     scale = engineering(run[variable].attrs["units"], values)
     drawn.set_xlabel(scale.label(name))
     drawn.set_ylabel("contacts")
-    drawn.set_title(f"joint {literal(joint)}, {values.size} contacts", loc="left", fontsize=NORMAL)
+    drawn.set_title(f"joint {literal(joint)}, {values.size} contacts", loc="left", fontsize=normal())
     if not values.size:
-        drawn.text(0.5, 0.5, "no contact in this run", transform=drawn.transAxes, ha="center", fontsize=SMALL, color=GREY)
+        drawn.text(0.5, 0.5, "no contact in this run", transform=drawn.transAxes, ha="center", fontsize=small(), color=GREY)
         return [drawn]
     shown = scale.factor * values
     low, high = float(np.min(shown)), float(np.max(shown))

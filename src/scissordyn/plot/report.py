@@ -77,7 +77,7 @@ def draw_all(
         Target folder; created if missing.
     mechanism : Mechanism or None
         The one that was run.
-    format : {"png", "svg"}
+    format : {"png", "svg", "pdf"}
     only : sequence of str, optional
         Some of `KINDS`; every one that the run has data for if not given.
     joints : sequence of str, optional
@@ -131,16 +131,16 @@ def _makers(
     if has_tracks(run):
         makers["track"] = lambda: track(run)
     if has_clearance:
-        makers["force"] = lambda: force(run, ideal, joints=joints)
+        makers["force"] = lambda: force(run, ideal, joint=joints)
     if torque_sources(run):
         makers["torque"] = lambda: torque(run, ideal)
     if pins and turning != []:
-        makers["orbit"] = lambda: orbit(run, joints=turning)
+        makers["orbit"] = lambda: orbit(run, joint=turning)
     if "film" in run.dims:
-        makers["film"] = lambda: film(run, joints=[name for name in joints or () if name in run["film"]] or None)
+        makers["film"] = lambda: film(run, joint=[name for name in joints or () if name in run["film"]] or None)
     makers["energy"] = lambda: energy(run)
     if mechanism is not None:
-        makers["structure"] = lambda: structure(run, mechanism, joints=joints, magnify=magnify)
+        makers["structure"] = lambda: structure(run, mechanism, joint=joints, magnify=magnify)
         if "beam" in run.dims:
             makers["bending"] = lambda: bending(run, mechanism)
     return makers

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES
 from scissordyn.plot.series import compare, finish, time_scale
-from scissordyn.plot.style import NORMAL, Canvas, legend, literal, panels
+from scissordyn.plot.style import Canvas, legend, literal, normal, panels
+from scissordyn.plot.window import window
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["DEFAULT_BODY", "response"]
@@ -19,7 +20,15 @@ SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), 
 ROTATION = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
 
 
-def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = "", axes: Canvas = None) -> list[Axes]:
+def response(
+    run: xr.Dataset,
+    ideal: xr.Dataset | None = None,
+    *,
+    body: str = "",
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
     """Displacement, velocity and acceleration of the slider; angle, angular velocity and acceleration of a body.
 
     Parameters
@@ -30,6 +39,8 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     body : str
         The body of the angle. If not given: the output body; where that is the slider, the coupler of the first scissor unit,
         or the first body.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         Six Axes, row by row, slider at the left; three for a mechanism without a slider. A new figure if not given.
 
@@ -42,6 +53,7 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     InputError
         If there is no such body.
     """
+    run = window(run, start, end)
     bodies = [str(name) for name in run["body"].values]
     chosen = body or _body(run, bodies)
     if chosen not in bodies:
@@ -63,8 +75,8 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
             time=time,
         )
     if slides:
-        drawn[0].set_title("slider", loc="left", fontsize=NORMAL)
-    drawn[columns - 1].set_title(literal(chosen), loc="left", fontsize=NORMAL)
+        drawn[0].set_title("slider", loc="left", fontsize=normal())
+    drawn[columns - 1].set_title(literal(chosen), loc="left", fontsize=normal())
     finish(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn

@@ -4,36 +4,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, SMALL
+from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, in_lines, normal, small
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from scissordyn.model.mechanism import Mechanism
+
 __all__ = [
     "BEYOND",
     "MOST_JOINTS",
+    "Joints",
     "chosen_joints",
     "clearance_joints",
     "clearance_pins",
     "compare",
     "finish",
     "largest_forces",
+    "mechanism_of",
+    "names_of",
     "note_more",
     "predictability_horizon",
     "time_scale",
     "write_more",
 ]
 
-LONGEST = 22
-"""Number of letters beside a panel; longer labels have two lines."""
+Joints: TypeAlias = "str | Sequence[str] | None"
+"""One joint, several, or those that a picture chooses."""
 
 BEYOND = "beyond predictability horizon"
 
@@ -101,13 +106,25 @@ def clearance_pins(run: xr.Dataset) -> list[str]:
     return [name for name in clearance_joints(run) if name not in plane]
 
 
-def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
+def mechanism_of(run: xr.Dataset) -> Mechanism:
+    """The mechanism of which a run is, from the run itself."""
+    from scissordyn.run.configuration import read_configuration
+
+    return read_configuration(run).build_mechanism()
+
+
+def names_of(joint: str | Sequence[str]) -> list[str]:
+    """One name or several as a list."""
+    return [joint] if isinstance(joint, str) else list(joint)
+
+
+def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
     """The clearance joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
 
     Parameters
     ----------
     run : Dataset
-    joints : sequence of str, optional
+    joint : str or sequence of str, optional
 
     Returns
     -------
@@ -125,11 +142,11 @@ def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
             "a run of a mechanism with a clearance",
             'arm.with_clearance("A", Clearance(0.5e-3))',
         )
-    if joints is not None:
-        for name in joints:
+    if joint is not None:
+        for name in names_of(joint):
             if name not in names:
                 raise InputError(f"joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
-        return list(joints)
+        return names_of(joint)
     largest = largest_forces(run)
     kept = set(sorted(names, key=lambda name: -largest[name])[:MOST_JOINTS])
     return [name for name in names if name in kept]
@@ -181,7 +198,7 @@ def write_more(figure: Figure, more: int) -> None:
     """
     if more:
         said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
-        figure.supxlabel(said, fontsize=SMALL, color=GREY)
+        figure.supxlabel(said, fontsize=small(), color=GREY)
 
 
 def compare(
@@ -220,13 +237,14 @@ def compare(
     axes.plot(time.factor * run["time"].values, chosen.factor * run.values, color=color, linewidth=LINE, label=labels[0])
     if ideal is not None:
         axes.plot(time.factor * ideal["time"].values, chosen.factor * ideal.values, label=labels[1], **IDEAL)
-    label = chosen.label(name)
-    axes.set_ylabel(label if len(label) <= LONGEST else label.replace(" [", "\n["))
+    axes.set_ylabel(chosen.label(name))
     return chosen
 
 
 def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
     """Label the time axes, keep constants level, and shade the time beyond the predictability horizon, labelled once.
+
+    Labels that are longer than their axes are broken into lines.
 
     Parameters
     ----------
@@ -250,6 +268,9 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
         one.set_xlabel(time.label("time"))
     figure = axes[0].get_figure(root=True)
     if figure is not None:
+        for one in axes:
+            height = figure.get_figheight() * one.get_position().height
+            one.set_ylabel(in_lines(one.get_ylabel(), 1.1 * height, normal()))
         figure.align_ylabels(axes)
 
 

@@ -22,7 +22,16 @@ from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.load import loads
 from scissordyn.plot.place import Corners, corners_of, outlines, upright
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, note_more, predictability_horizon, time_scale
+from scissordyn.plot.series import (
+    BEYOND,
+    Joints,
+    chosen_joints,
+    clearance_joints,
+    mechanism_of,
+    note_more,
+    predictability_horizon,
+    time_scale,
+)
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
@@ -31,14 +40,17 @@ from scissordyn.plot.style import (
     LIGHT,
     PURPLE,
     SKY,
-    SMALL,
     VERMILION,
     dress,
+    figure_size,
+    in_lines,
     label_axes,
     legend,
     literal,
+    small,
 )
 from scissordyn.plot.symbol import cross_sections, symbols
+from scissordyn.plot.window import window
 from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.placement import Placement
 
@@ -56,25 +68,29 @@ SYMBOL, WIDEST = 6.0, 0.05
 
 def structure(
     run: xr.Dataset,
-    mechanism: Mechanism,
+    mechanism: Mechanism | None = None,
     *,
+    joint: Joints = None,
     times: int | Sequence[float] = 4,
-    joints: Sequence[str] | None = None,
     magnify: float = 1.0,
+    start: float | None = None,
+    end: float | None = None,
 ) -> list[Axes]:
     """The mechanism at several instants, each with its clearance joints magnified beside it, on a new figure.
 
     Parameters
     ----------
     run : Dataset
-    mechanism : Mechanism
-        The one that was run.
+    mechanism : Mechanism, optional
+        The one that was run; the one that the run holds if not given.
+    joint : str or sequence of str, optional
+        Clearance joints to magnify; those with the largest forces if not given.
     times : int or sequence of float
         Number of instants, equally spaced from start to end; or instants [s], each at the nearest sample.
-    joints : sequence of str, optional
-        Clearance joints to magnify; those with the largest forces if not given.
     magnify : float
         Factor of the deflections of bars that bend, which the titles say.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
 
     Returns
     -------
@@ -86,6 +102,7 @@ def structure(
     InputError
         If no instant is asked for, or a named joint has no clearance.
     """
+    run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
     time = run["time"].values
     wanted = np.linspace(time[0], time[-1], times) if isinstance(times, int) else np.asarray(times, float)
     if wanted.size == 0:
@@ -93,7 +110,7 @@ def structure(
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     if magnify != 1.0:
         run = magnified_deflection(run, mechanism, magnify, samples=samples)
-    largest = chosen_joints(run, joints) if joints is not None or clearance_joints(run) else []
+    largest = chosen_joints(run, joint) if joint is not None or clearance_joints(run) else []
     chosen = guides_of(mechanism, largest)
     corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
     width, height = corners[1] - corners[0]
@@ -112,13 +129,13 @@ def structure(
         if not tall and k < len(samples) - 1:
             row[0].set_xlabel("")
             row[0].tick_params(labelbottom=False)
-        for joint, one in zip(chosen, row[1:], strict=True):
-            magnified(run, mechanism, sample, joint, axes=one)
+        for name, one in zip(chosen, row[1:], strict=True):
+            magnified(run, mechanism, sample, name, axes=one)
             if len(chosen) > CLOSE:
-                one.set_title(one.get_title().replace("magnified ", "magnified\n"), fontsize=SMALL, color=BLACK)
+                one.set_title(one.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
-    if joints is None:
+    if joint is None:
         drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
         note_more(drawn, run, [*largest, *drawn_points])
     # names come last: their places depend on the layout of the whole figure
@@ -132,12 +149,14 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
     if tall:
         width = 2.6
         lengths = [1.0 / aspect + 0.25, *[0.62] * joints]
-        figure = Figure(figsize=(0.6 + width * instants, 0.6 + width * sum(lengths)), layout="constrained")
+        figure = Figure(figsize=figure_size(0.6 + width * instants, 0.6 + width * sum(lengths)), layout="constrained")
         grid = figure.subplots(1 + joints, instants, squeeze=False, height_ratios=lengths).T
     else:
         lengths = [aspect, *[1.2] * joints]
         height = min(1.6, 11.0 / sum(lengths))
-        figure = Figure(figsize=(0.8 + height * sum(lengths), 0.7 + (0.45 + height) * instants), layout="constrained")
+        figure = Figure(
+            figsize=figure_size(0.8 + height * sum(lengths), 0.7 + (0.45 + height) * instants), layout="constrained"
+        )
         grid = figure.subplots(instants, 1 + joints, squeeze=False, width_ratios=lengths)
     return [list(row) for row in grid]
 
@@ -224,7 +243,7 @@ def draw_mechanism(
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
         axes.add_patch(late)
     larger = f", deflections {run.attrs['magnified']:g}×" if "magnified" in run.attrs else ""
-    axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}{larger}", loc="left", fontsize=SMALL)
+    axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}{larger}", loc="left", fontsize=small())
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     label_axes(axes, placed.turns)
     return labels
@@ -275,7 +294,11 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"
-    axes.set_title(f"{literal(joint)}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    width, letters = figure.get_figwidth() * axes.get_position().width, small()
+    said = (f"{literal(joint)}: {state}", f"clearance magnified {gain:.2g} times")
+    axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in said), fontsize=letters, color=BLACK)
     return axes
 
 

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from scissordyn.errors import InputError
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.study_field import Bound, Field, draw_bounds, draw_field, note_error
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, Canvas, legend, literal, panels, small
 
 __all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
 
@@ -127,7 +127,7 @@ def feasibility_map(
         drawn: Any = one.pcolormesh(ua, ub, table, shading="nearest", **look)
         if limit is not None and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
             lines = one.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
-            one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=SMALL)
+            one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
     else:
         drawn = _scattered(one, (a, b, c), (sx, sy, sc), look, field, bounds)
     _disagreement(one, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
@@ -141,8 +141,8 @@ def feasibility_map(
     assert figure is not None
     label = "fraction that meets the requirements" if colour == "met" else sc.label(literal(colour))
     bar = figure.colorbar(drawn, ax=one)
-    bar.set_label(label, fontsize=SMALL)
-    bar.ax.tick_params(labelsize=SMALL)
+    bar.set_label(label, fontsize=small())
+    bar.ax.tick_params(labelsize=small())
     if colour != "met" and _is_whole(finite):
         bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
@@ -186,7 +186,7 @@ def _scattered(
     edge = {"edgecolors": BLACK, "linewidths": 0.6} if field is not None or bounds else {"edgecolors": "none"}
     drawn = one.scatter(a, b, c=c, s=size, zorder=2.0, clip_on=False, **edge, **look)
     if handles:
-        one.legend(handles=handles, fontsize=SMALL, loc="upper left", bbox_to_anchor=(0.0, -0.16), frameon=False)
+        one.legend(handles=handles, fontsize=small(), loc="upper left", bbox_to_anchor=(0.0, -0.16), frameon=False)
     return drawn
 
 
@@ -239,7 +239,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 order = np.argsort(x)
                 one.plot(x[order], values[order], color=BLUE, linewidth=LINE)
             elif at.size > 1:
-                one.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label="middle 80 %")
+                one.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label=literal("middle 80 %"))
                 one.plot(at, middle, color=BLUE, linewidth=1.5 * LINE, label="median")
             marked = points["disagrees"].values
             if marked.any():
@@ -347,7 +347,7 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     one.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
     one.set_ylim(len(labels) - 0.4, -0.6)
     one.set_xlim(0.0, 100.0)
-    one.set_xlabel("met by [%]" + (", line: 95 % interval" if known.any() else ""))
+    one.set_xlabel(literal("met by [%]" + (", line: 95 % interval" if known.any() else "")))
     return [one]
 
 

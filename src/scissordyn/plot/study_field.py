@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from scissordyn.plot.scale import Scale
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMILION, literal
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, literal, small
 
 __all__ = ["Bound", "Field", "draw_bounds", "draw_field", "note_error"]
 
@@ -120,7 +120,7 @@ def draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]
             axes.contour(x, y, field.mean, levels=[bound.value], colors=[colour], linewidths=1.5 * LINE, zorder=1.5)
             shown.append(Line2D([], [], color=colour, linewidth=1.5 * LINE, label=literal(bound.label)))
     if hatched:
-        shown.append(Patch(facecolor="none", edgecolor=GREY, hatch="////", label="side of the line uncertain (95 %)"))
+        shown.append(Patch(facecolor="none", edgecolor=GREY, hatch="////", label=literal("side of the line uncertain (95 %)")))
     return shown
 
 
@@ -133,5 +133,5 @@ def note_error(axes: Axes, error: float) -> None:
     error : float
         As a fraction of the mean response.
     """
-    text = f"kriging between the points: {error:.1%} error at points left out; pale is uncertain"
-    axes.set_title(text, loc="left", fontsize=SMALL)
+    text = literal(f"kriging between the points: {error:.1%} error at points left out; pale is uncertain")
+    axes.set_title(text, loc="left", fontsize=small())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scissordyn.errors import InputError, printable
@@ -20,18 +21,20 @@ __all__ = [
     "IDEAL",
     "LIGHT",
     "LINE",
-    "NORMAL",
     "ORANGE",
     "PURPLE",
     "SKY",
-    "SMALL",
     "VERMILION",
     "Canvas",
     "dress",
+    "figure_size",
+    "in_lines",
     "label_axes",
     "legend",
     "literal",
+    "normal",
     "panels",
+    "small",
 ]
 
 # Colours that are distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
@@ -41,8 +44,8 @@ BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 LINE = 1.0
 """Width of a curve [pt]."""
 
-SMALL, NORMAL = 8.0, 9.0
-"""Sizes of letters [pt]: ticks and legends, labels."""
+SMALL, NORMAL = 0.8, 0.9
+"""Letters of ticks and legends, and of labels, as a fraction of matplotlib's size: 8 and 9 pt of its 10 pt."""
 
 IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4, 3)), "zorder": 3.0}
 """Style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
@@ -50,15 +53,33 @@ IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4,
 AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
 """Coordinates along and up a picture, and their signs, after 0 to 3 quarter turns."""
 
-ENTRY = 1.45
-"""Largest width of an entry of a legend [inch]."""
+LETTER, SHORTEST = 0.58, 8
+"""Width of a letter of their size, and fewest letters of a line that is broken."""
+
+ENTRY = 0.18
+"""Largest width of an entry of a legend, for each point of the letters' size [inch]."""
+
+NARROW = 4.2
+"""Width of Axes [inch] below which a legend does not stand beside them."""
+
+TEX = str.maketrans(
+    {
+        **{sign: f"\\{sign}" for sign in "$%&#_{}"},
+        "\\": r"\textbackslash{}",
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+    }
+)
+"""How LaTeX writes signs that mean something to it."""
 
 Canvas: TypeAlias = "Axes | Iterable[Axes] | None"
 """Target of a picture: one Axes, several, or None for a new figure."""
 
 
 def literal(name: str) -> str:
-    r"""A name of the user's as text of a picture: a dollar sign begins no formula, and control characters are made visible.
+    r"""A name of the user's as text of a picture: no sign of it begins a formula, and control characters are made visible.
 
     Parameters
     ----------
@@ -68,9 +89,77 @@ def literal(name: str) -> str:
     Returns
     -------
     str
-        With "\$" in place of "$", which matplotlib draws as "$".
+        With "\$" in place of "$", which matplotlib draws as "$"; where LaTeX sets the letters, as it writes the name.
     """
-    return printable(name).replace("$", r"\$")
+    from matplotlib import rcParams
+
+    shown = printable(name)
+    return shown.translate(TEX) if rcParams["text.usetex"] else shown.replace("$", r"\$")
+
+
+def small() -> float:
+    """Size of the letters of ticks and legends [pt], from matplotlib's rcParams."""
+    return _letters("xtick.labelsize", SMALL)
+
+
+def normal() -> float:
+    """Size of the letters of labels and titles [pt], from matplotlib's rcParams."""
+    return _letters("axes.labelsize", NORMAL)
+
+
+def _letters(parameter: str, fraction: float) -> float:
+    """The size that a user gives, or else a fraction of the size of all letters."""
+    from matplotlib import rcParams, rcParamsDefault
+    from matplotlib.font_manager import FontProperties
+
+    chosen: Any = rcParams  # its keys are annotated one by one
+    usual: Any = rcParamsDefault
+    given = chosen[parameter]
+    if given == usual[parameter]:
+        return float(fraction * rcParams["font.size"])
+    return float(FontProperties(size=given).get_size_in_points())
+
+
+def in_lines(text: str, inches: float, letters: float) -> str:
+    """A text in as many lines as it takes to keep within a width.
+
+    Parameters
+    ----------
+    text : str
+    inches : float
+        The width.
+    letters : float
+        Their size [pt].
+
+    Returns
+    -------
+    str
+    """
+    fitting = int(inches * 72.0 / (LETTER * letters))
+    return text if len(text) <= fitting else "\n".join(wrap(text, max(fitting, SHORTEST), break_long_words=False))
+
+
+def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, float]:
+    """Width and height of a new figure: those of matplotlib's rcParams, where the user has changed them.
+
+    Parameters
+    ----------
+    width, height : float
+        Without such a change [inch].
+    rows : int
+        Rows of panels. Of one row the height is the user's as well; several keep about the shape of their panels.
+
+    Returns
+    -------
+    width, height : float
+        [inch]
+    """
+    from matplotlib import rcParams, rcParamsDefault
+
+    given = list(rcParams["figure.figsize"])
+    if given == list(rcParamsDefault["figure.figsize"]):
+        return width, height
+    return (given[0], given[1]) if rows == 1 else (given[0], height * (given[0] / width) ** 0.6)
 
 
 def label_axes(axes: Axes, turns: int) -> None:
@@ -91,12 +180,12 @@ def dress(axes: Axes) -> None:
     """
     axes.grid(visible=True, color=LIGHT, linewidth=0.6)
     axes.set_axisbelow(True)
-    axes.tick_params(labelsize=SMALL, color=GREY, labelcolor=BLACK, width=0.6, length=3.0)
+    axes.tick_params(labelsize=small(), color=GREY, labelcolor=BLACK, width=0.6, length=3.0)
     for side, spine in axes.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set(color=GREY, linewidth=0.6)
     for label in (axes.xaxis.label, axes.yaxis.label, axes.title):
-        label.set(fontsize=NORMAL, color=BLACK)
+        label.set(fontsize=normal(), color=BLACK)
 
 
 def panels(
@@ -116,7 +205,7 @@ def panels(
     rows, columns : int
         Number of rows and columns; given Axes are taken row by row.
     size : (float, float)
-        Width and height of a new figure [inch].
+        Width and height of a new figure [inch], unless the user has chosen others, see `figure_size`.
     ratios : sequence of float, optional
         Relative heights of the rows of a new figure.
     share : bool
@@ -135,7 +224,7 @@ def panels(
     from matplotlib.figure import Figure
 
     if canvas is None:
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=figure_size(*size, rows), layout="constrained")
         chosen = list(
             figure.subplots(rows, columns, squeeze=False, sharex="col" if share else False, height_ratios=ratios).flat
         )
@@ -149,14 +238,15 @@ def panels(
 
 
 def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
-    """A legend of all labelled artists, each label once, outside the curves.
+    """A legend of all labelled artists, each label once.
 
     Parameters
     ----------
     axes : sequence of Axes
         Axes of the artists.
     above : bool
-        Whether it is across the top of the figure; otherwise to the right of the first Axes.
+        Whether it is across the top of the figure; otherwise to the right of the first Axes. It is at the top as well where the
+        Axes are narrow, and inside them where they are narrow and others share their figure.
 
     Returns
     -------
@@ -169,10 +259,16 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
             found.setdefault(label, handle)
     if not found:
         return None
-    look: dict[str, Any] = {"fontsize": SMALL, "frameon": False, "handlelength": 2.2}
+    letters = small()
+    look: dict[str, Any] = {"fontsize": letters, "frameon": False, "handlelength": 2.2}
     handles, labels = list(found.values()), list(found)
     figure = axes[0].get_figure(root=True)
-    if above and figure is not None:
-        columns = int(figure.get_figwidth() / ENTRY) or 1
+    assert figure is not None
+    narrow = figure.get_figwidth() * axes[0].get_position().width < NARROW
+    alone = {id(one) for one in figure.axes} <= {id(one) for each in axes for one in (each, *each.child_axes)}
+    if (above or narrow) and not (alone and figure.get_layout_engine()):
+        return axes[0].legend(handles, labels, loc="best", **{**look, "frameon": True, "framealpha": 0.8, "edgecolor": "none"})
+    if above or narrow:
+        columns = int(figure.get_figwidth() / (ENTRY * letters)) or 1
         return figure.legend(handles, labels, loc="outside upper left", ncols=columns, **look)
     return axes[0].legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.0, **look)

@@ -13,12 +13,20 @@ from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.source import TorqueSource, torque_sources
 from scissordyn.plot.style import BLACK, ORANGE, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.window import window
 from scissordyn.run.summary import at_limit
 
 __all__ = ["torque"]
 
 
-def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
+def torque(
+    run: xr.Dataset,
+    ideal: xr.Dataset | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    axes: Canvas = None,
+) -> list[Axes]:
     """The torques of drives, actuators and motors with their located maxima, beside the ideal mechanism's; one panel for each.
 
     A limit is a dotted line in either sense; where the torque is at its limit the panel is shaded.
@@ -28,6 +36,8 @@ def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = N
     run : Dataset
     ideal : Dataset, optional
         The run of the ideal mechanism, drawn dashed.
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         One for each drive, actuator and motor, in this order. A new figure if not given.
 
@@ -40,6 +50,7 @@ def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = N
     InputError
         If there is no drive, no actuator and no motor.
     """
+    run = window(run, start, end)
     sources = torque_sources(run)
     if not sources:
         raise InputError("a run without a drive", "a run of a driven or controlled mechanism", "arm.driven(speed=rpm(150))")

@@ -12,7 +12,8 @@ from scissordyn.errors import InputError
 from scissordyn.plot.contact import with_instants
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, time_scale
-from scissordyn.plot.style import BLACK, BLUE, LINE, SMALL, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels, small
+from scissordyn.plot.window import window
 from scissordyn.run.summary import summary_of
 
 __all__ = ["has_tracks", "track"]
@@ -32,7 +33,7 @@ def has_tracks(run: xr.Dataset) -> bool:
     return "track_deviation" in run and run.sizes.get("track", 0) > 0
 
 
-def track(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+def track(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
     """Deviation of the tracked points from the ideal mechanism, with the located maximum and the tolerance; one panel for each.
 
     Where a point is outside its tolerance the panel is shaded.
@@ -40,6 +41,8 @@ def track(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     Parameters
     ----------
     run : Dataset
+    start, end : float, optional
+        Part of the run to draw [s]; the whole run if not given.
     axes : Axes or iterable of Axes, optional
         One for each tracked point. A new figure if not given.
 
@@ -52,6 +55,7 @@ def track(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     InputError
         If the run has no tracked point with a deviation.
     """
+    run = window(run, start, end)
     if not has_tracks(run):
         raise InputError(
             "a run without the deviation of a tracked point",
@@ -90,7 +94,7 @@ def track(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
             )
         one.set_ylim(bottom=0.0)
         one.set_ylabel(scale.label("deviation"))
-        one.set_title(f"tracked point {literal(name)}", loc="left", fontsize=SMALL)
+        one.set_title(f"tracked point {literal(name)}", loc="left", fontsize=small())
     finish(drawn, run, time)
     legend(drawn)
     return drawn

@@ -28,8 +28,9 @@ def feed_forward(
     Parameters
     ----------
     mechanism : Mechanism
-        Its actuators and its forces that vary over time are left out: the first are to be replaced, the second are disturbances
-        that nobody knows beforehand. Springs, motors and constant loads stay.
+        Its actuators, latches and forces that vary over time are left out: the first are to be replaced, the second hold it
+        where the reference would go on, the third are disturbances that nobody knows beforehand. Springs, motors and constant
+        loads stay.
     reference : TimeFunction
         The reference angle [rad].
     until : float
@@ -54,7 +55,7 @@ def feed_forward(
         for element in mechanism.components
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
-    ideal = dataclasses.replace(mechanism.ideal(), components=kept, drives=()).driven(reference, body=body)
+    ideal = dataclasses.replace(mechanism.ideal(), components=kept, latches=(), drives=()).driven(reference, body=body)
     run = pass_on(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")

@@ -34,6 +34,9 @@ __all__ = [
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit from which on an actuator counts as at its limit."""
 
+ROUND_OFF = 1e-12
+"""Sides of a span below this fraction of the longest are round-off."""
+
 SAME = 1e-3
 """Change of a span, as a fraction of it, below which it counts as none."""
 
@@ -439,7 +442,8 @@ def _span(run: xr.Dataset) -> SpanAnswer | None:
         found.append(placed(position[:, k], angle[:, k] if body.inertia is not None else np.zeros(2), local))
     if not found:
         return None
-    start, end = np.ptp(np.concatenate(found, axis=1), axis=1).tolist()
+    sides = np.ptp(np.concatenate(found, axis=1), axis=1)
+    start, end = np.where(sides < ROUND_OFF * sides.max(), 0.0, sides).tolist()
     return SpanAnswer(tuple(start), tuple(end))
 
 

@@ -1,16 +1,15 @@
 """Kriging of a response over the numbers that are chosen: prediction, its uncertainty, and its error by cross-validation.
 
-Ordinary kriging with an anisotropic Matern 5/2 correlation and a nugget; lengths and nugget by maximum likelihood (Rasmussen
-and Williams, Gaussian Processes for Machine Learning, 2006, chapters 2 and 5); points left out in closed
-form (Dubrule, Math. Geol. 15, 687 (1983)).
+Gaussian process of scikit-learn: anisotropic Matern 5/2 correlation and noise, with the lengths and variances of largest
+likelihood (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, chapters 2 and 5).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import warnings
+from typing import Any
 
 import numpy as np
-from scipy import linalg, optimize
 
 __all__ = ["LEAST", "MOST", "Kriging"]
 
@@ -24,22 +23,11 @@ STARTS = (0.3, 1.0)
 """Correlation lengths of the unit cube from which the likelihood is climbed."""
 
 LENGTHS = (0.05, 20.0)
-NUGGETS = (1e-8, 1.0)
+NOISE = (1e-8, 1.0)
+VARIANCES = (1e-2, 1e4)
 
 FACTOR = 5.0
 """Ratio of largest to smallest of positive values from which their logarithm is interpolated."""
-
-
-@dataclass(frozen=True)
-class _Model:
-    """What predictions need: factor of the correlations, the weights, the mean and the variance."""
-
-    factor: np.ndarray
-    weights: np.ndarray
-    ones: np.ndarray
-    mean: float
-    variance: float
-    fit: float
 
 
 class Kriging:
@@ -67,13 +55,10 @@ class Kriging:
         self._log = np.asarray(logarithmic, bool)
         terms = self._terms(x)
         self._low, self._width = terms.min(axis=0), np.maximum(np.ptp(terms, axis=0), 1e-300)
-        self._x = (terms - self._low) / self._width
         self.of_logarithm = bool(values.min() > 0.0 and values.max() > FACTOR * values.min())
         y = np.log(values) if self.of_logarithm else np.asarray(values, float)
         self._shift, self._scale = float(y.mean()), float(y.std()) or 1.0
-        self._y = (y - self._shift) / self._scale
-        self._parameters = self._likely()
-        self._model = self._solved(self._parameters)
+        self.process = _likeliest(self._unit(x), (y - self._shift) / self._scale)
         self._leave_out(values)
 
     def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -87,65 +72,40 @@ class Kriging:
         -------
         mean, deviation : ndarray, shape (m,)
         """
-        at = (self._terms(x) - self._low) / self._width
-        near, model = self._correlation(at, self._x, self._parameters[:-1]), self._model
-        mean = model.mean + near @ model.weights
-        solved = linalg.solve_triangular(model.factor, near.T, lower=True)
-        trend = 1.0 - near @ linalg.cho_solve((model.factor, True), model.ones)
-        total = model.ones @ linalg.cho_solve((model.factor, True), model.ones)
-        variance = model.variance * np.maximum(1.0 - np.sum(solved**2, axis=0) + trend**2 / total, 0.0)
-        y, deviation = self._shift + self._scale * mean, self._scale * np.sqrt(variance)
+        mean, deviation = self.process.predict(self._unit(x), return_std=True)
+        y, deviation = self._shift + self._scale * mean, self._scale * deviation
         return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
 
     def _terms(self, x: np.ndarray) -> np.ndarray:
         return np.where(self._log, np.log(np.where(self._log, x, 1.0)), x)
 
-    @staticmethod
-    def _correlation(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        difference = (a[:, None, :] - b[None, :, :]) / np.exp(lengths)
-        distance = np.sqrt(5.0 * np.sum(difference**2, axis=-1))
-        return np.asarray((1.0 + distance + distance**2 / 3.0) * np.exp(-distance))
-
-    def _solved(self, parameters: np.ndarray) -> _Model:
-        """With logarithms of the lengths and of the nugget."""
-        count, ones = self._y.size, np.ones(self._y.size)
-        matrix = self._correlation(self._x, self._x, parameters[:-1]) + np.exp(parameters[-1]) * np.eye(count)
-        factor = linalg.cholesky(matrix, lower=True)
-        inverse_ones = linalg.cho_solve((factor, True), ones)
-        mean = float(inverse_ones @ self._y / (ones @ inverse_ones))
-        weights = linalg.cho_solve((factor, True), self._y - mean)
-        variance = float(max((self._y - mean) @ weights / count, 1e-300))
-        fit = 0.5 * count * np.log(variance) + float(np.sum(np.log(np.diag(factor))))
-        return _Model(factor, weights, ones, mean, variance, fit)
-
-    def _likely(self) -> np.ndarray:
-        low, high = (np.log([LENGTHS[end]] * self._x.shape[1] + [NUGGETS[end]]) for end in (0, 1))
-
-        def fit(parameters: np.ndarray) -> float:
-            return self._solved(parameters).fit
-
-        found = [
-            optimize.minimize(
-                fit,
-                np.array([np.log(start)] * self._x.shape[1] + [np.log(1e-4)]),
-                method="L-BFGS-B",
-                bounds=optimize.Bounds(low, high),
-                options={"maxiter": 60},
-            )
-            for start in STARTS
-        ]
-        return np.asarray(min(found, key=lambda one: one.fun).x)
+    def _unit(self, x: np.ndarray) -> np.ndarray:
+        return np.asarray((self._terms(x) - self._low) / self._width)
 
     def _leave_out(self, values: np.ndarray) -> None:
-        model, count = self._model, self._y.size
-        inverse = linalg.cho_solve((model.factor, True), np.eye(count))
-        rows = inverse.sum(axis=1)
-        reduced = inverse - np.outer(rows, rows) / rows.sum()
-        y = self._y - (reduced @ self._y) / np.diag(reduced)
-        deviation = np.sqrt(model.variance / np.diag(reduced))
+        """Predictions of each point by the others, in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
+        inverse = np.linalg.inv(self.process.L_ @ self.process.L_.T)
+        y = self.process.y_train_ - self.process.alpha_ / np.diag(inverse)
+        deviation = 1.0 / np.sqrt(np.diag(inverse))
         self.left_out = np.stack([self._shift + self._scale * y, self._scale * deviation], axis=1)
         guessed = np.exp(self.left_out[:, 0]) if self.of_logarithm else self.left_out[:, 0]
         wrong = values - guessed
         spread = float(np.sum((values - values.mean()) ** 2))
         self.predicted = 1.0 - float(np.sum(wrong**2)) / spread if spread > 0.0 else 0.0
         self.error = float(np.sqrt(np.mean(wrong**2)) / max(float(np.mean(np.abs(values))), 1e-300))
+
+
+def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
+    """The process of the largest likelihood."""
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+    found = []
+    for start in STARTS:
+        correlation = Matern([start] * x.shape[1], LENGTHS, nu=2.5)
+        kernel = ConstantKernel(1.0, VARIANCES) * correlation + WhiteKernel(1e-4, NOISE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # a number at its bound: a length without influence
+            found.append(GaussianProcessRegressor(kernel, alpha=1e-10).fit(x, y))
+    return max(found, key=lambda one: one.log_marginal_likelihood_value_)

@@ -1,4 +1,4 @@
-"""The report of a study: one HTML file with tables and pictures, which needs nothing else."""
+"""The report of a study: one HTML file with tables and pictures, which needs nothing else, or the same as PDF."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import write_file
+from scissordyn.file.pdf import printed
 from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
@@ -52,7 +53,17 @@ th, td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem;
 code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
 h1, h2 { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
+@page { size: A4; margin: 14mm; }
+@media print {
+  body { font-size: 11px; max-width: none; margin: 0; padding: 0; } .scroll { overflow: visible; }
+  th, td { white-space: normal; padding-right: .5rem; } img { min-width: 0 !important; max-height: 240mm; break-inside: avoid; }
+  h2 { break-after: avoid; } tr, table { break-inside: avoid; }
+}
 """
+
+HTML, PDF = b"<!doctype html>", b"%pdf-"
+KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}
+"""How a report begins, in lower case, by the end of its name."""
 
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 """Without it a telephone shows the page as wide as a desk screen, and small."""
@@ -146,17 +157,18 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     address : str
         Of the store, for the commands that replay cases.
     path : Path
-        Ends in .html.
+        Ends in .html, or in .pdf where there is a browser that prints.
 
     Raises
     ------
     InputError
-        If the name does not end in .html, or the file is something else than a report.
+        If the name does not end so, no browser is found, or the file is something else than a report.
     ScissordynError
         If the file cannot be written.
     """
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"'{path}' as a report", "a name that ends in .html", "-o report.html")
+    start = KINDS.get(path.suffix.lower())
+    if start is None:
+        raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
     parts = [
         conclusion_html(study, results, address),
         "<h2>What was computed</h2>",
@@ -174,9 +186,9 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     head = f'<!doctype html><html lang="en"><meta charset="utf-8">{VIEWPORT}<title>{name}</title><style>{STYLE}</style>'
     content = f"{head}<h1>{name}</h1>{''.join(parts)}</html>\n".encode()
     try:
-        if path.exists() and not path.read_bytes()[:15].lower().startswith(b"<!doctype html>"):
+        if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
             raise InputError(f"'{path}' is something else than a report", "another name", "-o report.html")
-        return write_file(path, content, sample="-o report.html")
+        return write_file(path, printed(content) if start == PDF else content, sample="-o report.html")
     except OSError as error:
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
 

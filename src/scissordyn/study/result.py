@@ -344,12 +344,12 @@ class StudyResult:
         return export(self.dataset, Path(path))
 
     def report(self, path: Address, *, figures: Address | None = None) -> Path:
-        """Write one HTML file with tables and pictures.
+        """Write one HTML or PDF file with tables and pictures.
 
         Parameters
         ----------
         path : path
-            Ends in .html.
+            Ends in .html, or in .pdf where there is a browser that prints.
         figures : path, optional
             A folder for the pictures as files.
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scissordyn.analysis.scatter import velocity_acceleration
 from scissordyn.plot.regularity import bifurcation, stroboscopic_map
 from scissordyn.plot.regularity import velocity_acceleration as scatter
-from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, NORMAL, ORANGE, SMALL, VERMILION, legend, panels
+from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, ORANGE, VERMILION, legend, normal, panels, small
 from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn_paper.figure.panel import in_words
@@ -53,10 +53,10 @@ def draw_maps(
         own = above.get_legend()
         if own is not None:
             own.remove()
-        above.set_title(f"{in_words(case)}: stroke", loc="left", fontsize=NORMAL)
+        above.set_title(f"{in_words(case)}: stroke", loc="left", fontsize=normal())
         stroboscopic_map(settled[case], x="slider_velocity", y="slider_acceleration", axes=below)
         below.set(xlabel="velocity [m/s]", ylabel="acceleration [m/s²]")
-        below.set_title(_sentence(read(settled[case]).name), loc="left", fontsize=NORMAL)
+        below.set_title(_sentence(read(settled[case]).name), loc="left", fontsize=normal())
         for axes in (above, below):
             if k:
                 axes.set_ylabel("")
@@ -123,13 +123,13 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
         stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE, label=label)
     stroke.plot(milli, 1e-3 * ideal["drive_torque"].values, label="ideal joints", **IDEAL)
     stroke.set(ylabel="torque [kN·m]", xlabel="time [ms]")
-    stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=NORMAL)
+    stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=normal())
 
     for size, color in zip(CONTROLLED, COLOURS, strict=True):
         more = runs[PaperCase(size, constrained=True)]["drive_torque"].values - ideal["drive_torque"].values
         difference.plot(milli, more, color=color, linewidth=LINE, label=f"{1e3 * size:g} mm")
     difference.set(ylabel="torque [N·m]", xlabel="time [ms]")
-    difference.set_title("(b) constrained contact: torque above that of ideal joints", loc="left", fontsize=NORMAL)
+    difference.set_title("(b) constrained contact: torque above that of ideal joints", loc="left", fontsize=normal())
 
     wanted = controlled[ControlledRun("deployment", "ideal")]
     driven = controlled[ControlledRun("deployment", "prescribed")]
@@ -142,13 +142,13 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
         deployment.plot(run["time"].values, torque, color=color, linewidth=LINE, label=label)
     deployment.plot(wanted["time"].values, wanted["drive_torque"].values, label="ideal joints", **IDEAL)
     deployment.set(ylabel="torque [N·m]", xlabel="time [s]")
-    deployment.set_title(f"(c) {MANOEUVRES['deployment'].title}", loc="left", fontsize=NORMAL)
+    deployment.set_title(f"(c) {MANOEUVRES['deployment'].title}", loc="left", fontsize=normal())
 
     for label, scheme, color in (("pyragas", "pyragas", BLUE), ("extended", "extended", VERMILION)):
         run = controlled[ControlledRun("periodic", scheme)]  # type: ignore[arg-type]
         delayed.plot(run["time"].values, run["control_torque"].values[:, 1], color=color, linewidth=0.7, label=label)
     delayed.set(ylabel="torque [N·m]", xlabel="time [s]")
-    delayed.set_title("(d) periodic drive: torque of the delayed feedback alone", loc="left", fontsize=NORMAL)
+    delayed.set_title("(d) periodic drive: torque of the delayed feedback alone", loc="left", fontsize=normal())
     for axes in drawn:
         axes.margins(x=0.0)
         legend([axes])
@@ -198,7 +198,7 @@ def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
             axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
             axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
             axes.yaxis.set_minor_formatter(NullFormatter())
-            axes.set_xticks(range(len(cases)), [name for name, _ in cases], fontsize=SMALL)
+            axes.set_xticks(range(len(cases)), [name for name, _ in cases], fontsize=small())
             axes.grid(visible=False, axis="x")
             axes.set_xlabel(title if row else "")
             axes.set_ylabel("" if column else label)

@@ -13,7 +13,7 @@ from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.source import torque_sources
-from scissordyn.plot.style import BLUE, GREEN, NORMAL, VERMILION, legend, panels
+from scissordyn.plot.style import BLUE, GREEN, VERMILION, legend, normal, panels
 from scissordyn_paper.cases import SIZES, SPEEDS, PaperCase
 from scissordyn_paper.measures import JOINT
 
@@ -51,7 +51,7 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -
         scale = Scale(1e-3, KILO[next(iter(series.values())).attrs["units"]])
         for (case, one), color in zip(series.items(), COLOURS, strict=True):
             compare(axes, name, one, None, scale=scale, time=time, color=color, labels=(cases[case], ""))
-        axes.set_title(f"({letter}) {name}", loc="left", fontsize=NORMAL)
+        axes.set_title(f"({letter}) {name}", loc="left", fontsize=normal())
     finish(drawn, runs[next(iter(cases))], time)
     legend(drawn, above=True)
     figure = drawn[0].get_figure(root=True)

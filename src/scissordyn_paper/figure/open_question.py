@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from scissordyn.plot.style import NORMAL, panels
+from scissordyn.plot.style import normal, panels
 from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
             axes.plot([max(float(np.median(one.ratios)), SMALLEST)] * 2, [up - 0.13, up + 0.13], color=colour, lw=1.5)
         axes.axvline(1.0, color="0.6", lw=0.8)
         axes.set_xscale("log")
-        axes.set_title(title, loc="left", fontsize=NORMAL)
+        axes.set_title(title, loc="left", fontsize=normal())
         axes.set_yticks(range(len(names)), names if axes is drawn[0] else [])
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlabel("over rigid and dry [1]")
@@ -82,7 +82,7 @@ def draw_orbits(found: Mapping[OpenCase, xr.Dataset]) -> Figure:
         axes.plot(place[:, 0], place[:, 1], color=COLOURS["stroke"], lw=0.7)
         axes.set_aspect("equal")
         axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), xticks=(-1, 0, 1), yticks=(-1, 0, 1))
-        axes.set_title(f"{case.bars}, {case.joint}", loc="left", fontsize=NORMAL)
+        axes.set_title(f"{case.bars}, {case.joint}", loc="left", fontsize=normal())
     figure = drawn[0].get_figure(root=True)
     assert figure is not None
     return figure

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scissordyn.plot.style import NORMAL, legend, panels
+from scissordyn.plot.style import legend, normal, panels
 from scissordyn_paper.cases import PaperCase
 
 __all__ = ["in_words", "panel_by_case"]
@@ -41,7 +41,7 @@ def panel_by_case(
     for axes, case, letter in zip(drawn, cases, "abcdef", strict=False):
         note = paint(axes, case)
         title = f"({letter}) {in_words(case)}" + (f", {note}" if note else "")
-        axes.set_title(title, loc="left", fontsize=NORMAL)
+        axes.set_title(title, loc="left", fontsize=normal())
         for side, label in (("left", axes.yaxis), ("bottom", axes.xaxis)):
             place = axes.get_subplotspec()
             if place is not None and not (place.is_first_col() if side == "left" else place.is_last_row()):

@@ -1,0 +1,389 @@
+"""Further parts for a printed case file, with values that fit its structure: `scissordyn new KIND --with servo,tip,payload`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.time_function import Cycloidal
+from scissordyn.config.quantity import read_quantity, written
+from scissordyn.config.table import instance
+from scissordyn.config.time_function import DriveTable
+from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.kinematics.inertia import drive_inertia, drive_rate
+from scissordyn.kinematics.path import Path, path_of
+from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.payload import with_panels, with_payload
+from scissordyn.plan.plan import plan
+from scissordyn.run.feed_forward import feed_forward
+from scissordyn.units import Quantity
+
+__all__ = ["FURTHER", "Given", "Stroke", "fitted"]
+
+Given = Mapping[str, Any]
+"""Values of the keys of a table."""
+
+Changes = Callable[[str, Given], Given]
+"""From the name of a section and its values to what the user has asked for."""
+
+DURATION = 2.0
+"""Of the move from rest to rest, unless another is asked for [s]."""
+
+HELD = 1.1
+"""The run lasts longer than the move by this factor, so that what settles is seen."""
+
+OSCILLATIONS, DAMPING = 6.0, 0.7
+"""Of the servo's error: natural frequency times the duration of the move, and damping ratio."""
+
+SHARE = 0.1
+"""Of the mechanism's mass, weight or size, for payloads and loads."""
+
+RESERVE = 1.5
+"""The servo's limit over the torque of the ideal mechanism."""
+
+AT_REST = 0.01
+"""Points that move less, as a fraction of the size, do not carry or measure anything."""
+
+BEYOND = 0.02
+"""Of the move, by which stops stand behind its end."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A structure and a move of its driven body from rest to rest.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Of the printed file.
+    motion : Cycloidal
+        The angle of its driven body.
+    """
+
+    mechanism: Mechanism
+    motion: Cycloidal
+
+    @cached_property
+    def path(self) -> Path:
+        """Positions between both ends of the move, with ideal joints."""
+        ideal = self.mechanism.ideal().driven(self.motion)
+        found = path_of(plan(ideal), self.motion.duration)
+        assert found is not None, "a printed structure can be driven"
+        return found
+
+    @cached_property
+    def ends(self) -> tuple[int, int]:
+        """Where the move starts and ends on the path."""
+        last = self.path.place.size - 1
+        return (0, last) if self.turn > 0.0 else (last, 0)
+
+    @property
+    def turn(self) -> float:
+        """How far the driven body turns [rad]."""
+        return self.motion.end - self.motion.start
+
+    @property
+    def size(self) -> float:
+        """Length of the mechanism's parts [m]."""
+        return self.path.closure.size
+
+    @property
+    def mass(self) -> float:
+        """Of all bodies [kg]."""
+        return sum(body.mass for body in self.mechanism.bodies)
+
+    @property
+    def weight(self) -> float:
+        """A force to compare loads with [N]: the weight, or where there is no gravity that on earth."""
+        return self.mass * (self.mechanism.gravity or 9.81)
+
+    def place(self, point: BodyPoint, end: int) -> np.ndarray:
+        """Position of a point at the start (0) or the end (1) of the move [m]."""
+        name, local = point
+        if name == GROUND:
+            return np.array(dict(self.mechanism.ground)[local])
+        k = [body.name for body in self.mechanism.bodies].index(name)
+        body, angle = self.mechanism.bodies[k], self.path.angle[self.ends[end], k]
+        x, y = np.subtract(body.points[local], body.centre)
+        cos, sin = math.cos(angle), math.sin(angle)
+        return np.asarray(self.path.position[self.ends[end], k] + (cos * x - sin * y, sin * x + cos * y))
+
+    @cached_property
+    def anchor(self) -> BodyPoint:
+        """A point that loads act from: the first of the ground, or of the driven body."""
+        first = next((name for name, _ in self.mechanism.ground), "")
+        return (GROUND, first) if first else (self.mechanism.input_body, "start")
+
+    @cached_property
+    def tip(self) -> BodyPoint:
+        """The point of a body that is farthest from the anchor at the end of the move, and moves."""
+        points = [
+            (body.name, point)
+            for body in self.mechanism.bodies
+            for point in body.points
+            if np.linalg.norm(self.way((body.name, point))) > AT_REST * self.size and body.name != self.anchor[0]
+        ]
+        from_anchor = [np.linalg.norm(self.place(point, 1) - self.place(self.anchor, 1)) for point in points]
+        return points[int(np.argmax(np.round(from_anchor, 9)))]
+
+    def way(self, point: BodyPoint) -> np.ndarray:
+        """From where a point starts to where it ends [m]."""
+        return np.asarray(self.place(point, 1) - self.place(point, 0))
+
+    def distance(self, end: int) -> float:
+        """From the anchor to the tip at the start (0) or the end (1) of the move [m]."""
+        return float(np.linalg.norm(self.place(self.tip, end) - self.place(self.anchor, end)))
+
+    def velocity(self, point: BodyPoint) -> np.ndarray:
+        """Of a point at the start, for unit speed of the driven body [m/rad]."""
+        first, k = self.ends[0], [body.name for body in self.mechanism.bodies].index(point[0])
+        rate = drive_rate(self.path, first)
+        body, offset = self.mechanism.bodies[k], self.path.closure.first[point[0]]
+        x, y = body.points[point[1]]
+        cos, sin = rate[offset + 2 : offset + 4] if body.rotates else (0.0, 0.0)
+        return np.asarray(rate[offset : offset + 2] + np.array([cos * x - sin * y, sin * x + cos * y]))
+
+    @cached_property
+    def hinge(self) -> Revolute:
+        """A pin between the driven body and another that moves."""
+        driven = self.mechanism.input_body
+        for joint in self.mechanism.joints:
+            names = {joint.journal[0], joint.bearing[0]}
+            if driven in names and GROUND not in names:
+                return joint
+        raise AssertionError("a driven body is pinned to another one")
+
+    @property
+    def pair(self) -> dict[str, str]:
+        """The driven body and the one that it is pinned to, as `body` and `base`."""
+        driven = self.mechanism.input_body
+        other = next(name for name in (self.hinge.journal[0], self.hinge.bearing[0]) if name != driven)
+        return {"body": driven, "base": other}
+
+    def opening(self, end: int, beyond: float = 0.0) -> float:
+        """Angle of the driven body against the other at the start (0) or the end (1) of the move, or beyond it [rad]."""
+        names = [body.name for body in self.mechanism.bodies]
+        body, base = names.index(self.pair["body"]), names.index(self.pair["base"])
+        found = self.path.angle[:, body] - self.path.angle[:, base]
+        # continuous from the angles as placed, in which turns count
+        found += self.mechanism.bodies[body].angle - self.mechanism.bodies[base].angle - found[self.ends[0]]
+        start, last = found[self.ends[0]], found[self.ends[1]]
+        return float((start, last + beyond * (last - start))[end])
+
+
+def _said(value: float, unit: str) -> str:
+    """A number with two digits and its unit, as one would type it."""
+    return written(float(f"{value:.2g}"), unit)
+
+
+def _exact(value: float, unit: str) -> str:
+    """A number as near as a case file has it: to twelve digits."""
+    return written(round(value, 12), unit)
+
+
+def _move(start: str, end: str, duration: float = DURATION) -> dict[str, Any]:
+    return {"cycloidal": {"start": start, "end": end, "duration": written(duration, "s")}}
+
+
+def _servo(stroke: Stroke) -> Given:
+    inertia = float(drive_inertia(stroke.path)[stroke.ends[0]])
+    bandwidth = 2.0 * math.pi * OSCILLATIONS / stroke.motion.duration
+    torque = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
+    gains = {
+        "name": "feed-forward",
+        "proportional": _said(inertia * bandwidth**2, "N m/rad"),
+        "derivative": _said(2.0 * DAMPING * inertia * bandwidth, "N m s/rad"),
+        "limit": _said(RESERVE * float(torque.max()), "N m"),
+    }
+    return {"controller": gains, "feed_forward": "ideal", "name": "servo"}
+
+
+def _tip(stroke: Stroke) -> Given:
+    body, point = stroke.tip
+    return {"name": "tip", "body": body, "point": point, "tolerance": _said(1e-3 * stroke.size, "m")}
+
+
+def _panels(stroke: Stroke) -> Given:
+    names = [body.name for body in stroke.mechanism.bodies]
+    first = "unit */bar 1" if "unit 1/bar 1" in names else stroke.pair["base"]
+    return {"bodies": first, "mass": _said(SHARE * stroke.mass, "kg")}
+
+
+def _line(stroke: Stroke) -> dict[str, str]:
+    return {"start": ".".join(stroke.anchor), "end": ".".join(stroke.tip)}
+
+
+def _spring(stroke: Stroke) -> Given:
+    middle = 0.5 * (stroke.distance(0) + stroke.distance(1))
+    return {**_line(stroke), "stiffness": _said(stroke.weight / stroke.size, "N/m"), "free_length": _said(middle, "m")}
+
+
+def _cable(stroke: Stroke) -> Given:
+    return {**_line(stroke), "free_length": _said(1.01 * max(stroke.distance(0), stroke.distance(1)), "m")}
+
+
+def _rod(stroke: Stroke) -> Given:
+    start, end = (stroke.distance(end) for end in (0, 1))
+    velocity = np.dot(stroke.place(stroke.tip, 0) - stroke.place(stroke.anchor, 0), stroke.velocity(stroke.tip)) / start
+    if abs(velocity) < AT_REST * stroke.size:
+        raise InputError(
+            f"a rod from {'.'.join(stroke.anchor)} to {'.'.join(stroke.tip)} cannot drive this structure at its start",
+            "a motor, or a rod elsewhere",
+            "--with motor",
+        )
+    return {**_line(stroke), "motion": _move(_exact(start, "m"), _said(end, "m"), stroke.motion.duration)}
+
+
+def _travel_stop(stroke: Stroke) -> Given:
+    way = stroke.way(stroke.tip)
+    along = way / np.linalg.norm(way)
+    limit = float(along @ (stroke.place(stroke.tip, 1) + BEYOND * way))
+    return {
+        "point": ".".join(stroke.tip),
+        "direction": _exact(math.atan2(along[1], along[0]), "rad"),
+        "limit": _exact(limit, "m"),
+    }
+
+
+def _tape_spring(stroke: Stroke) -> Given:
+    moment = SHARE * stroke.weight * stroke.size
+    shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
+    moments = {name: _said(share * moment, "N m") for name, share in shares.items()}
+    stiffness = _said(10.0 * moment, "N m/rad")
+    return {**stroke.pair, "stiffness": stiffness, **moments, "free_angle": _exact(stroke.opening(1), "rad")}
+
+
+def _motor(stroke: Stroke) -> Given:
+    torque = SHARE * stroke.weight * stroke.size
+    return {
+        "body": stroke.mechanism.input_body,
+        "stall_torque": _said(math.copysign(torque, stroke.turn), "N m"),
+        "no_load_speed": _said(2.0 * abs(stroke.turn) / stroke.motion.duration, "rad/s"),
+        "limit": _said(0.8 * torque, "N m"),
+    }
+
+
+def _bushing(stroke: Stroke) -> Given:
+    hinge = stroke.hinge
+    names = [body.name for body in stroke.mechanism.bodies]
+    start, end = (stroke.mechanism.bodies[names.index(name)].angle for name in (hinge.journal[0], hinge.bearing[0]))
+    angle = {"free_angle": _exact(end - start, "rad")}
+    return {"start": ".".join(hinge.journal), "end": ".".join(hinge.bearing), **angle}
+
+
+FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
+    "servo": ("control", _servo),
+    "tip": ("track", _tip),
+    "payload": ("payload", lambda stroke: {"at": ".".join(stroke.tip), "mass": _said(SHARE * stroke.mass, "kg")}),
+    "panels": ("panels", _panels),
+    "spring": ("spring", _spring),
+    "constant_force_spring": (
+        "constant_force_spring",
+        lambda stroke: {**_line(stroke), "tension": _said(SHARE * stroke.weight, "N")},
+    ),
+    "cable": ("cable", _cable),
+    "torsion_spring": (
+        "torsion_spring",
+        lambda stroke: {
+            **stroke.pair,
+            "stiffness": _said(SHARE * stroke.weight * stroke.size, "N m/rad"),
+            "free_angle": _exact(stroke.opening(1), "rad"),
+        },
+    ),
+    "tape_spring": ("tape_spring", _tape_spring),
+    "clutch": ("clutch", lambda stroke: {**stroke.pair, "capacity": _said(SHARE * stroke.weight * stroke.size, "N m")}),
+    "bushing": ("bushing", _bushing),
+    "force": (
+        "force",
+        lambda stroke: {"point": ".".join(stroke.tip), "force": f"0, {-float(f'{SHARE * stroke.weight:.2g}'):g} N"},
+    ),
+    "torque": (
+        "torque",
+        lambda stroke: {
+            "body": stroke.mechanism.input_body,
+            "torque": _said(SHARE * stroke.weight * stroke.size, "N m"),
+        },
+    ),
+    "motor": ("motor", _motor),
+    "angle_stop": ("angle_stop", lambda stroke: {**stroke.pair, "angle": _exact(stroke.opening(1, BEYOND), "rad")}),
+    "travel_stop": ("travel_stop", _travel_stop),
+    "rod": ("rod", _rod),
+    "latch": ("latch", lambda stroke: {**stroke.pair, "angle": _exact(stroke.opening(1, -0.01), "rad")}),
+}
+"""What can be asked for: the table of each, and its values for a structure and its move."""
+
+DRIVING = ("motor", "rod")
+"""Parts that move the mechanism in place of a drive."""
+
+assert set(COMPONENTS) - {"actuator", "beam"} <= set(FURTHER)
+
+
+LOADS = ("payload", "panels")
+
+
+def _loaded(mechanism: Mechanism, load: str, given: Given) -> Mechanism:
+    """The mechanism with a payload or panels."""
+    mass = read_quantity(given["mass"], Quantity("kg"))
+    return with_payload(mechanism, given["at"], mass) if load == "payload" else with_panels(mechanism, given["bodies"], mass)
+
+
+def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
+    """Tables of further parts for a structure, and what else changes in its file with them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The structure, as it is printed without further parts.
+    turn : float
+        How far its driven body turns in the move [rad], unless another end is asked for.
+    parts : iterable of str
+        Keys of `FURTHER`.
+    changes : callable
+        Values of a section, with what the user has asked for.
+
+    Returns
+    -------
+    dict of str to mapping
+        Values by section; "drive" is the move, and is missing where a part drives in its place; "run" has the end of the run.
+
+    Raises
+    ------
+    InputError
+        For an unknown part, or one that this structure cannot have.
+    """
+    asked = list(dict.fromkeys(parts))
+    for name in asked:
+        if name not in FURTHER:
+            raise InputError(
+                f"part '{name}'{did_you_mean(name, FURTHER)}",
+                ", ".join(FURTHER) + "; scissordyn new mechanism shows the tables of bodies, joints and guides",
+                "scissordyn new scissor --with servo,tip,payload",
+            )
+    drives = [name for name in asked if name in (*DRIVING, "servo")]
+    if len(drives) > 1:
+        both = f"{drives[0]} and {drives[1]}, which both drive the structure"
+        raise InputError(both, "one of them", f"--with {command(drives[0])}")
+    if "latch" in asked and not drives:
+        raise InputError("a latch, which a prescribed drive does not let lock", "a latch with a servo", "--with servo,latch")
+    start = mechanism.body(mechanism.input_body).angle
+    drive = changes("drive", _move(_exact(start, "rad"), _exact(start + turn, "rad")))
+    motion = instance(DriveTable, drive, {}).motion()
+    assert isinstance(motion, Cycloidal), "the only motion of this table"
+    found: dict[str, Given] = {}
+    for name in sorted(asked, key=lambda each: each not in LOADS):  # servo and springs are for the loaded structure
+        section, values = FURTHER[name]
+        found[section] = changes(section, values(Stroke(mechanism, motion)))
+        if name in LOADS:
+            mechanism = _loaded(mechanism, name, found[section])
+    if not set(asked) & set(DRIVING):
+        found["drive"] = drive
+    found["run"] = {"until": written(HELD * motion.duration, "s")}
+    return found

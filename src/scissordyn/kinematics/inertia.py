@@ -1,0 +1,97 @@
+"""The inertia that a drive feels: twice the kinetic energy at unit speed of the drive, along the stroke."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.kinematics.path import Path
+
+__all__ = ["DriveInertia", "drive_inertia", "drive_rate"]
+
+
+@dataclass(frozen=True)
+class DriveInertia:
+    """What the drive of a body has to accelerate.
+
+    Parameters
+    ----------
+    drive : str
+        The driven body.
+    start, end, largest : float
+        At both ends of its motion, and the largest on the way [kg m^2].
+    """
+
+    drive: str
+    start: float
+    end: float
+    largest: float
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers."""
+        return asdict(self)
+
+    def __str__(self) -> str:
+        start, end, largest = (f"{value:.4g} kg m^2" for value in (self.start, self.end, self.largest))
+        return f"{start} at the start, {end} at the end, at most {largest}"
+
+
+def drive_inertia(path: Path) -> np.ndarray:
+    """Inertia of a mechanism with ideal joints about its only drive, at each point of a path.
+
+    It is what a servo has to accelerate: with the feedback gains ``k_p = J w**2`` and ``k_d = 2 z J w`` the error of its angle
+    decays with the natural frequency w and the damping ratio z.
+
+    Parameters
+    ----------
+    path : Path
+        Of a mechanism with one drive.
+
+    Returns
+    -------
+    ndarray, shape (points,)
+        [kg m^2] for a driven angle, [kg] for a driven length; NaN at positions where the mechanism locks.
+
+    References
+    ----------
+    Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7
+    """
+    mass = path.closure.plan.coordinates.mass
+    found = np.full(path.place.size, np.nan)
+    for k in range(path.place.size):
+        rate = drive_rate(path, k)
+        found[k] = rate @ (mass @ rate)
+    return found
+
+
+def drive_rate(path: Path, k: int) -> np.ndarray:
+    """Derivative of the natural coordinates by the only drive at a point of a path.
+
+    Parameters
+    ----------
+    path : Path
+    k : int
+        Number of the point.
+
+    Returns
+    -------
+    ndarray, shape (nZ,)
+        Of origins [m] and direction vectors, per rad or m; NaN where the mechanism locks.
+    """
+    closure, z, place = path.closure, path.z[k], path.place[k]
+    inputs = np.array([place])
+    turned = np.array([0.0, -np.sin(place), np.cos(place)]) if path.parameter == "angle" else np.zeros(1)
+    known = closure.known @ turned
+    wanted = np.zeros(closure.chosen.size)
+    if path.parameter == "length":
+        step = 1e-6 * place  # the values are quadratic in the length: a central difference has no error
+        wanted = (closure.values_at(inputs + step) - closure.values_at(inputs - step)) / (2.0 * step)
+    try:
+        free = np.linalg.solve(closure.jacobian(z), wanted - closure.product(z, known))
+    except np.linalg.LinAlgError:
+        return np.full(closure.total, np.nan)
+    rate = known + closure.free @ free
+    rate[closure.origins] *= closure.size
+    return np.asarray(rate)

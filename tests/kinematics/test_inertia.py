@@ -1,0 +1,75 @@
+"""The inertia that a drive feels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scissordyn.component.rod import Rod
+from scissordyn.component.time_function import Cycloidal
+from scissordyn.kinematics.inertia import drive_inertia
+from scissordyn.kinematics.path import path_of
+from scissordyn.model.array import hoberman_ring, mast
+from scissordyn.model.body import bar
+from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.linkage import four_bar, slider_crank
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.payload import with_payload
+from scissordyn.model.scissor import scissor
+from scissordyn.plan.plan import plan
+from scissordyn.run.simulate import simulate
+
+CASES = {
+    "scissor": (with_payload(scissor(units=3, angle=math.radians(60.0)), "unit 3/bar 1.end", 2.0), -2.0),
+    "mast": (mast(), 1.5),
+    "ring": (hoberman_ring(), -0.4),
+    "slider-crank": (slider_crank(), 30.0),
+    "four-bar": (four_bar(), 10.0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_inertia_is_that_of_the_kinetic_energy(name: str) -> None:
+    """Second road: twice the kinetic energy of a run at constant speed, over the square of the speed."""
+    mechanism, speed = CASES[name]
+    ideal = mechanism.ideal().driven(speed=speed)
+    until = 0.3 / abs(speed)
+    found = path_of(plan(ideal), until)
+    assert found is not None
+    run = simulate(ideal, until=until, samples=2)
+    ends = drive_inertia(found)[[0, -1] if speed > 0.0 else [-1, 0]]
+    np.testing.assert_allclose(ends, 2.0 * run["kinetic_energy"].values / speed**2, rtol=1e-9)
+
+
+def test_a_driven_length_has_a_mass() -> None:
+    """Closed form: a rod from the ground pushes a ladder's foot along the floor; m l^2/3 (dphi/ds)^2 with s = l cos phi."""
+    length, mass, angle = 2.0, 3.0, math.radians(50.0)
+    foot = length * math.cos(angle)
+    ladder = Mechanism(
+        bodies=(bar("ladder", length=length, mass=mass, position=(foot, 0.0), angle=math.pi - angle),),
+        ground=(("corner", (0.0, 0.0)),),
+        joints=(),
+        guides=(Guide("floor", ("ladder", "start"), direction=0.0), Guide("wall", ("ladder", "end"), direction=0.5 * math.pi)),
+        rods=(Rod("jack", ("ground", "corner"), ("ladder", "start"), motion=Cycloidal(foot, 1.1 * foot, 1.0)),),
+        gravity=0.0,
+    )
+    path = path_of(plan(ladder), 1.0)
+    assert path is not None
+    assert path.parameter == "length"
+    turning = np.arccos(path.place / length)
+    np.testing.assert_allclose(drive_inertia(path), mass * length**2 / 3.0 / (length * np.sin(turning)) ** 2, rtol=1e-9)
+
+
+def test_a_bar_about_its_pin() -> None:
+    """Closed form: m l^2/3."""
+    arm = Mechanism(
+        bodies=(bar("arm", length=0.7, mass=1.3),),
+        ground=(("O", (0.0, 0.0)),),
+        joints=(Revolute("pin", ("arm", "start"), ("ground", "O")),),
+        input_body="arm",
+    ).driven(speed=1.0)
+    path = path_of(plan(arm), 1.0)
+    assert path is not None
+    np.testing.assert_allclose(drive_inertia(path), 1.3 * 0.7**2 / 3.0, rtol=1e-13)

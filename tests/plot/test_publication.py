@@ -1,0 +1,155 @@
+"""Pictures for journals and slides: sizes, letters, legends, LaTeX."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.plot.pictures import Pictures
+from scissordyn.plot.publication import STYLES
+from scissordyn.plot.style import in_lines, literal
+
+NAMES = ("figure.figsize", "font.size", "font.family")
+
+KINDS = ("response", "force", "torque", "orbit", "energy", "track")
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    """Of an array with a tracked point."""
+    arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(-150.0))
+    return sd.simulate(arm.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.02, samples=201)
+
+
+def figure_of(axes: Axes) -> Figure:
+    """The figure of Axes."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_pictures_have_the_width_and_the_letters_of_a_column(run: xr.Dataset, kind: str) -> None:
+    """Identity: 90 mm wide, labels of 8 pt, ticks of 7 pt, and no two labels of y axes on each other."""
+    with sd.style("single-column"):
+        drawn = getattr(sd.plot, kind)(run)
+    figure = figure_of(drawn[0])
+    assert figure.get_figwidth() == pytest.approx(90.0 / 25.4, rel=2e-3)
+    assert drawn[0].yaxis.label.get_fontsize() == pytest.approx(8.0, rel=0.02)
+    assert drawn[0].yaxis.get_ticklabels()[0].get_fontsize() == pytest.approx(7.0, rel=0.01)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw_without_rendering()
+    boxes = [axes.yaxis.label.get_window_extent(renderer) for axes in drawn]
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+    for box in boxes:
+        assert box.y0 >= -2.0
+        assert box.y1 <= figure.bbox.y1 + 2.0
+
+
+def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
+    """Identity: pictures before and after have the same size, and one row of panels that of the parameters."""
+    before, kept = figure_of(sd.plot.torque(run)[0]).get_size_inches(), {name: mpl.rcParams[name] for name in NAMES}
+    for name in STYLES:
+        with sd.style(name, font_family="serif"):
+            assert mpl.rcParams["font.family"] == ["serif"]
+    assert {name: mpl.rcParams[name] for name in NAMES} == kept
+    assert (figure_of(sd.plot.torque(run)[0]).get_size_inches() == before).all()
+    with mpl.rc_context({"figure.figsize": (5.0, 4.0), "axes.labelsize": 13.0, "xtick.labelsize": "large"}):
+        (axes,) = sd.plot.torque(run)
+        assert tuple(figure_of(axes).get_size_inches()) == (5.0, 4.0)
+        assert axes.xaxis.label.get_fontsize() == 13.0
+        assert axes.xaxis.get_ticklabels()[0].get_fontsize() == pytest.approx(12.0)
+
+
+def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
+    """Identity: in narrow Axes of a figure of the user's it is inside; in wide ones beside them."""
+    figure = Figure(figsize=(9.0, 3.0))
+    first, second, third = figure.subplots(1, 3)
+    sd.plot.torque(run, axes=second)
+    inside = second.get_legend()
+    assert inside is not None
+    figure.draw_without_rendering()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    box = inside.get_window_extent(renderer)
+    assert not any(box.overlaps(one.get_window_extent(renderer)) for one in (first, third))
+    wide = Figure(figsize=(9.0, 3.0)).subplots()
+    sd.plot.torque(run, axes=wide)
+    beside = wide.get_legend()
+    assert beside is not None
+    assert beside.get_window_extent(renderer).x0 >= wide.get_window_extent(renderer).x1 - 1.0
+
+
+def test_methods_and_functions_have_the_same_arguments() -> None:
+    """Identity: each picture of a run is a method with the arguments of its function."""
+    for kind in (*KINDS, "film", "structure", "bending", "comparison"):
+        function = list(inspect.signature(getattr(sd.plot, kind)).parameters)
+        assert list(inspect.signature(getattr(Pictures, kind)).parameters) == function
+        assert function[0] == "run" or kind == "comparison"
+        assert {"start", "end"} <= set(function) or kind == "comparison"
+
+
+def test_a_part_of_a_run_is_drawn_by_both(run: xr.Dataset) -> None:
+    """Identity: the same curve, between the same instants."""
+    one, other = (
+        sd.plot.force(run, joint="A", start=0.005, end=0.015),
+        run.scissordyn.plot.force(None, joint=["A"], start=0.005, end=0.015),
+    )
+    assert (one[0].lines[0].get_xydata() == other[0].lines[0].get_xydata()).all()
+    assert one[0].get_xlim() == pytest.approx((5.0, 15.0), abs=0.11)
+
+
+def test_latex_writes_names_as_they_are() -> None:
+    """Closed form: each sign that means something to LaTeX."""
+    with mpl.rc_context({"text.usetex": True}):
+        assert literal("peak_force < 5 % & $A^2{#}~") == (
+            r"peak\_force \textless{} 5 \% \& \$A\textasciicircum{}2\{\#\}\textasciitilde{}"
+        )
+        assert literal("a\\b") == r"a\textbackslash{}b"
+    assert literal("peak_force < 5 %, 3 $") == r"peak_force < 5 %, 3 \$"
+
+
+def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
+    """Identity: no text of any picture has a bare sign that LaTeX would take for its own."""
+    with sd.style("single-column", text_usetex=True):
+        for kind in KINDS:
+            figure = figure_of(getattr(sd.plot, kind)(run)[0])
+            for text in figure.findobj(Text):
+                bare = text.get_text().replace("\\_", "").replace("\\%", "").replace("\\mathdefault", "").replace("$", "")
+                assert not set("%&#_") & set(bare)
+
+
+def test_long_labels_take_several_lines() -> None:
+    """Closed form: 5 pt letters of 0.58 of their size are 24 to the inch."""
+    assert in_lines("angular velocity [rad/s]", 1.0, 5.0) == "angular velocity [rad/s]"
+    assert in_lines("angular velocity [rad/s]", 0.9, 5.0) == "angular velocity\n[rad/s]"
+    assert in_lines("acceleration", 0.1, 5.0) == "acceleration"
+
+
+def test_a_command_draws_for_a_journal(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a PDF of 90 mm; a second call writes the same file; an unknown style is refused with the nearest one."""
+    monkeypatch.chdir(tmp_path)
+    sd.save(run, "run.nc")
+    command = ["plot", "run.nc", "-o", "out", "--only", "torque", "--format", "pdf", "--style", "single-column"]
+    assert status_of(command) == 0
+    content = (tmp_path / "out" / "torque.pdf").read_bytes()
+    assert content.startswith(b"%PDF-")
+    assert b"/MediaBox [ 0 0 254.88" in content
+    assert status_of(command) == 0
+    assert (tmp_path / "out" / "torque.pdf").read_bytes() == content
+    assert status_of([*command[:-1], "single"]) == 2
+    with pytest.raises(sd.InputError, match="did you mean 'single-column'"):
+        sd.style("single-colum")
+    with pytest.raises(sd.InputError, match="did you mean 'font_family'"):
+        sd.style("screen", font_famly="serif")
+    with pytest.raises(sd.InputError, match="what matplotlib allows"):
+        sd.style("screen", font_size="huge letters")

@@ -125,14 +125,14 @@ class Tab:
         """Open a page, and wait for its first run."""
         self.page.on("request", lambda request: self._local(request.url, url))
         self.page.goto(url)
-        self.ready(0)
+        self.ready(0, 4.0 * self.patience)  # kernels that no run has needed yet are compiled first
 
     def _local(self, asked: str, url: str) -> None:
         origin = "/".join(url.split("/", 3)[:3])
         if not asked.startswith((url, "data:", f"blob:{origin}/")):
             self.errors.append(f"a request to {asked}")
 
-    def ready(self, before: int) -> int:
+    def ready(self, before: int, patience: float | None = None) -> int:
         """Wait until a run later than one is on the canvas, in the curves and in the bar, beside the form; its number."""
         self.page.wait_for_function(
             """before => {
@@ -152,7 +152,7 @@ class Tab:
             }""",
             arg=before,
             polling=50,  # to look at each frame would slow the page down
-            timeout=1e3 * self.patience,
+            timeout=1e3 * (self.patience if patience is None else patience),
         )
         return self.run
 

@@ -210,7 +210,9 @@ def test_pinned_run_is_compared(tab: Tab) -> None:
     before_, now = np.array(before), np.array(tab.curve("torque"))
     assert np.allclose(values / np.abs(values).max(), before_ / np.abs(before_).max(), rtol=1e-9)
     assert values.shape != now.shape or not np.allclose(values, now)
-    assert "pinned: as opened" in tab.state
+    legend = tab.page.locator(".sd-legend li").all_text_contents()
+    assert [line.split(": ")[0] for line in legend] == ["now", "pinned"]
+    assert all("clearance" in line and "mm" in line for line in legend), legend
     tab.press("unpin")
     tab.page.locator(".sd-bar button[data-id=unpin]:disabled").wait_for()
 

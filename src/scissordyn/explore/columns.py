@@ -16,13 +16,28 @@ from scissordyn.plot.source import TorqueSource, torque_sources
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["MOST_POINTS", "MOST_TORQUES", "UNITS", "chosen_torques", "columns", "orbit", "scaled"]
+    from scissordyn.run.summary import PointAnswer, Summary
+
+__all__ = [
+    "MOST_POINTS",
+    "MOST_TORQUES",
+    "UNITS",
+    "chosen_point",
+    "chosen_torques",
+    "columns",
+    "orbit",
+    "requirements",
+    "scaled",
+]
 
 MOST_POINTS = 4000
 """Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
 
 MOST_TORQUES = 4
 """Torques in one figure, those with the largest values."""
+
+NEAR = 5.0
+"""What is allowed is drawn from a fifth of it on: further off it would flatten the curve."""
 
 UNITS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "output": ("m", ("output",)),
@@ -46,7 +61,42 @@ def chosen_torques(run: xr.Dataset) -> tuple[list[TorqueSource], int]:
     return [found[k] for k in sorted(kept)], max(0, len(found) - MOST_TORQUES)
 
 
-def columns(run: xr.Dataset, joint: str, output: str, torques: Sequence[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def chosen_point(summary: Summary) -> PointAnswer | None:
+    """The tracked point to draw: of several the one that is furthest off, over its tolerance."""
+    return max(summary.points, key=lambda point: point.share, default=None)
+
+
+def requirements(
+    torques: Sequence[TorqueSource], point: PointAnswer | None, curves: Mapping[str, np.ndarray]
+) -> dict[str, list[float]]:
+    """What is allowed in the figures of torques and of the tracked point, where their curves come near it.
+
+    Parameters
+    ----------
+    torques : sequence of TorqueSource
+    point : PointAnswer or None
+    curves : mapping of str to ndarray
+        The torques [N m] by their columns.
+
+    Returns
+    -------
+    dict of str to list of float
+        "torque" [N m] and "track" [m].
+    """
+    limits = [
+        side * source.limit
+        for name, source in zip(UNITS["torque"][1], torques, strict=False)
+        for side in (1.0, -1.0)
+        if source.limit is not None and NEAR * np.nanmax(side * curves[name], initial=0.0) >= source.limit
+    ]
+    tolerance = None if point is None else point.tolerance
+    near = point is not None and tolerance is not None and NEAR * point.deviation >= tolerance
+    return {"torque": list(dict.fromkeys(limits)), "track": [tolerance] if near and tolerance is not None else []}
+
+
+def columns(
+    run: xr.Dataset, joint: str, output: str, torques: Sequence[str], point: str = ""
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
 
     Parameters
@@ -58,6 +108,8 @@ def columns(run: xr.Dataset, joint: str, output: str, torques: Sequence[str]) ->
         The output body.
     torques : sequence of str
         Names of the torques.
+    point : str
+        The tracked point; "" for none.
 
     Returns
     -------
@@ -93,28 +145,19 @@ def columns(run: xr.Dataset, joint: str, output: str, torques: Sequence[str]) ->
     for name, variable in {**BOOKED, "dissipated": "dissipated_energy"}.items():
         if variable in run and np.any(np.nan_to_num(run[variable].values)):
             found[name] = drawn(run[variable].values)
-    deviation = _deviation(run)
-    if deviation is not None:
-        found["track"] = drawn(deviation)
+    if "track_deviation" in run and point in run["track"].values:
+        found["track"] = drawn(run["track_deviation"].sel(track=point).values)
     return every, found
 
 
-def _deviation(run: xr.Dataset) -> np.ndarray | None:
-    """How far the first tracked point is from where the ideal mechanism has it."""
-    if "track_deviation" not in run or not run.sizes.get("track", 0):
-        return None
-    values = run["track_deviation"].isel(track=0).transpose("time", ...).values
-    return np.asarray(np.hypot(*values.T) if values.ndim == 2 else values)
-
-
 def scaled(
-    run: xr.Dataset, joint: str, output: str, torques: Sequence[str], scales: dict[str, Scale] | None
+    run: xr.Dataset, joint: str, output: str, torques: Sequence[str], point: str, scales: dict[str, Scale] | None
 ) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
     """The columns in units that suit them, or in given ones.
 
     Parameters
     ----------
-    run, joint, output, torques
+    run, joint, output, torques, point
         See `columns`.
     scales : dict of str to Scale or None
         By the names of figures, and "time".
@@ -125,7 +168,7 @@ def scaled(
     columns : dict of str to ndarray
         With "time"; of a long run those points that a line of this many pixels needs.
     """
-    time, raw = columns(run, joint, output, torques)
+    time, raw = columns(run, joint, output, torques, point)
     kept = _thinned(time.size, [raw["normal"], *(raw[name] for name in UNITS["torque"][1])])
     if scales is None:
         scales = {"time": engineering("s", run["time"].values)}

@@ -28,14 +28,18 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from scissordyn.explore.columns import UNITS, chosen_torques, orbit, scaled
+from scissordyn.explore.columns import UNITS, chosen_point, chosen_torques, orbit, requirements, scaled
 from scissordyn.explore.shell import area
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import clearance_joints, predictability_horizon
+from scissordyn.plot.source import TorqueSource
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from scissordyn.units import short
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from scissordyn.run.summary import PointAnswer, Summary
 
 __all__ = ["Curves"]
 
@@ -117,6 +121,9 @@ LINES: dict[str, tuple[tuple[str, str], ...]] = {
 }
 """Labels and colours of the lines; the names of torques are those of a run."""
 
+ALLOWED = ("torque", "track")
+"""Figures with lines of what is allowed."""
+
 PANELS = tuple(
     Panel(name, [(column, *look) for column, look in zip(columns, LINES[name], strict=True)])
     for name, (_, columns) in UNITS.items()
@@ -144,6 +151,7 @@ class Curves:
         self.pinned_orbits = ColumnDataSource({"x": [], "y": [], "color": []})
         self.views: dict[str, CDSView] = {}
         self.range = Range1d(0.0, 1.0)
+        self.allowed = ColumnDataSource({"time": [], **{name: [] for name in ALLOWED}}, name="allowed")
         self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
         self.shades: list[Any] = []
@@ -162,7 +170,7 @@ class Curves:
             toolbar_location="right",
             toolbar_options={"logo": None, "autohide": True},
         )
-        self.stack.styles = {**area("curves"), "overflow-y": "auto"}
+        self.stack.styles = {**area("curves"), "overflow-y": "auto", "max-height": "100%"}
         self.orbit = self._orbit_figure()
         self.start = CustomJS(args={"spans": self.spans, "clock": self.clock}, code=CURSOR)
         self.clock.js_on_change("tags", CustomJS(args=self._places(), code=SHOWN))
@@ -185,6 +193,9 @@ class Curves:
             self._add(made, self.source, Line(x="time", y=column, line_color=color, line_width=1.4))
             for column, _, color in panel.lines
         ]
+        if panel.name in ALLOWED:
+            line = Line(x="time", y=panel.name, line_color=THEMES["light"]["faint"], line_dash=[8, 3, 2, 3], line_width=1.3)
+            self._add(made, self.allowed, line)
         if len(panel.lines) > 1:  # in place of the title, where no curve is
             made.title.visible = False
             items = [
@@ -267,6 +278,7 @@ class Curves:
         sources = {
             "curves": self.source,
             "pinned": self.pinned,
+            "allowed": self.allowed,
             "orbit": self.orbit_source,
             "circle": self.circle,
             "pinnedOrbits": self.pinned_orbits,
@@ -285,12 +297,16 @@ class Curves:
             "orbitParts": [self.orbit.title, self.orbit.xaxis[0], self.orbit.yaxis[0], self.orbit.x_range, self.orbit.y_range],
         }
 
-    def drawn(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str, output: str) -> tuple[float, dict[str, Any]]:
+    def drawn(
+        self, run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str
+    ) -> tuple[float, dict[str, Any]]:
         """What the browser draws of a run.
 
         Parameters
         ----------
         run : Dataset
+        summary : Summary
+            Of the run.
         pins : sequence of Dataset
             The newest last.
         joint : str
@@ -306,38 +322,59 @@ class Curves:
             Data of the sources, and what is written at the figures.
         """
         torques, more = chosen_torques(run)
-        names = [source.name for source in torques]
-        scales, data = scaled(run, joint, output, names, None)
+        point = chosen_point(summary)
+        of = (joint, output, [source.name for source in torques], point.name if point else "")
+        scales, data = scaled(run, *of, None)
         time = scales["time"]
         until = time.factor * float(run["time"].values[-1])
         horizon = predictability_horizon(run)
-        before = [scaled(pin, joint, output, names, scales)[1] for pin in reversed(pins)]
+        before = [scaled(pin, *of, scales)[1] for pin in reversed(pins)]
         pinned = {name: [each[name] for each in before] for name in self.pinned.data if name != "color"}
         drawn = {
             "curves": data,
-            "pinned": {**pinned, "color": self._colors(len(before))},
+            "pinned": {**pinned, "color": self.colors(len(before))[1:]},
+            "allowed": self._allowed(torques, point, scales, data, until),
             "horizon": {"from": [], "to": []} if horizon is None else {"from": [time.factor * horizon], "to": [BEYOND * until]},
             "until": until,
+            "height": HEIGHT,
+            "labels": LABELS,
             "time": f"time [{time.unit}]",
-            "looks": self._looks(run, joint, output, names, more, scales, data),
+            "looks": self._looks(self._titles(run, joint, output, point), torques, more, scales, data),
             **self._drawn_orbit(run, pins, joint),
         }
         return time.factor, drawn
 
+    def _allowed(
+        self,
+        torques: Sequence[TorqueSource],
+        point: PointAnswer | None,
+        scales: dict[str, Scale],
+        data: dict[str, np.ndarray],
+        until: float,
+    ) -> dict[str, np.ndarray]:
+        """Lines over the whole time, with a gap between two of one figure."""
+        factor = scales["torque"].factor
+        levels = requirements(torques, point, {name: data[name] / factor for name in UNITS["torque"][1]})
+        most = max(len(each) for each in levels.values())
+        found = {"time": np.array([0.0, until, math.nan] * most)}
+        for name, each in levels.items():
+            values = np.full(most, math.nan)
+            values[: len(each)] = scales[name].factor * np.array(each)
+            found[name] = np.repeat(values, 3)
+        return found
+
     def _looks(
         self,
-        run: xr.Dataset,
-        joint: str,
-        output: str,
-        torques: Sequence[str],
+        titles: dict[str, str],
+        torques: Sequence[TorqueSource],
         more: int,
         scales: dict[str, Scale],
         data: dict[str, np.ndarray],
     ) -> list[dict[str, Any]]:
         """What is written at each figure, and which lines it has."""
-        titles, looks = self._titles(run, joint, output), []
+        looks = []
         for panel in PANELS:
-            labels = list(torques) if panel.name == "torque" else [label for _, label, _ in panel.lines]
+            labels = list(map(_with_limit, torques)) if panel.name == "torque" else [label for _, label, _ in panel.lines]
             if panel.name == "torque" and more:
                 labels[-1] += f"; {more} more are smaller"
             if panel.name in ("force", "energy"):
@@ -352,9 +389,6 @@ class Curves:
                     "visible": any(there),
                 }
             )
-        last = max(k for k, look in enumerate(looks) if look["visible"])
-        for k, look in enumerate(looks):
-            look.update(last=k == last, height=HEIGHT + LABELS * (k == last))
         return looks
 
     def _end_with(self, last: Any) -> None:
@@ -363,15 +397,14 @@ class Curves:
             made.xaxis.visible = made is last
             made.height = HEIGHT + (LABELS if made is last else 0)
 
-    def _colors(self, count: int) -> list[str]:
-        """Colours of pinned runs."""
+    def colors(self, pins: int) -> list[str]:
+        """Colours of the run that is shown and of pinned ones, the newest of these first."""
         lighter = dict(BRIGHTER) if self.dark else {}
-        return [lighter.get(color, color) for color in PINNED[:count]]
+        return [lighter.get(color, color) for color in (BLUE, *PINNED[:pins])]
 
-    def _titles(self, run: xr.Dataset, joint: str, output: str) -> dict[str, str]:
+    def _titles(self, run: xr.Dataset, joint: str, output: str, point: PointAnswer | None) -> dict[str, str]:
         of_joint = f" at {joint}" if joint else ""
         moved = "displacement of the slider" if "slider_position" in run else f"angle of {output}"
-        tracked = [str(name) for name in run["track"].values] if "track" in run.coords else []
         bodies = run["body"].values.astype(str).tolist()
         moved = moved if output in bodies else moved.replace("angle of ", f"angle of {bodies[-1]}")
         return {
@@ -381,7 +414,7 @@ class Curves:
             "slip": f"slip speed{of_joint}",
             "energy": "energy and work",
             "loss": "dissipated energy",
-            "track": f"deviation of {tracked[0]} from the ideal mechanism" if tracked else "",
+            "track": "" if point is None else f"deviation of {point.name} from the ideal mechanism{_allowing(point)}",
         }
 
     def _drawn_orbit(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str, Any]:
@@ -399,10 +432,19 @@ class Curves:
         return {
             "orbit": now,
             "circle": {"x": size * np.cos(around), "y": size * np.sin(around)},
-            "pinnedOrbits": {**before, "color": self._colors(len(shown))},
+            "pinnedOrbits": {**before, "color": self.colors(len(shown))[1:]},
             "orbitTexts": [f"journal orbit at {joint}", f"x [{scale.unit}]", f"y [{scale.unit}]"],
             "orbitReach": _rounded(1.1 * max(size, *map(float, extreme))),
         }
+
+
+def _with_limit(source: TorqueSource) -> str:
+    """The label of a torque."""
+    return source.name if source.limit is None else f"{source.name}, limit {short(source.limit, 'N m')}"
+
+
+def _allowing(point: PointAnswer) -> str:
+    return "" if point.tolerance is None else f"; allowed {short(point.tolerance, 'm')}"
 
 
 def _rounded(reach: float) -> float:

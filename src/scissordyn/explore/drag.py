@@ -72,8 +72,7 @@ class _Number:
 
     @property
     def name(self) -> str:
-        of = self.field.group if self.field.group != "structure" else ""
-        return f"{of} {self.field.name.replace('_', ' ')}{('', f' {chr(120 + self.part)}')[len(self.field.value) > 1]}".strip()
+        return f"{self.field.label}{('', f' {chr(120 + self.part)}')[len(self.field.value) > 1]}"
 
 
 class Drag:
@@ -217,10 +216,7 @@ class Drag:
     @property
     def note(self) -> str:
         """The changed numbers in words."""
-        return ", ".join(
-            f"{self.start.field(key).group} {self.start.field(key).name.replace('_', ' ')} {text}"
-            for key, text in self.texts.items()
-        )
+        return ", ".join(f"{self.start.field(key).label} {text}" for key, text in self.texts.items())
 
 
 def _unit(field: Field) -> str:

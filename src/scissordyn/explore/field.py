@@ -31,8 +31,11 @@ from scissordyn.units import Quantity
 
 __all__ = ["Field", "fields_of_mechanism", "fields_of_tree", "scaled_text"]
 
-STARRED = ("clearance", "speed", "kinetic", "angle")
-"""Names of fields that have a slider at first, in a structure, a drive and a clearance joint."""
+STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
+"""Names of fields that have a slider at first, in the tables of `STARRED_IN`."""
+
+STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
+"""Tables with such fields, and that of the structure."""
 
 WITHIN = ("clearance", "motion", "points")
 """What a form does not show as a group of its own."""
@@ -91,6 +94,11 @@ class Field:
     def key(self) -> str:
         """The place as one text."""
         return ".".join(map(str, self.place))
+
+    @property
+    def label(self) -> str:
+        """Its name with that of its group, in words."""
+        return f"{self.group if self.group != 'structure' else ''} {self.name.replace('_', ' ')}".strip()
 
     @property
     def range(self) -> tuple[float, float, bool] | None:
@@ -165,7 +173,9 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
     list of Field
     """
     structure = tree.get("structure", {})
-    found = list(_of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", folder, star=True))
+    found = list(
+        _of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", folder, star=not _places(tree))
+    )
     for section in CaseTable.model_fields:
         given = tree.get(section)
         if section not in (*LISTS, "component") or given is None:
@@ -175,9 +185,17 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
             group = f"{section.replace('_', ' ')} {handle(item)}".strip()
             place: Route = (section, index) if many else (section,)
             table = LISTS[section] if section in LISTS else component_part(item["type"], folder).table
-            found += _of_table(table, item, place, group, folder, star=section in ("drive", "clearance", "guide_clearance"))
+            found += _of_table(table, item, place, group, folder, star=section in STARRED_IN)
     found += _of_table(table_of(Options, until="50 ms"), tree.get("run", {}), ("run",), "run", folder, star=False)
     return found
+
+
+def _places(tree: Mapping[str, Any]) -> bool:
+    """Whether a drive, a reference or an actuated length says where the motion starts, so that the structure's angle does not."""
+    many = [table if isinstance(table, list) else [table] for table in (tree.get("drive", []), tree.get("control", []))]
+    references = (each.get("reference", {}) for each in many[1])
+    actuated = any("motion" in rod for rod in tree.get("rod", []))
+    return actuated or any({*motion} - {"speed", "body"} for motion in (*many[0], *references))
 
 
 def _of_table(

@@ -15,8 +15,10 @@ from bokeh.models import CustomJS
 from tornado.ioloop import IOLoop
 
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.explore.cards import cards
 from scissordyn.explore.curves import Curves
 from scissordyn.explore.first import FirstRun
+from scissordyn.explore.legend import differences
 from scissordyn.explore.message import number, text, whole
 from scissordyn.explore.session import Session
 from scissordyn.explore.shell import area
@@ -215,8 +217,11 @@ class Page:
         """Send what is shown of the present run, with its number: as one change of one model, which arrives as a whole."""
         if self.shown is None or self.shown.run is None:
             return
+        from scissordyn.run.summary import summary_of  # loads the laws, which the page does not wait for
+
         run, case, pinned = self.shown.run, self.shown.case, self.session.pins
-        parts: dict[str, Any] = {"bar": self._bar(self.shown)}
+        summary = summary_of(run)
+        parts: dict[str, Any] = {"bar": self._bar(self.shown), "cards": cards(summary)}
         if scene or pins:
             from scissordyn.plot.canvas import packed_scene
 
@@ -225,26 +230,34 @@ class Page:
                 parts["table"] = contact_table(run)
             if pins:
                 parts["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
-        factor, drawn = self.curves.drawn(run, [pin.run for pin in pinned], self.selected, case.mechanism.output_body)
+        factor, drawn = self.curves.drawn(run, summary, [pin.run for pin in pinned], self.selected, case.mechanism.output_body)
         self.curves.clock.tags = [factor, self.shown.number, {**drawn, "parts": parts}]
 
     def _bar(self, shown: Outcome) -> dict[str, Any]:
         """What the bar says of a run."""
-        from scissordyn.run.advice import condensed  # loads the laws, which the page does not wait for
+        from scissordyn.run.advice import condensed  # as above
 
         assert shown.run is not None
         statistics = json.loads(shown.run.attrs["statistics"])
         pins = self.session.pins
-        pinned = f"; pinned: {'; '.join(pin.label for pin in pins)}" if pins else ""
         scale = engineering("s", statistics["seconds"])
         lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
         said = f"{shown.note}{': ' * bool(shown.note)}{statistics['steps']} steps"
         return {
             "note": shown.note,
-            "text": f"{said} of {statistics['method']} in {lasting}{pinned}",
+            "text": f"{said} of {statistics['method']} in {lasting}",
             "pins": len(pins),
+            "legend": self._legend(shown),
             "warnings": condensed(json.loads(shown.run.attrs["warnings"])),
         }
+
+    def _legend(self, shown: Outcome) -> list[list[str]]:
+        """Colours and numbers of the runs that are compared, the one that is shown first; empty without others."""
+        pins = self.session.pins[::-1]
+        if not pins:
+            return []
+        told = differences([shown.case, *(pin.case for pin in pins)])
+        return [list(each) for each in zip(self.curves.colors(len(pins)), told, strict=True)]
 
     # what is not of a run
 
@@ -318,7 +331,7 @@ class Page:
             from scissordyn.explore.python_code import python_of
 
             self.toolbar._send_msg({"type": "python", "text": python_of(self.session.case)})
-        elif kind in ("case", "run", "picture", "film"):
+        elif kind in ("case", "run", "curves", "picture", "film"):
             self._save(kind, number(message, "time"))
 
     def _save(self, what: str, time: float) -> None:
@@ -332,11 +345,11 @@ class Page:
                 f"'{what}' is asked for while {MOST_MADE} other pages make files", "two at a time", "try again soon"
             )
         self._making = True
-        shown = self.shown
+        shown, joint = self.shown, self.selected
 
         def make() -> None:
             try:
-                name, mime, content = saved(self.session, shown, what, time)
+                name, mime, content = saved(self.session, shown, what, time, joint)
             except ScissordynError as error:
                 self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
             except Exception:

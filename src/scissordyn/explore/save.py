@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import tempfile
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.explore.columns import UNITS, chosen_point, chosen_torques, columns
 from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.file import svg
 from scissordyn.plot.structure import structure
 from scissordyn.run.store import save
+from scissordyn.run.summary import summary_of
 
-__all__ = ["MOST_MADE", "saved", "slots"]
+__all__ = ["MOST_MADE", "curves_as_csv", "saved", "slots"]
 
 Made = tuple[str, str, bytes]
 """Name, type of content, and content of a file."""
@@ -30,7 +37,7 @@ slots = threading.BoundedSemaphore(MOST_MADE)
 """One is taken while a file is made."""
 
 
-def saved(session: Session, shown: Outcome | None, what: str, time: float) -> Made:
+def saved(session: Session, shown: Outcome | None, what: str, time: float, joint: str) -> Made:
     """A file of what a page shows.
 
     Parameters
@@ -38,9 +45,11 @@ def saved(session: Session, shown: Outcome | None, what: str, time: float) -> Ma
     session : Session
     shown : Outcome or None
         The run that the page shows.
-    what : {"case", "run", "picture", "film"}
+    what : {"case", "run", "curves", "picture", "film"}
     time : float
         The instant of the picture [s].
+    joint : str
+        Whose force and slip speed are among the curves; "" for none.
 
     Returns
     -------
@@ -52,50 +61,96 @@ def saved(session: Session, shown: Outcome | None, what: str, time: float) -> Ma
     InputError
         If there is no such thing yet.
     """
-    return SAVED[what](session, shown, time)
+    if what == "case":
+        return _case(session)
+    if shown is None or shown.run is None:
+        raise InputError("no run yet", "a case that can be run")
+    if what == "curves":
+        return f"{_stem(session)}.csv", "text/csv", curves_as_csv(shown.run, shown.case.mechanism.output_body, joint).encode()
+    if what == "picture":
+        return _picture(session, shown.run, shown.case.mechanism, time)
+    return _in_folder(session, what, shown)
 
 
 def _stem(session: Session) -> str:
     return Path(session.opened.name).stem
 
 
-def _case(session: Session, good: Outcome | None, time: float) -> Made:
+def _case(session: Session) -> Made:
     text = session.case.text()
     if text is None:
         raise InputError("a saved run has no case file", "Copy as Python")
     return f"{_stem(session)}.toml", "text/plain", text.encode()
 
 
-def _run(session: Session, good: Outcome | None, time: float) -> Made:
-    if good is None or good.run is None:
-        raise InputError("no run yet", "a case that can be run")
-    with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
-        content = save(good.run, Path(folder) / "run.nc").read_bytes()
-    return f"{_stem(session)}.nc", "application/x-netcdf", content
-
-
-def _picture(session: Session, good: Outcome | None, time: float) -> Made:
-    if good is None or good.run is None:
-        raise InputError("no run yet", "a case that can be run")
-    last = float(good.run["time"].values[-1])
-    axes = structure(good.run, good.case.mechanism, times=[float(np.clip(time, 0.0, last))])
+def _picture(session: Session, run: xr.Dataset, mechanism: Mechanism, time: float) -> Made:
+    axes = structure(run, mechanism, times=[float(np.clip(time, 0.0, float(run["time"].values[-1])))])
     figure = axes[0].get_figure(root=True)
     assert figure is not None
     return f"{_stem(session)}.svg", "image/svg+xml", svg(figure).encode()
 
 
-def _film(session: Session, good: Outcome | None, time: float) -> Made:
-    if good is None or good.run is None:
-        raise InputError("no run yet", "a case that can be run")
+def _in_folder(session: Session, what: str, shown: Outcome) -> Made:
+    """What is written as a file and read again."""
+    end, mime, write = FILES[what]
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
-        content = animate(good.run, good.case.mechanism, Path(folder) / "film.html").read_bytes()
-    return f"{_stem(session)}.html", "text/html", content
+        content = write(shown.run, shown.case.mechanism, Path(folder) / f"made.{end}").read_bytes()
+    return f"{_stem(session)}.{end}", mime, content
 
 
-SAVED: dict[str, Callable[[Session, Outcome | None, float], Made]] = {
-    "case": _case,
-    "run": _run,
-    "picture": _picture,
-    "film": _film,
+FILES: dict[str, tuple[str, str, Callable[[Any, Mechanism, Path], Path]]] = {
+    "run": ("nc", "application/x-netcdf", lambda run, mechanism, path: save(run, path)),
+    "film": ("html", "text/html", lambda run, mechanism, path: animate(run, mechanism, path)),
 }
-"""What can be saved."""
+"""What is saved through a file: the end of its name, its type, and what writes it."""
+
+
+def curves_as_csv(run: xr.Dataset, output: str, joint: str) -> str:
+    """The curves of a run as the page draws them, with the instants of located peaks between the samples.
+
+    Parameters
+    ----------
+    run : Dataset
+    output : str
+        The output body.
+    joint : str
+        Of force and slip speed; "" for none.
+
+    Returns
+    -------
+    str
+        Comma-separated, in SI units, angles in rad; the head of a column gives its unit in brackets.
+    """
+    torques, _ = chosen_torques(run)
+    point = chosen_point(summary_of(run))
+    names = [source.name for source in torques]
+    time, found = columns(run, joint, output, names, point.name if point else "")
+    heads = {"time": "time [s]"} | _heads(names, joint, point.name if point else "", angular="slider_position" not in run)
+    there = {name: values for name, values in {"time": time, **found}.items() if np.isfinite(values).any()}
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads[name] for name in there)
+    writer.writerows(zip(*([repr(value) for value in values.tolist()] for values in there.values()), strict=True))
+    return text.getvalue()
+
+
+HEADS = {
+    "normal": "normal force at {joint}",
+    "friction": "friction force at {joint}",
+    "slip": "slip speed at {joint}",
+    "kinetic": "kinetic energy",
+    "potential": "potential energy",
+    "stored": "energy of springs",
+    "work": "work of drives",
+    "motor": "work of motors",
+    "load": "work of loads",
+    "dissipated": "dissipated energy",
+    "track": "deviation of {point}",
+}
+
+
+def _heads(torques: list[str], joint: str, point: str, *, angular: bool) -> dict[str, str]:
+    named = {name: head.format(joint=joint, point=point) for name, head in HEADS.items()}
+    named |= dict(zip(UNITS["torque"][1], torques, strict=False))
+    heads = {name: f"{named.get(name, name)} [{unit}]" for unit, names in UNITS.values() for name in names}
+    return heads | {"output": "output angle [rad]" if angular else "slider displacement [m]"}

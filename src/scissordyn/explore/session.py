@@ -23,6 +23,9 @@ MOST_PINS = 3
 
 MOST_UNDO = 200
 
+SLOW = 2.0
+"""After a run that takes longer than this, the next is preceded by the ideal motion and a coarse run [s]."""
+
 
 @dataclass(frozen=True)
 class Pinned:
@@ -30,13 +33,10 @@ class Pinned:
 
     Parameters
     ----------
-    label : str
-        What differs in it from the case as it was opened.
     case : Case
     run : Dataset
     """
 
-    label: str
     case: Case
     run: xr.Dataset
 
@@ -66,6 +66,7 @@ class Session:
         self.message = ""
         self.fraction: float | None = None
         self._began = 0.0
+        self._slow = False
         self._base: Case | None = None
         going = None if first is None else first.adopt(self._take, self._progress)
         known = None if first is None else first.known
@@ -179,9 +180,10 @@ class Session:
         self._redo.clear()
 
     def compute(self) -> None:
-        """Run the present case; a run that is going on ends."""
+        """Run the present case, in stages if runs take long; a run that is going on ends."""
+        self._slow |= self.lasting > SLOW
         self._begin()
-        self._worker.order(self.case)
+        self._worker.order(self.case, staged=self._slow)
 
     def _begin(self) -> None:
         self.fraction, self.message, self._began = 0.0, "", time.monotonic()
@@ -199,24 +201,13 @@ class Session:
         """Keep the run that is shown for comparison, the last good one if not given; the oldest goes if there are too many."""
         kept = shown or self.good
         if kept is not None and kept.run is not None:
-            pinned = Pinned(self.label(kept.case), kept.case, kept.run)
-            self.pins = [*self.pins, pinned][-MOST_PINS:]
+            self.pins = [*self.pins, Pinned(kept.case, kept.run)][-MOST_PINS:]
             self._updated("pins")
 
     def unpin(self) -> None:
         """Forget the pinned runs."""
         self.pins = []
         self._updated("pins")
-
-    def label(self, case: Case) -> str:
-        """What differs between a case and the one that was opened, in short."""
-        opened = {field.key: field for field in self.opened.fields}
-        found = [
-            f"{field.name.replace('_', ' ')} {field.text}"
-            for field in case.fields
-            if field.key not in opened or opened[field.key].value != field.value
-        ]
-        return ", ".join(found[:3]) + (", ..." if len(found) > 3 else "") or "as opened"
 
     def _progress(self, number: int, fraction: float) -> None:
         self.fraction = fraction
@@ -228,7 +219,7 @@ class Session:
                 self.good = outcome
                 self._updated("run")
             return
-        self.fraction = None
+        self._slow, self.fraction = self.lasting > SLOW, None
         if run is None:
             self.message = outcome.error
         else:

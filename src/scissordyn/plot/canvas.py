@@ -18,7 +18,9 @@ from scissordyn.run.spacing import spread_samples
 
 __all__ = ["CANVAS", "FRAMES", "packed", "packed_scene"]
 
-CANVAS = (Path(__file__).parent / "assets" / "canvas.js").read_text(encoding="utf-8")
+PARTS = ("scene.js", "ruler.js", "canvas.js")
+
+CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in PARTS)
 """The script of the canvas: an anywidget, for the explorer, notebooks and films."""
 
 FRAMES = 500

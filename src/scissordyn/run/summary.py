@@ -94,6 +94,11 @@ class PointAnswer(_Words):
             return None
         return self.deviation <= self.tolerance
 
+    @property
+    def share(self) -> float:
+        """Its deviation over its tolerance; 0 without one, and -1 where the deviation is not known."""
+        return self.deviation / (self.tolerance or math.inf) if math.isfinite(self.deviation) else -1.0
+
     def plain(self) -> dict[str, Any]:
         """Its numbers, and whether the tolerance is met."""
         return {**super().plain(), "met": self.met}
@@ -141,12 +146,17 @@ class ActuatorAnswer(_Words):
     limit: float | None
     time_at_limit: float
 
+    @property
+    def saturated(self) -> bool:
+        """Whether it reaches its limit."""
+        return self.limit is not None and self.torque >= AT_LIMIT * self.limit
+
     def __str__(self) -> str:
         when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
         said = f"{self.kind.capitalize()} {printable(self.name)}: largest torque {short(self.torque, 'N m')}{when}"
         if self.limit is None:
             return f"{said}."
-        if self.torque < AT_LIMIT * self.limit:
+        if not self.saturated:
             return f"{said}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
         lasting = f"for {short(self.time_at_limit, 's')}" if self.time_at_limit > 0.0 else "for less than a sample"
         return f"{said}: at its limit of {short(self.limit, 'N m')} {lasting}."

@@ -9,15 +9,24 @@ if (shown.curves) {
     clock.until = shown.until;
     put(range, { start: 0, end: shown.until, reset_start: 0, reset_end: shown.until });
   }
-  for (const name of ["horizon", "pinned", "circle", "pinnedOrbits", "orbit", "curves"])
+  for (const name of ["horizon", "allowed", "pinned", "circle", "pinnedOrbits", "orbit", "curves"])
     if (shown[name]) put(sources[name], { data: shown[name] });
   shown.looks.forEach((look, k) => {
     put(titles[k], { text: look.title });
     put(sizes[k], { axis_label: look.unit });
-    put(times[k], { axis_label: shown.time, visible: look.last });
+    put(times[k], { axis_label: shown.time });
     if (legends[k]) legends[k].items.forEach((item, n) => put(item, { label: { value: look.labels[n] }, visible: look.there[n] }));
-    put(figures[k], { visible: look.visible, height: look.height });
   });
+  // the figures that somebody has chosen, with the times below the last one
+  const layout = window.scissordynLayout = () => {
+    const there = shown.looks.map((look, k) => look.visible && !(window.scissordynHidden || new Set()).has(figures[k].name));
+    figures.forEach((figure, k) => {
+      const last = k === there.lastIndexOf(true);
+      put(times[k], { visible: last });
+      put(figure, { visible: there[k], height: shown.height + last * shown.labels });
+    });
+  };
+  layout();
   put(orbit, { visible: Boolean(shown.orbit) });
   if (shown.orbit) {
     const [title, x, y, across, up] = orbitParts, reach = shown.orbitReach;
@@ -27,6 +36,7 @@ if (shown.curves) {
     for (const each of [across, up]) put(each, { start: -reach, end: reach, reset_start: -reach, reset_end: reach });
   }
 }
+if (shown.looks) shown.parts.figures = shown.looks.flatMap((look, k) => look.visible ? [{ name: figures[k].name, title: look.title }] : []);
 window.scissordynShown = { ...window.scissordynShown, ...shown.parts, run };
 window.dispatchEvent(new CustomEvent("scissordyn:shown", { detail: { ...shown.parts, run } }));
 // the library draws in the frame after its data have changed

@@ -12,16 +12,28 @@ const STYLE = `
 .sd-bar .sd-gap { width: 8px }
 .sd-warnings { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-ink, #222); margin: 0 0 4px }
 .sd-warnings summary { cursor: pointer; color: var(--sd-contact, #b04000) }
+.sd-cards { display: flex; flex-wrap: wrap; gap: 4px 8px; margin: 2px 0 4px; font: 12px/1.3 system-ui, sans-serif }
+.sd-card { border: 1px solid var(--sd-line, #bbb); border-left-width: 4px; border-radius: 4px; padding: 2px 8px; color: var(--sd-ink, #222) }
+.sd-card[data-judged=met] { border-left-color: var(--sd-green, #009E73) }
+.sd-card[data-judged=missed] { border-left-color: var(--sd-contact, #b04000) }
+.sd-card b { font-size: 14px; margin: 0 4px; font-variant-numeric: tabular-nums }
+.sd-card span { color: var(--sd-faint, #5f6670) }
+.sd-legend { display: flex; flex-wrap: wrap; gap: 2px 16px; margin: 0 0 4px; padding: 0; list-style: none; font: 12px/1.4 system-ui, sans-serif; color: var(--sd-ink, #222) }
+.sd-legend i { display: inline-block; width: 22px; vertical-align: middle; margin-right: 6px; border-top: 2px dashed }
+.sd-legend li:first-child i { border-top-style: solid }
+.sd-menu { position: relative }
+.sd-menu summary { background: var(--sd-field, #f4f4f4); border: 1px solid var(--sd-line, #bbb); border-radius: 4px; padding: 3px 10px; cursor: pointer; list-style: none }
+.sd-menu div { position: absolute; z-index: 900; background: var(--sd-back, #fff); border: 1px solid var(--sd-line, #bbb); border-radius: 4px; padding: 6px 10px; display: grid; gap: 3px; white-space: nowrap }
 .sd-code { position: fixed; inset: 8% 12%; z-index: 1000; background: var(--sd-back, #fff); color: inherit; border: 1px solid var(--sd-line, #bbb); border-radius: 6px; padding: 12px; display: flex; flex-direction: column; gap: 8px }
 .sd-code textarea { flex: 1; font: 12px/1.4 ui-monospace, monospace; color: inherit; background: var(--sd-field, #f4f4f4); border: 1px solid var(--sd-line, #bbb) }
 `;
-const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["case", "Save case"], ["run", "Save run"],
+const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["case", "Save case"], ["run", "Save run"], ["curves", "CSV"],
   ["picture", "Picture"], ["film", "Film"], ["python", "Copy as Python"], null, ["theme", "Dark"]];
 
 export function render({ model, el }) {
   const root = document.createElement("div"), style = document.createElement("style");
   style.textContent = STYLE;
-  root.innerHTML = `<div class="sd-bar"><strong></strong></div><details class="sd-warnings" hidden><summary></summary><ul></ul></details>`;
+  root.innerHTML = `<div class="sd-bar"><strong></strong></div><details class="sd-warnings" hidden><summary></summary><ul></ul></details><div class="sd-cards" role="group" aria-label="answers of the run"></div><ul class="sd-legend" hidden></ul>`;
   el.append(style, root);
   document.getElementById("sd-start")?.remove();  // what stood there while the page was being made
   const bar = root.querySelector(".sd-bar"), warnings = root.querySelector(".sd-warnings"), by = {};
@@ -42,7 +54,40 @@ export function render({ model, el }) {
   progress.max = 1; stop.type = "button"; stop.textContent = "Stop"; stop.dataset.id = "stop"; stop.onclick = () => model.send_msg({ type: "stop" });
   place.className = "sd-now"; state.className = "sd-state"; state.setAttribute("role", "status");
   place.append(state, progress, stop);
-  bar.append(horizon, place);
+  const chosen = document.createElement("details"), choices = document.createElement("div");
+  chosen.className = "sd-menu"; chosen.innerHTML = "<summary>Curves</summary>"; chosen.append(choices);
+  chosen.onkeydown = event => { if (event.key === "Escape") chosen.open = false; };
+  bar.append(chosen, horizon, place);
+
+  // which figures there are, each with a box that hides it
+  const hidden = window.scissordynHidden = new Set();
+  function offer(figures) {
+    const known = figures.map(({ name, title }) => name + title).join();
+    if (choices.dataset.known === known) return;
+    choices.dataset.known = known;
+    choices.replaceChildren(...figures.map(({ name, title }) => {
+      const label = document.createElement("label"), box = document.createElement("input");
+      box.type = "checkbox"; box.checked = !hidden.has(name); box.dataset.figure = name;
+      box.onchange = () => { box.checked ? hidden.delete(name) : hidden.add(name); window.scissordynLayout(); };
+      label.append(box, ` ${title}`);
+      return label;
+    }));
+  }
+  // an element of a kind with texts and elements in it
+  function made(kind, ...inside) { const it = document.createElement(kind); it.append(...inside); return it; }
+  function answers(cards, legend) {
+    root.querySelector(".sd-cards").replaceChildren(...cards.map(({ title, value, detail, judged }) => {
+      const card = made("div", `${title} `, made("b", value), made("span", detail));
+      card.className = "sd-card"; card.dataset.judged = judged;
+      return card;
+    }));
+    const list = root.querySelector(".sd-legend");
+    list.hidden = !legend.length;
+    list.replaceChildren(...legend.map(([color, told], k) => {
+      const line = document.createElement("i"); line.style.color = color;
+      return made("li", line, `${k ? "pinned" : "now"}: ${told}`);
+    }));
+  }
 
   let dark = matchMedia("(prefers-color-scheme: dark)").matches;
   function theme(wanted) {
@@ -53,13 +98,15 @@ export function render({ model, el }) {
     model.send_msg({ type: "theme", dark });
   }
   function show() {
-    const now = JSON.parse(model.state || "{}"), { bar: of = {}, run = 0 } = window.scissordynShown || {}, listed = of.warnings || [];
+    const { bar: of = {}, run = 0, cards = [], figures = [] } = window.scissordynShown || {};
+    const now = JSON.parse(model.state || "{}"), listed = of.warnings || [];
+    answers(cards, of.legend || []); offer(figures);
     // the state can arrive before the run that it is about
     if (of.note && !now.bad && run < now.ordered) now.computing = true;
     bar.querySelector("strong").textContent = now.name;
     by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins;
     by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
-    by.pin.disabled = by.run.disabled = by.picture.disabled = by.film.disabled = !run;
+    by.pin.disabled = by.run.disabled = by.curves.disabled = by.picture.disabled = by.film.disabled = !run;
     by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
     box.checked = now.horizon;
     progress.style.display = stop.style.display = now.computing ? "" : "none";

@@ -1,12 +1,12 @@
-// The mechanism on a canvas, with a player: an anywidget component. It needs no other file and no network.
+// The mechanism on a canvas, with a player: an anywidget component. It needs no network; scene.js and ruler.js stand before it.
 // In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), movable (false: no drags). Out: selected, and messages
 // of drags.
 
 const TRAIL = 40;            // frames over which the journal's path stays visible
 const REACH = 11;            // how near to a joint a click must be [pixel]
 const GAP = 0.35;            // drawn clearance as a fraction of the drawn journal's radius, as in films
-const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
 const LETTER = "system-ui, sans-serif";
+const SMALL = 80;            // side of the drawing of a bearing from which on there is room for its force [pixel]
 const HIGH = 15;             // of a name [pixel]
 const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -19,37 +19,10 @@ const STYLE = `
 .sd-player input[type=range] { flex: 1 1 8rem; min-width: 6rem }
 .sd-player button, .sd-player select { font: inherit; color: inherit; background: var(--sd-field, #f4f4f4);
   border: 1px solid var(--sd-line, #bbb); border-radius: 4px; padding: 2px 9px; cursor: pointer }
+.sd-player button[aria-pressed=true] { border-color: var(--sd-trail, #b87700) }
 .sd-player output { min-width: 7.5em; font-variant-numeric: tabular-nums }
 .sd-note { min-height: 1.4em; color: var(--sd-faint, #666); padding: 0 2px }
 `;
-
-function floats(text, Kind = Float32Array) {
-  const raw = atob(text), bytes = new Uint8Array(raw.length);
-  for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
-  return new Kind(bytes.buffer);
-}
-
-function unpacked(text) {
-  if (!text) return null;
-  const scene = JSON.parse(text);
-  scene.time = floats(scene.time);
-  for (const shape of scene.shapes) shape.points = floats(shape.points);
-  scene.pins.points = floats(scene.pins.points);
-  for (const joint of scene.joints) {
-    joint.place = floats(joint.place);
-    joint.journal = floats(joint.journal);
-    joint.touched = floats(joint.touched, Uint8Array);
-    joint.force = floats(joint.force);
-  }
-  for (const channel of scene.channels) {
-    for (const name of ["place", "block", "force"]) channel[name] = floats(channel[name]);
-    channel.touching = floats(channel.touching, Uint8Array);
-  }
-  scene.insets = [...scene.channels, ...scene.joints];
-  scene.insets.forEach((inset, k) => { inset.aside = scene.asides[k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part); });
-  for (const track of scene.tracks) track.points = floats(track.points);
-  return scene;
-}
 
 // where something of a size begins, moved so that it is within 0 and an end
 function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
@@ -66,7 +39,8 @@ function render({ model, el }) {
     <input type="range" data-id="scrub" min="0" max="1" step="1" value="0" aria-label="time">
     <output data-id="clock"></output>
     <label>speed <select data-id="speed" aria-label="speed"></select></label>
-    <button type="button" data-id="fit" title="show all; also by a double click">Fit</button></div>
+    <button type="button" data-id="fit" title="show all; also by a double click">Fit</button>
+    <button type="button" data-id="grid" aria-pressed="false" title="lines of equal distance; joints are dragged from one to the next">Grid</button></div>
     <div class="sd-note" data-id="note" role="status"></div>`;
   el.append(root); el.style.height = "100%";
   const part = id => root.querySelector(`[data-id=${id}]`);
@@ -76,7 +50,7 @@ function render({ model, el }) {
 
   const movable = model.get("movable") !== false;  // whether somebody assembles what is dragged
   let scene = null, ghost = null, draft = null, colors = {};
-  let now = 0, playing = false, before = null, wanted = false, hover = null, pointer = null, hold = null, drawn = 0, named = [];
+  let now = 0, gridded = false, playing = false, before = null, wanted = false, hover = null, pointer = null, hold = null, drawn = 0, named = [];
   const camera = { x: 0, y: 0, scale: 1, own: false };
 
   // ---- colours: from the page's theme, with defaults for notebooks
@@ -95,8 +69,12 @@ function render({ model, el }) {
     const width = canvas.clientWidth, height = canvas.clientHeight, count = scene ? scene.insets.length : 0;
     if (!count) return { width, height, main: width, cell: 0, columns: 0 };
     const room = height - 18;  // below stands how much they are magnified
-    const columns = Math.max(1, Math.ceil(count / Math.max(2, Math.floor(room / 105))));
-    const cell = Math.min(132, room / Math.ceil(count / columns), 0.45 * width / columns);
+    // as many columns as make them largest
+    let cell = 0, columns = 1;
+    for (let tried = 1; tried <= count; tried++) {
+      const side = Math.min(132, room / Math.ceil(count / tried), 0.45 * width / tried);
+      if (side > cell * 1.001) [cell, columns] = [side, tried];
+    }
     return { width, height, main: width - columns * cell, cell, columns };
   };
   function fit() {
@@ -125,6 +103,11 @@ function render({ model, el }) {
     const { main, height } = box(), followed = followedPlace();
     const cx = followed ? followed[0] : camera.x, cy = followed ? followed[1] : camera.y;
     return [(x) => main / 2 + (x - cx) * camera.scale, (y) => height / 2 - (y - cy) * camera.scale];
+  }
+  // the place in the mechanism of a point of the drawing
+  function placeOf(x, y) {
+    const [X, Y] = onto();
+    return [(x - X(0)) / camera.scale, (Y(0) - y) / camera.scale];
   }
   const at = (points, frame, k, n) => { const i = 2 * (frame * n + k); return [points[i], points[i + 1]]; };
   function places(source, frame) {
@@ -267,11 +250,12 @@ function render({ model, el }) {
       const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell;
       if (cy > height) return;
       const touched = joint.block ? touches(joint, frame) : joint.touched[frame], color = touched ? colors.contact : colors.free;
-      (joint.block ? drawChannel : drawBearing)(joint, frame, cx, cy - 12, 0.25 * cell, color);
+      const small = cell < SMALL, up = small ? 6 : 12;  // small ones say their force by their colour alone
+      (joint.block ? drawChannel : drawBearing)(joint, frame, cx, cy - up, (small ? 0.22 : 0.25) * cell, color);
       const size = joint.name.length > cell / 7.5 ? 10 : 12, room = Math.max(6, Math.floor(cell / (0.6 * size)));
       const name = joint.name.length > room ? `${joint.name.slice(0, room - 1)}…` : joint.name;
-      text(name, cx, cy + cell / 2 - 18, colors.ink, "center", size);
-      text(touched ? newtons(joint.force[frame]) : "free", cx, cy + cell / 2 - 5, touched ? colors.contact : colors.faint);
+      text(name, cx, cy + cell / 2 - (small ? 7 : 18), colors.ink, "center", size);
+      if (!small) text(touched ? newtons(joint.force[frame]) : "free", cx, cy + cell / 2 - 5, touched ? colors.contact : colors.faint);
     });
     const gains = [...new Set(source.insets.map(joint => Number(joint.gain.toPrecision(2))))];
     text(`clearance magnified ${gains.length > 1 ? `${Math.min(...gains)} to ${Math.max(...gains)}` : gains[0]} times`,
@@ -295,10 +279,12 @@ function render({ model, el }) {
       context.fillStyle = colors.fill; context.globalAlpha = 0.45; context.fillRect(0, 0, width, height); context.globalAlpha = 1;
       text("beyond predictability horizon", box().main / 2, 14, colors.faint);
     }
+    if (gridded) drawGrid(context, placeOf(0, height), placeOf(box().main, 0), camera.scale, X, Y, colors);
     if (ghost && !draft) drawShapes(ghost, Math.min(ghost.time.length - 1, nearest(ghost, scene.time[frame])), X, Y, true);
     drawShapes(source, frame, X, Y, false);
     drawTracks(source, frame, X, Y);
     drawJoints(source, frame, X, Y);
+    drawScaleBar(context, height, camera.scale, text, colors);
     context.restore();
     drawInsets(source, frame);
     canvas.dataset.drawn = ++drawn; canvas.dataset.frame = frame;
@@ -381,7 +367,8 @@ function render({ model, el }) {
   canvas.addEventListener("pointerdown", event => {
     const [x, y] = where(event), found = hit(x, y);
     canvas.setPointerCapture(event.pointerId); canvas.focus();
-    hold = { x, y, lastX: x, lastY: y, moved: false, dx: 0, dy: 0, ...(found || { kind: "pan" }), px: x, py: y };
+    const pin = found || { kind: "pan" };
+    hold = { ...pin, pinX: pin.x, pinY: pin.y, lastX: x, lastY: y, moved: false, dx: 0, dy: 0, px: x, py: y };
   });
   canvas.addEventListener("pointermove", event => {
     const [x, y] = where(event);
@@ -402,7 +389,11 @@ function render({ model, el }) {
       camera.x -= (x - hold.lastX) / camera.scale; camera.y += (y - hold.lastY) / camera.scale; camera.own = true; camera.follow = false;
       redraw();
     } else if (hold.kind !== "inset") {
-      hold.dx = (x - hold.px) / camera.scale; hold.dy = -(y - hold.py) / camera.scale;
+      [hold.dx, hold.dy] = [(x - hold.px) / camera.scale, (hold.py - y) / camera.scale];
+      if (gridded && hold.kind === "pin") {
+        const [fromX, fromY] = placeOf(hold.pinX, hold.pinY), [toX, toY] = onGrid([fromX + hold.dx, fromY + hold.dy], camera.scale);
+        [hold.dx, hold.dy] = [toX - fromX, toY - fromY];
+      }
       tell("move");
     }
     hold.lastX = x; hold.lastY = y;
@@ -435,6 +426,9 @@ function render({ model, el }) {
   const refit = () => { camera.follow = false; note.textContent = ""; fit(); redraw(); };
   canvas.addEventListener("dblclick", refit); part("fit").addEventListener("click", refit);
   button.addEventListener("click", () => play(!playing));
+  part("grid").addEventListener("click", event => {
+    gridded = !gridded; event.currentTarget.setAttribute("aria-pressed", String(gridded)); redraw();
+  });
   scrub.addEventListener("input", () => go(Number(scrub.value)));
   canvas.addEventListener("keydown", event => {
     const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];

@@ -1,0 +1,37 @@
+"""Which numbers tell compared runs apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scissordyn.explore.case import Case
+
+__all__ = ["MOST_NUMBERS", "differences"]
+
+MOST_NUMBERS = 4
+"""Of one run in a legend; of more the number is said."""
+
+
+def differences(cases: Sequence[Case]) -> list[str]:
+    """Of each of some cases the numbers that are not the same in all of them, as text.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+
+    Returns
+    -------
+    list of str
+        "the same numbers" for all where nothing differs.
+    """
+    known = [{field.key: field for field in case.fields} for case in cases]
+    keys = dict.fromkeys(key for fields in known for key in fields)
+    differing = [key for key in keys if len({fields[key].value if key in fields else None for fields in known}) > 1]
+    found = []
+    for fields in known:
+        said = [f"{fields[key].label} {fields[key].text}" for key in differing if key in fields]
+        more = len(said) - MOST_NUMBERS
+        found.append(", ".join(said[:MOST_NUMBERS]) + (f" and {more} more" if more > 0 else "") or "the same numbers")
+    return found

@@ -1,0 +1,32 @@
+// A scene as it comes from canvas.py, with its arrays unpacked. It stands before canvas.js.
+
+const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
+
+function floats(text, Kind = Float32Array) {
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
+  for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
+  return new Kind(bytes.buffer);
+}
+
+function unpacked(text) {
+  if (!text) return null;
+  const scene = JSON.parse(text);
+  scene.time = floats(scene.time);
+  for (const shape of scene.shapes) shape.points = floats(shape.points);
+  scene.pins.points = floats(scene.pins.points);
+  for (const joint of scene.joints) {
+    joint.place = floats(joint.place);
+    joint.journal = floats(joint.journal);
+    joint.touched = floats(joint.touched, Uint8Array);
+    joint.force = floats(joint.force);
+  }
+  for (const channel of scene.channels) {
+    for (const name of ["place", "block", "force"]) channel[name] = floats(channel[name]);
+    channel.touching = floats(channel.touching, Uint8Array);
+  }
+  scene.insets = [...scene.channels, ...scene.joints];
+  scene.insets.forEach((inset, k) => { inset.aside = scene.asides[k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part); });
+  for (const track of scene.tracks) track.points = floats(track.points);
+  return scene;
+}
+

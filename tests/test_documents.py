@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 import sys
@@ -14,7 +15,9 @@ import matplotlib.pyplot as plt
 import pytest
 import typer
 
+import scissordyn as sd
 from scissordyn.cli.main import app, status_of
+from scissordyn.config.file import read_case
 
 mpl.use("Agg")
 
@@ -109,10 +112,18 @@ def test_commands_are_understood(page: Path) -> None:
         assert tomllib.loads(table)
 
 
+def write_tables(page: Path, folder: Path) -> None:
+    """Write the tables of a page whose first line is the name of a file, as in "# study.toml"."""
+    for table in blocks(page.read_text(encoding="utf-8"), "toml"):
+        if named := re.match(r"# (\w+\.toml)$", table, re.MULTILINE):
+            (folder / named[1]).write_text(table, encoding="utf-8")
+
+
 def run_all(page: Path, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> int:
     """Run the commands of a page but those that need other machines, a browser or minutes; how many were run."""
     monkeypatch.chdir(folder)
     (folder / "examples").symlink_to(ROOT / "examples")
+    write_tables(page, folder)
     count = 0
     for words in commands(page.read_text(encoding="utf-8")):
         elsewhere = any(word.startswith("/shared/") for word in words)
@@ -143,3 +154,53 @@ def test_commands_run(
 ) -> None:
     """Cross-check: the commands of a page run one after the other in a folder that has the examples."""
     assert run_all(ROOT / page, tmp_path, monkeypatch, capsys) >= least
+
+
+TASK = DOCS / "howto" / "choose_clearance_and_motor.md"
+
+
+def describe_task(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> list[list[str]]:
+    """Write the files of the page on the task of a designer; its other commands."""
+    monkeypatch.chdir(folder)
+    write_tables(TASK, folder)
+    new, *others = commands(TASK.read_text(encoding="utf-8"))
+    assert new[-2:] == [">", "array.toml"]
+    capsys.readouterr()
+    assert status_of(new[1:-2]) == 0
+    (folder / "array.toml").write_text(capsys.readouterr().out, encoding="utf-8")
+    return others
+
+
+def test_task_says_what_its_commands_say(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cross-check: spans, inertia and ideal reactions; the hand calculations are within 10 % of the pivot's force and the torque."""
+    said = []
+    for words in describe_task(tmp_path, monkeypatch, capsys)[:3]:
+        assert status_of(words[1:]) == 0
+        said.append(" ".join(capsys.readouterr().out.split()))
+    assert all(figure in said[0] for figure in ("1.026 m", "2.819 m", "111.9 kg m^2", "19.35 kg m^2"))
+    assert "ideal joints: 3.169 kN at 'unit 1/pivot'" in said[1]
+    assert "ideal joints: 363.7 N at" in said[2]
+    height, unit = 0.6 * math.sin(math.radians(20.0)), 0.6 * math.cos(math.radians(20.0))
+    at_ground, beyond = (9.81 * unit * (12.0 * units + 1.2 * units * units / 2.0) for units in (5, 4))
+    assert (round(at_ground), round(beyond)) == (415, 319)
+    assert (at_ground - 75.0 + beyond) / height == pytest.approx(3169.0, rel=0.1)
+    mechanism = read_case(tmp_path / "array.toml").mechanism.replace("gravity", 0.0)
+    run = sd.simulate(mechanism.ideal(), until=3.0, samples=301)
+    assert 111.9 * 2.0 * math.pi * math.radians(50.0) / 3.0**2 == pytest.approx(float(run["peak_control_torque"][0]), rel=0.12)
+
+
+@pytest.mark.slow
+def test_task_is_answered_as_its_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cross-check: all commands of the page, 25 minutes; what its answer rests on, from the stores."""
+    for words in describe_task(tmp_path, monkeypatch, capsys):
+        assert status_of(words[1:]) == 0
+    assert sum(sd.open_study(tmp_path / "study.zarr").points["met"]) == 8
+    for name, met, tip in (("check", 16, 1.722e-3), ("ground", 0, 2.260e-3)):
+        study = sd.open_study(tmp_path / f"{name}.zarr")
+        assert study.table["tip.peak_track_deviation [m]"].max() == pytest.approx(tip, rel=0.01)
+        forces = study.table[[column for column in study.table if column.endswith(".peak_force [N]")]].max(axis=1)
+        assert int((forces < 800.0).sum()) == met

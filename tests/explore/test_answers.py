@@ -37,7 +37,7 @@ def held(limit: float, tolerance: float) -> xr.Dataset:
 
 
 def test_cards_judge_by_what_is_allowed() -> None:
-    """Identity: a limit that is reached and a tolerance that is left are missed, wider ones are met; the values are the run's."""
+    """Identity: a limit that is reached and a tolerance that is left are missed, wider ones are met; values are the run's."""
     tight, wide = held(5.0, 1e-6), held(1e4, 1.0)
     for run, judged in ((tight, "missed"), (wide, "met")):
         found = {card["title"].split()[0]: card for card in cards(summary_of(run))}

@@ -191,7 +191,7 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
 
 
 def _places(tree: Mapping[str, Any]) -> bool:
-    """Whether a drive, a reference or an actuated length says where the motion starts, so that the structure's angle does not."""
+    """Whether a drive, a reference or an actuated length, and not the structure's angle, says where the motion starts."""
     many = [table if isinstance(table, list) else [table] for table in (tree.get("drive", []), tree.get("control", []))]
     references = (each.get("reference", {}) for each in many[1])
     actuated = any("motion" in rod for rod in tree.get("rod", []))

@@ -156,7 +156,7 @@ def test_dragged_pin_changes_the_case(tab: Tab) -> None:
     for k in range(1, 9):
         mouse.move(x + 4 * k, y - 3 * k)
         tab.page.wait_for_timeout(30)
-    tab.page.get_by_text("Drag: structure bar length").wait_for()
+    tab.page.get_by_text("Drag: bar length").wait_for()
     tab.until(lambda: np.allclose(tab.handle("unit 1/upper"), (x + 32, y - 24), atol=3.0))
     assert tab.run == first
     mouse.up()

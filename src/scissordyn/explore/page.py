@@ -51,7 +51,9 @@ class Page:
     """One open page with its session, which begins when the case has been read.
 
     All that is done to the document is done in the document's own turn of the server's loop, see `_later`: what is changed
-    elsewhere, in the thread of a run or while a message is being taken in, does not always reach the browser.
+    elsewhere, in the thread of a run or while a message is being taken in, does not always reach the browser. Nor does what is
+    changed while the browser is on its way to get the document: the library's server may send such a change ahead of the
+    document, and its browser part drops it then. So nothing is changed between the making of the page and its first word.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ class Page:
         if first.case is None:
             first.when_read(lambda: self._later(self._begin))
         else:
-            self._begin()
+            self._start()
 
     def _shown_at_first(self) -> list[CustomJS]:
         return [each for each in self.curves.clock.js_property_callbacks["change:tags"] if isinstance(each, CustomJS)]
@@ -104,10 +106,16 @@ class Page:
         return self._session
 
     def _begin(self) -> None:
-        """The case has been read: show its numbers, and its run when there is one."""
-        if self.first.case is None or self._session is not None:
-            self._show_waiting()
-            return
+        """Start if the page is open and the case has been read, or say why it cannot be."""
+        if self._live and self._session is None:
+            if self.first.case is not None:
+                self._start()
+            else:
+                self._show_waiting()
+
+    def _start(self) -> None:
+        """Show the numbers of the case, and its run when there is one."""
+        assert self.first.case is not None
         self._session = Session(self.first.case, self._updated, self.first)
         self._refresh({"fields", "status", "run"})
 
@@ -156,6 +164,8 @@ class Page:
             self._later(self._flush)
 
     def _flush(self) -> None:
+        if not self._live:  # then `_loaded` does it
+            return
         with self._lock:
             what, self._pending = self._pending, set()
         if what and self._session is not None:
@@ -164,6 +174,7 @@ class Page:
     def _loaded(self) -> None:
         """The page is open: from now on it says what it has drawn."""
         self._live = True
+        self._begin()
         self._flush()
         if self._session is not None and self.session.computing:
             self._watch()
@@ -186,7 +197,7 @@ class Page:
 
     def _watch(self) -> None:
         """Show how far a run is that takes long."""
-        self._watched = self.session.computing
+        self._watched = self._live and self.session.computing
         if self._watched:
             self._show_state()
             self._later(self._watch, LOOK)

@@ -95,7 +95,7 @@ def _clearances(kind: str, parts: Iterable[Any]) -> list[str]:
         if part.clearance is not None:
             gap = part.clearance
             laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
-            found.setdefault(f"clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.", []).append(part.name)
+            found.setdefault(f"clearance {1e3 * gap.clearance:g} mm, {gap.surfaces.journal.name}, {laws}.", []).append(part.name)
     return [f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}: {said}" for said, names in found.items()]
 
 

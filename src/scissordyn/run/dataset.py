@@ -212,6 +212,8 @@ def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
         variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
+        if joint.clearance.contact == "hard":
+            continue
         first = 2 * path.plan.coordinates.free + int(path.system.content.model.state_start[j])
         for s, declared in enumerate(joint.clearance.friction.states):
             name = declared.name

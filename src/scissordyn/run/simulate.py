@@ -48,6 +48,7 @@ def simulate(
     most_steps: int = Options.most_steps,
     events: EventKind = Options.events,
     trust: bool = Options.trust,
+    step: float | None = Options.step,
     progress: Callable[[float], None] | None = None,
     checkpoint: Annotated[Checkpoint | None, Meaning("where the state is kept", "Checkpoint('run.checkpoint')")] = None,
 ) -> xr.Dataset:
@@ -78,6 +79,8 @@ def simulate(
         in mechanisms with many clearance joints.
     trust : bool
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
+    step : float, optional
+        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
     checkpoint : Checkpoint, optional
@@ -97,7 +100,7 @@ def simulate(
         If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint is of another run. A failed run
         raises no error: its Dataset has the results up to the failure, and the cause.
     """
-    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust)
+    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust, step)
     return _simulate(mechanism, options, progress, checkpoint)
 
 

@@ -1,0 +1,398 @@
+"""A step of time stepping with hard contacts: impulses that keep surfaces apart, with restitution and Coulomb friction.
+
+Moreau's midpoint rule with Jean's theta = 1/2 (Moreau 1988; Jean 1999, doi:10.1016/S0045-7825(98)00383-1): contacts whose gap at
+the middle of the step has closed get impulses P_N, P_T, with U the relative velocity of the surfaces, positive as they separate,
+
+    0 <= U_N+ + e U_N- _|_ P_N >= 0,    |P_T| <= mu P_N,  P_T opposite to U_T+ where it slips.
+
+Rows of the equations for the impulses: the constraints, then N and T of each hard contact, permuted so that their band is narrow.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from scissordyn.jit import F1, F2, I1, I2, kernel, opener
+from scissordyn.mechanics.constraint_solver import solve_constraints
+from scissordyn.mechanics.contact import gap, kinematics
+from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.force_element import map_values
+from scissordyn.mechanics.impulse_solver import OPEN, STICK, solve_impulses
+from scissordyn.mechanics.monitored import DAMPING, DRIVE_TORQUE, FRICTION, monitor
+
+__all__ = [
+    "ANGLE",
+    "APPROACH",
+    "CLOSED",
+    "FRICTION_LOSS",
+    "IMPULSE",
+    "MASS",
+    "REBOUND",
+    "RESTITUTION_LOSS",
+    "RESULTS",
+    "HardContacts",
+    "hard_monitor",
+    "hard_step",
+    "open_hard",
+]
+
+ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
+"""Columns of `HardContacts.result`: angle of n [rad], approach speed [m/s], effective mass [kg], impulse [N s], energy lost by
+restitution and by friction [J], delta' after the step [m/s], whether the contact goes on."""
+
+RESULTS = 8
+
+RESTING = 1e-9
+"""Approach speeds below this fraction of the step's change of velocity are round-off."""
+
+
+class HardContacts(NamedTuple):
+    """Hard contacts of a mechanism, their numbers, and scratch of a thread."""
+
+    which: I1  # (k,) number among the contacts
+    restitution: F1  # (k,)
+    kinetic: F1  # (k,)
+    static: F1  # (k,)
+    place: I1  # (m+2k,) permutation of the rows
+    pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
+    reach: I1  # (1,) of the band
+    normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T
+    closed: I1  # (k,) whether the gap closes in the step
+    was: I1  # (k,) whether it was in contact before
+    impact: I1  # (1,) whether the step has an impact
+    mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
+    stuck: I1  # (k,) whether it stuck in the last step
+    gram: F2  # (m+2k, 2 reach + 1) symmetric, products of the rows
+    band: F2  # (m+2k, 3 reach + 1) the equations, factorized
+    pivots: I1
+    free: F1  # (m+2k,) velocities of the rows without impulses
+    before: F1  # (m+2k,) U- of contacts
+    impulse: F1  # (m+2k,)
+    velocity: F1  # (m+2k,) U+
+    friction: F1  # (k,) coefficient in the present step
+    row: F1  # (n,) zeros: one row while it is multiplied
+    slope: F1  # (ny,) y' of the last step, its jumps left out
+    middle: F1  # (ny,) the state at the middle of the step
+    mass_row: F1  # (m,) scratch
+    result: F2  # (k, RESULTS)
+    stick: F1  # (k,) time for which it has stuck [s]
+    counts: I1  # (COUNTS,) see `impulse_solver`
+
+
+open_hard = opener(HardContacts)
+"""From the address of a handle of `HardContacts` to it, inside kernels."""
+
+
+@kernel(inline=True)
+def contact_rows(i, S, H):
+    """Write generalized forces of unit forces along N and T of hard contact i; Work.contact has its normal."""
+    M, j = S.model, H.which[i]
+    ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
+    p, found = S.parameters.contact[j], S.work.contact[j]
+    nx, ny, radius = found.nx, found.ny, p.radius
+    # forces on the journal or corner for F_n = 1, then for F_t = 1, as in `contact` and `plane_contact`
+    if p.plane == 1:
+        moment_n, moment_t = -(uy * nx - ux * ny), ux * nx + uy * ny + radius
+    else:
+        moment_n, moment_t = 0.0, radius + found.distance
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        r0, r1, r2, r3, r4, r5 = (
+            M.element_row[0, k],
+            M.element_row[1, k],
+            M.element_row[2, k],
+            M.element_row[3, k],
+            M.element_row[4, k],
+            M.element_row[5, k],
+        )
+        own, other = ax * r3 - ay * r2, bx * r5 - by * r4
+        H.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
+        H.normal[1, k] = ny * r0 - nx * r1 - radius * own + moment_t * other
+
+
+@kernel(inline=True)
+def along(i, axis, source, S, H):
+    """Product of row N or T of hard contact i with a vector of all columns."""
+    M, j, total = S.model, H.which[i], 0.0
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        total += H.normal[axis, k] * source[M.element_column[k]]
+    return total
+
+
+@kernel(inline=True)
+def scatter(a, m, sign, S, H):
+    """Add row a times a sign to `HardContacts.row`."""
+    M = S.model
+    if a < m:
+        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[k] < M.n:
+                H.row[M.constraint_column[k]] += sign * S.work.gradient[k]
+        return
+    i, axis = (a - m) // 2, (a - m) % 2
+    for k in range(M.element_start[H.which[i]], M.element_start[H.which[i] + 1]):
+        if M.element_column[k] < M.n:
+            H.row[M.element_column[k]] += sign * H.normal[axis, k]
+
+
+@kernel(inline=True)
+def clear(a, m, S, H):
+    """Set `HardContacts.row` back to zero where row a has columns."""
+    M = S.model
+    if a < m:
+        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[k] < M.n:
+                H.row[M.constraint_column[k]] = 0.0
+        return
+    i = (a - m) // 2
+    for k in range(M.element_start[H.which[i]], M.element_start[H.which[i] + 1]):
+        if M.element_column[k] < M.n:
+            H.row[M.element_column[k]] = 0.0
+
+
+@kernel(inline=True)
+def times_row(b, m, S, H):
+    """Product of row b with `HardContacts.row`."""
+    M, total = S.model, 0.0
+    if b < m:
+        for k in range(M.constraint_start[b], M.constraint_start[b + 1]):
+            if M.constraint_column[k] < M.n:
+                total += S.work.gradient[k] * H.row[M.constraint_column[k]]
+        return total
+    i, axis = (b - m) // 2, (b - m) % 2
+    for k in range(M.element_start[H.which[i]], M.element_start[H.which[i] + 1]):
+        if M.element_column[k] < M.n:
+            total += H.normal[axis, k] * H.row[M.element_column[k]]
+    return total
+
+
+@kernel(inline=True)
+def acting_row(a, m, S, H):
+    """Whether a row is of an active constraint or of a contact whose gap closes."""
+    if a < m:
+        return S.work.inactive[a] == 0.0
+    return H.closed[(a - m) // 2] == 1
+
+
+@kernel()
+def assemble(S, H):
+    """Write the products of all acting rows."""
+    m, reach = S.work.multiplier.size, H.reach[0]
+    H.gram[:, :] = 0.0
+    row = -1
+    for p in range(H.pairs.shape[0]):
+        a, b = H.pairs[p, 0], H.pairs[p, 1]
+        if not (acting_row(a, m, S, H) and acting_row(b, m, S, H)):
+            continue
+        if a != row:
+            if row >= 0:
+                clear(row, m, S, H)
+            scatter(a, m, 1.0, S, H)
+            row = a
+        total, i, k = times_row(b, m, S, H), H.place[a], H.place[b]
+        H.gram[i, k - i + reach] = total
+        H.gram[k, i - k + reach] = total
+    if row >= 0:
+        clear(row, m, S, H)
+
+
+@kernel(inline=True)
+def effective_mass(i, S, H):
+    """Mass [kg] that an impulse along the normal of hard contact i moves, all constraints kept, other contacts open."""
+    m = S.work.multiplier.size
+    a, reach = m + 2 * i, H.reach[0]
+    at = H.place[a]
+    total = H.gram[at, reach]
+    if m > 0:
+        for k in range(m):
+            offset = H.place[k] - at
+            H.mass_row[k] = H.gram[at, offset + reach] if abs(offset) <= reach else 0.0
+        for k in range(m):
+            S.work.work[k] = H.mass_row[k]
+        solve_constraints(S, S.work.work[:m])
+        for k in range(m):
+            total -= H.mass_row[k] * S.work.work[k]
+    return 1.0 / total if total > 0.0 else math.inf
+
+
+@kernel()
+def hard_step(t, h, y, new, S, H):
+    """Make one step of size h from t and the state y to `new`; what hard contacts have done stands in `HardContacts.result`.
+
+    Right after it, `System.work` has the forces of the middle of the step, with the mean of all impulses among them.
+    """
+    M, C = S.model, S.state
+    n, count = M.n, H.which.size
+    for i in range(count):
+        H.was[i] = C.mode[H.which[i]]
+        C.mode[H.which[i]] = 0  # contact forces of the last step do not act
+    predict(h, y, S, H)
+    accelerate(t + 0.5 * h, H.middle, S, new)
+    for i in range(y.size):
+        H.slope[i] = new[i]
+    any_closed = close_gaps(S, H)
+    if any_closed:
+        solve_step(t, h, y, S, H)
+    for i in range(n):
+        new[n + i] = y[n + i] + h * H.slope[n + i]
+    for i in range(2 * n, y.size):
+        new[i] = y[i] + h * H.slope[i]
+    H.impact[0] = 0
+    if any_closed:
+        add_impulses(h, y, new, S, H)
+        take_results(h, S, H)
+    for i in range(n):
+        new[i] = y[i] + 0.5 * h * (y[n + i] + new[n + i])
+        # what the next step begins with: forces, not impacts
+        H.slope[n + i] = H.slope[n + i] if H.impact[0] == 1 else (new[n + i] - y[n + i]) / h
+    for i in range(count):
+        j = H.which[i]
+        C.mode[j] = H.closed[i]
+        if H.closed[i] == 0:
+            C.memory[j] = 0.0
+            new[2 * n + M.state_start[j]] = 0.0
+        else:
+            share_of_force(i, j, h, new, S, H)
+
+
+@kernel(inline=True)
+def predict(h, y, S, H):
+    """The state at the middle of the step: positions by the velocities, all else by the slope of the last step."""
+    n = S.model.n
+    for i in range(n):
+        H.middle[i] = y[i] + 0.5 * h * y[n + i]
+    for i in range(n, y.size):
+        H.middle[i] = y[i] + 0.5 * h * H.slope[i]
+
+
+@kernel(inline=True)
+def close_gaps(S, H):
+    """Mark the contacts whose gap at the middle of the step has closed, with their rows; returns whether there are any."""
+    found = False
+    for i in range(H.which.size):
+        j = H.which[i]
+        depth, rate = gap(j, S)
+        H.closed[i] = 0
+        H.result[i, :] = 0.0
+        H.result[i, REBOUND] = rate
+        if depth >= 0.0:
+            kinematics(j, S)
+            contact_rows(i, S, H)
+            H.closed[i] = 1
+            found = True
+        else:
+            H.mode[i], H.stuck[i] = OPEN, 0
+    return found
+
+
+@kernel(inline=True)
+def solve_step(t, h, y, S, H):
+    """Solve for the impulses of the step; `HardContacts.slope` has the accelerations without them."""
+    M, W = S.model, S.work
+    n, nb, m = M.n, M.nb, W.multiplier.size
+    # velocities without impulses at the end, and at the start, both with the drives' own
+    for a in range(m):
+        H.free[H.place[a]] = 0.0
+    for k in range(n):
+        W.A[k] = y[n + k] + h * H.slope[n + k]
+    for k in range(nb):
+        W.A[n + k] = W.basis[1, k] + 0.5 * h * W.basis[2, k]
+    for i in range(H.which.size):
+        for axis in range(2):
+            H.free[H.place[m + 2 * i + axis]] = along(i, axis, W.A, S, H) if H.closed[i] == 1 else 0.0
+    for k in range(n):
+        W.A[k] = y[n + k]
+    for k in range(nb):
+        W.A[n + k] = W.basis[1, k] - 0.5 * h * W.basis[2, k]
+    for i in range(H.which.size):
+        for axis in range(2):
+            H.before[H.place[m + 2 * i + axis]] = along(i, axis, W.A, S, H) if H.closed[i] == 1 else 0.0
+    assemble(S, H)
+    solve_impulses(m, H)
+
+
+@kernel(inline=True)
+def add_impulses(h, y, new, S, H):
+    """Add the impulses to the velocities, and their mean forces to what stands in `System.work`."""
+    M, W = S.model, S.work
+    n, m = M.n, W.multiplier.size
+    for k in range(m):
+        value = H.impulse[H.place[k]]
+        W.multiplier[k] -= value / h
+        for e in range(M.constraint_start[k], M.constraint_start[k + 1]):
+            if M.constraint_column[e] < n:
+                new[n + M.constraint_column[e]] += W.gradient[e] * value
+    for i in range(H.which.size):
+        if H.closed[i] == 0:
+            continue
+        j = H.which[i]
+        p_n, p_t = H.impulse[H.place[m + 2 * i]], H.impulse[H.place[m + 2 * i + 1]]
+        for k in range(M.element_start[j], M.element_start[j + 1]):
+            change = H.normal[0, k] * p_n + H.normal[1, k] * p_t
+            column = M.element_column[k]
+            if column < n:
+                new[n + column] += change
+            W.force[column] += change / h
+    for i in range(n):
+        W.A[i] = (new[n + i] - y[n + i]) / h
+    for k in range(M.nb):
+        W.A[n + k] = W.basis[2, k]
+
+
+@kernel(inline=True)
+def take_results(h, S, H):
+    """Write what each closed contact has done, and whether one of them was an impact."""
+    m = S.work.multiplier.size
+    for i in range(H.which.size):
+        if H.closed[i] == 0:
+            continue
+        found, out = S.work.contact[H.which[i]], H.result[i]
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        p_n, p_t = H.impulse[a], H.impulse[b]
+        before, after = H.before[a], H.velocity[a]
+        out[REBOUND] = -after
+        if not p_n > 0.0:
+            H.closed[i], H.stuck[i], H.mode[i] = 0, 0, OPEN
+            continue
+        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
+        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before)
+        out[FRICTION_LOSS] = -0.5 * p_t * (H.velocity[b] + H.before[b])
+        by_force = before - H.free[a]
+        if -before * (1.0 + H.restitution[i]) > RESTING + abs(by_force):
+            H.impact[0] = 1
+        out[CLOSED] = 1.0 if after <= max(by_force, 0.0) else 0.0
+        H.stuck[i] = 1 if H.mode[i] == STICK else 0
+        if H.stuck[i] == 1:
+            H.stick[i] += h
+        if H.was[i] == 0:
+            out[MASS] = effective_mass(i, S, H)
+
+
+@kernel(inline=True)
+def share_of_force(i, j, h, new, S, H):
+    """Mean contact force over the step, in the place of the contact's memory and of its state: the impulse that is no impact's."""
+    m, found = S.work.multiplier.size, S.work.contact[j]
+    a = H.place[m + 2 * i]
+    impulsive = max(-H.before[a], 0.0) * (1.0 + H.restitution[i])
+    by_force = max(H.before[a] - H.free[a], 0.0)
+    share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
+    found.elastic = 0.0
+    found.normal = share * H.impulse[a] / h
+    found.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h
+    S.state.memory[j] = found.normal
+    new[2 * S.model.n + S.model.state_start[j]] = found.tangential
+
+
+@kernel(inline=True)
+def hard_monitor(t, h, y, S, H, power, rows):
+    """Powers and monitored numbers of the step just made, means over it; NaN for what an impact makes infinite."""
+    M, guards = S.model, S.state.mode.size
+    monitor(t, y, S, power, rows)
+    for i in range(H.which.size):
+        j, out = H.which[i], H.result[i]
+        power[DAMPING] += out[RESTITUTION_LOSS] / h - rows[j, 1]
+        power[FRICTION] += out[FRICTION_LOSS] / h - rows[j, 2]
+        rows[j, 0], rows[j, 1], rows[j, 2] = out[IMPULSE] / h, out[RESTITUTION_LOSS] / h, out[FRICTION_LOSS] / h
+    if H.impact[0] == 1:
+        for row in range(M.monitor.shape[0]):
+            if M.monitor[row, 0] == DRIVE_TORQUE:
+                rows[guards + row, 0] = math.nan

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
-from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
+from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STEP_TOO_SMALL, STUCK, record_step, room, take_event
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
 from scissordyn.integrate.integration import (
@@ -43,6 +43,9 @@ __all__ = ["Jumps", "Touching", "advance_jumps", "jumps_type", "make_jumps"]
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
 """Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
 
+SHORTEST = 1e-4
+"""A step that is still too long at this fraction of the size that was chosen ends the run."""
+
 SLIVER = 1e-9
 """A step that would leave this part of a step before an end is made longer."""
 
@@ -59,6 +62,7 @@ class Touching(NamedTuple):
 
     which: I1  # (k,) guards
     result: F2  # (k, columns) of the last step
+    impact: I1  # (2,) whether the state jumped in it, and whether it is too long and was not made
     size: F1  # (1,) of a step
 
 
@@ -142,10 +146,16 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
         write_linear(t, t, s, w, r.samples)  # the start
     h, last = choose_size(t, s, w, K)
-    now = clock.end if last else t + h
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
     jumps.step(t, h, s.y, w.new, S, H)
+    while K.impact[1] == 1 and h > SHORTEST * K.size[0]:
+        h, last = 0.5 * h, False
+        counts.rejected += 1
+        jumps.step(t, h, s.y, w.new, S, H)
+    if K.impact[1] == 1:
+        return STEP_TOO_SMALL
+    now = clock.end if last else t + h
     counts.steps += 1
     counts.rates += 1
     for i in range(s.y.size):
@@ -159,7 +169,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if clock.monitors == 1:
         jumps.monitor(t + 0.5 * h, h, s.y, S, H, w.power[0], w.monitored[0])
         follow(t, h, s, w)
-    write_between(t, now, s, w, r.samples)
+    write_between(t, now, s, w, K, r.samples)
     if clock.monitors == 1:
         for q in range(s.total.size):
             s.total[q] += h * w.power[0, q]
@@ -254,20 +264,26 @@ def keep_linear(record, t, h, s, w, S):
 
 
 @kernel(inline=True)
-def write_between(t, now, s, w, out):
-    """Write the samples after t up to the end of the step, between s.y and w.new."""
-    counts = s.counts[0]
+def write_between(t, now, s, w, K, out):
+    """Write the samples after t up to the end of the step, between s.y and w.new; in a step with a jump the nearer one."""
+    counts, monitors = s.counts[0], s.clock[0].monitors == 1
     while counts.samples < out.time.size:
         at = counts.samples
         when = out.time[at]
         if when > now:
             return
         part = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+        if K.impact[0] == 1:
+            part = 0.0 if part < 0.5 else 1.0
         for i in range(s.y.size):
             out.state[at, i] = (1.0 - part) * s.y[i] + part * w.new[i]
         for q in range(s.total.size):
-            out.total[at, q] = s.total[q] + part * (now - t) * (w.power[0, q] if s.clock[0].monitors == 1 else 0.0)
+            out.total[at, q] = s.total[q] + (part * (now - t) * w.power[0, q] if monitors else 0.0)
         write_modes(at, s, out)
+        if part == 0.0:
+            for i in range(K.which.size):
+                if w.saved_mode[K.which[i]] == 0:
+                    out.mode[at, K.which[i]] = 0
 
 
 @kernel(inline=True)

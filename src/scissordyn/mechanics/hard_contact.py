@@ -5,7 +5,14 @@ the middle of the step has closed get impulses P_N, P_T, with U the relative vel
 
     0 <= U_N+ + e U_N- _|_ P_N >= 0,    |P_T| <= mu P_N,  P_T opposite to U_T+ where it slips.
 
-Rows of the equations for the impulses: the constraints, then N and T of each hard contact, permuted so that their band is narrow.
+Rows of the equations for the impulses: the constraints, then N and T of each hard contact, then components whose force depends
+on their speed, permuted so that their band is narrow. Such a force F is taken at the mean of the speeds before and after the
+step, so that strong damping does not limit the step: with s s^T = -dF/dv and U = s.v
+
+    U+ + 2/h lambda = 2 U_m - U-,    U_m where F was evaluated.
+
+Zeno's rule: a contact that forces would close again within the step stays closed, and a closed contact has no restitution.
+Positions of contacts that stay closed are moved back to the surface by the least change in the metric of the masses.
 """
 
 from __future__ import annotations
@@ -14,12 +21,14 @@ import math
 from typing import NamedTuple
 
 from scissordyn.jit import F1, F2, I1, I2, kernel, opener
+from scissordyn.mechanics import band
+from scissordyn.mechanics.component import linearise_component
 from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.force_element import map_values
-from scissordyn.mechanics.impulse_solver import OPEN, STICK, solve_impulses
-from scissordyn.mechanics.monitored import DAMPING, DRIVE_TORQUE, FRICTION, monitor
+from scissordyn.mechanics.impulse_solver import COMPLIANCE, OPEN, STICK, only, solve_impulses
+from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
 
 __all__ = [
     "ANGLE",
@@ -43,6 +52,17 @@ restitution and by friction [J], delta' after the step [m/s], whether the contac
 
 RESULTS = 8
 
+factorize, solve = band.factorize, band.solve
+
+DEEP = 1e-6
+"""Gap or indentation of a contact that stays closed, as a fraction of the clearance, beyond which positions are moved back."""
+
+TOO_DEEP = 0.2
+"""Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long."""
+
+STAYS = 1e-3
+"""Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""
+
 RESTING = 1e-9
 """Approach speeds below this fraction of the step's change of velocity are round-off."""
 
@@ -54,26 +74,33 @@ class HardContacts(NamedTuple):
     restitution: F1  # (k,)
     kinetic: F1  # (k,)
     static: F1  # (k,)
-    place: I1  # (m+2k,) permutation of the rows
+    rebound: F1  # (k,) restitution in the present step
+    damped: I1  # (c,) components whose force depends on their speed
+    damping: I1  # (c,) whether it does now
+    place: I1  # (rows,) permutation, rows = m+2k+c
     pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
     reach: I1  # (1,) of the band
-    normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T
+    normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T, and s
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
-    impact: I1  # (1,) whether the step has an impact
+    impact: I1  # (2,) whether the step has an impact, and whether it is too long
     mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
     stuck: I1  # (k,) whether it stuck in the last step
-    gram: F2  # (m+2k, 2 reach + 1) symmetric, products of the rows
-    band: F2  # (m+2k, 3 reach + 1) the equations, factorized
+    gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
+    band: F2  # (rows, 3 reach + 1) the equations, factorized
     pivots: I1
-    free: F1  # (m+2k,) velocities of the rows without impulses
-    before: F1  # (m+2k,) U- of contacts
-    impulse: F1  # (m+2k,)
-    velocity: F1  # (m+2k,) U+
+    free: F1  # (rows,) velocities of the rows without impulses
+    before: F1  # (rows,) U- of contacts
+    impulse: F1  # (rows,)
+    velocity: F1  # (rows,) U+
     friction: F1  # (k,) coefficient in the present step
     row: F1  # (n,) zeros: one row while it is multiplied
+    kept_mode: I1  # (k,) mode, stuck and slope at the start of the step
+    kept_stuck: I1
+    kept_slope: F1
     slope: F1  # (ny,) y' of the last step, its jumps left out
     middle: F1  # (ny,) the state at the middle of the step
+    scratch: F1  # (ny,)
     mass_row: F1  # (m,) scratch
     result: F2  # (k, RESULTS)
     stick: F1  # (k,) time for which it has stuck [s]
@@ -111,27 +138,37 @@ def contact_rows(i, S, H):
 
 
 @kernel(inline=True)
-def along(i, axis, source, S, H):
-    """Product of row N or T of hard contact i with a vector of all columns."""
-    M, j, total = S.model, H.which[i], 0.0
+def element_of(a, m, S, H):
+    """Force element and row of `HardContacts.normal` of a row that is no constraint's."""
+    i = a - m
+    if i < 2 * H.which.size:
+        return H.which[i // 2], i % 2
+    return S.parameters.contact.size + H.damped[i - 2 * H.which.size], 0
+
+
+@kernel(inline=True)
+def along(a, source, S, H):
+    """Product of a row that is no constraint's with a vector of all columns."""
+    M, total = S.model, 0.0
+    j, axis = element_of(a, S.work.multiplier.size, S, H)
     for k in range(M.element_start[j], M.element_start[j + 1]):
         total += H.normal[axis, k] * source[M.element_column[k]]
     return total
 
 
 @kernel(inline=True)
-def scatter(a, m, sign, S, H):
-    """Add row a times a sign to `HardContacts.row`."""
+def scatter(a, m, S, H):
+    """Add row a to `HardContacts.row`."""
     M = S.model
     if a < m:
         for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
             if M.constraint_column[k] < M.n:
-                H.row[M.constraint_column[k]] += sign * S.work.gradient[k]
+                H.row[M.constraint_column[k]] += S.work.gradient[k]
         return
-    i, axis = (a - m) // 2, (a - m) % 2
-    for k in range(M.element_start[H.which[i]], M.element_start[H.which[i] + 1]):
+    j, axis = element_of(a, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
         if M.element_column[k] < M.n:
-            H.row[M.element_column[k]] += sign * H.normal[axis, k]
+            H.row[M.element_column[k]] += H.normal[axis, k]
 
 
 @kernel(inline=True)
@@ -143,8 +180,8 @@ def clear(a, m, S, H):
             if M.constraint_column[k] < M.n:
                 H.row[M.constraint_column[k]] = 0.0
         return
-    i = (a - m) // 2
-    for k in range(M.element_start[H.which[i]], M.element_start[H.which[i] + 1]):
+    j, _ = element_of(a, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
         if M.element_column[k] < M.n:
             H.row[M.element_column[k]] = 0.0
 
@@ -158,11 +195,26 @@ def times_row(b, m, S, H):
             if M.constraint_column[k] < M.n:
                 total += S.work.gradient[k] * H.row[M.constraint_column[k]]
         return total
-    i, axis = (b - m) // 2, (b - m) % 2
-    for k in range(M.element_start[H.which[i]], M.element_start[H.which[i] + 1]):
+    j, axis = element_of(b, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
         if M.element_column[k] < M.n:
             total += H.normal[axis, k] * H.row[M.element_column[k]]
     return total
+
+
+@kernel(inline=True)
+def add_row(a, m, value, target, first, S, H):
+    """Add a multiple of row a to target[first:], its free columns alone."""
+    M = S.model
+    if a < m:
+        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[k] < M.n:
+                target[first + M.constraint_column[k]] += value * S.work.gradient[k]
+        return
+    j, axis = element_of(a, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        if M.element_column[k] < M.n:
+            target[first + M.element_column[k]] += value * H.normal[axis, k]
 
 
 @kernel(inline=True)
@@ -170,12 +222,15 @@ def acting_row(a, m, S, H):
     """Whether a row is of an active constraint or of a contact whose gap closes."""
     if a < m:
         return S.work.inactive[a] == 0.0
-    return H.closed[(a - m) // 2] == 1
+    i = a - m
+    if i < 2 * H.which.size:
+        return H.closed[i // 2] == 1
+    return H.damping[i - 2 * H.which.size] == 1
 
 
 @kernel()
-def assemble(S, H):
-    """Write the products of all acting rows."""
+def assemble(h, S, H):
+    """Write the products of all acting rows, and what the rows of components add to theirs."""
     m, reach = S.work.multiplier.size, H.reach[0]
     H.gram[:, :] = 0.0
     row = -1
@@ -186,13 +241,17 @@ def assemble(S, H):
         if a != row:
             if row >= 0:
                 clear(row, m, S, H)
-            scatter(a, m, 1.0, S, H)
+            scatter(a, m, S, H)
             row = a
         total, i, k = times_row(b, m, S, H), H.place[a], H.place[b]
         H.gram[i, k - i + reach] = total
         H.gram[k, i - k + reach] = total
     if row >= 0:
         clear(row, m, S, H)
+    first = m + 2 * H.which.size
+    for c in range(H.damped.size):
+        if H.damping[c] == 1:
+            H.gram[H.place[first + c], reach] += 2.0 / h
 
 
 @kernel(inline=True)
@@ -222,22 +281,26 @@ def hard_step(t, h, y, new, S, H):
     """
     M, C = S.model, S.state
     n, count = M.n, H.which.size
+    for i in range(y.size):
+        H.kept_slope[i] = H.slope[i]
     for i in range(count):
-        H.was[i] = C.mode[H.which[i]]
+        H.was[i], H.kept_mode[i], H.kept_stuck[i] = C.mode[H.which[i]], H.mode[i], H.stuck[i]
         C.mode[H.which[i]] = 0  # contact forces of the last step do not act
     predict(h, y, S, H)
     accelerate(t + 0.5 * h, H.middle, S, new)
     for i in range(y.size):
         H.slope[i] = new[i]
-    any_closed = close_gaps(S, H)
-    if any_closed:
+    acts_now = close_gaps(S, H)
+    if linearise_damping(t + 0.5 * h, S, H):
+        acts_now = True
+    if acts_now:
         solve_step(t, h, y, S, H)
     for i in range(n):
         new[n + i] = y[n + i] + h * H.slope[n + i]
     for i in range(2 * n, y.size):
         new[i] = y[i] + h * H.slope[i]
-    H.impact[0] = 0
-    if any_closed:
+    H.impact[0] = H.impact[1] = 0
+    if acts_now:
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
     for i in range(n):
@@ -252,6 +315,20 @@ def hard_step(t, h, y, new, S, H):
             new[2 * n + M.state_start[j]] = 0.0
         else:
             share_of_force(i, j, h, new, S, H)
+        y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
+    if acts_now:
+        return_to_surfaces(h, new, S, H)
+    if H.impact[1] == 1:
+        take_back(S, H)
+
+
+@kernel(inline=True)
+def take_back(S, H):
+    """Put back what the step has changed: it is to be made again, shorter."""
+    for i in range(H.which.size):
+        S.state.mode[H.which[i]], H.mode[i], H.stuck[i] = H.was[i], H.kept_mode[i], H.kept_stuck[i]
+    for i in range(H.slope.size):
+        H.slope[i] = H.kept_slope[i]
 
 
 @kernel(inline=True)
@@ -274,13 +351,41 @@ def close_gaps(S, H):
         H.closed[i] = 0
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
-        if depth >= 0.0:
+        if depth >= (-STAYS * S.parameters.contact[j].clearance if H.was[i] == 1 else 0.0):
             kinematics(j, S)
             contact_rows(i, S, H)
             H.closed[i] = 1
+            H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
             found = True
         else:
             H.mode[i], H.stuck[i] = OPEN, 0
+    return found
+
+
+@kernel(inline=True)
+def linearise_damping(t, S, H):
+    """Write the row s of each component whose force depends on its speed; returns whether there is one."""
+    M, W, found = S.model, S.work, False
+    for c in range(H.damped.size):
+        i = H.damped[c]
+        e = S.parameters.contact.size + i
+        H.damping[c] = 0
+        if M.component_guard[i] >= 0 and S.state.mode[M.component_guard[i]] == 0:
+            continue
+        first = 2 * M.n + M.state_start[e]
+        linearise_component(t, i, S, H.middle[first : 2 * M.n + M.state_start[e + 1]], H.scratch, first)
+        start, count, block = M.element_start[e], M.element_start[e + 1] - M.element_start[e], M.block_start[e]
+        best, most = 0, 0.0
+        for k in range(count):
+            if -W.block_v[block + k * count + k] > most:
+                best, most = k, -W.block_v[block + k * count + k]
+        if not most > 0.0:
+            continue
+        root = math.sqrt(most)
+        for k in range(count):
+            H.normal[0, start + k] = -W.block_v[block + k * count + best] / root
+        H.damping[c] = 1
+        found = True
     return found
 
 
@@ -289,24 +394,28 @@ def solve_step(t, h, y, S, H):
     """Solve for the impulses of the step; `HardContacts.slope` has the accelerations without them."""
     M, W = S.model, S.work
     n, nb, m = M.n, M.nb, W.multiplier.size
+    first = m + 2 * H.which.size
+    for a in range(H.place.size):
+        H.free[H.place[a]] = H.before[H.place[a]] = 0.0
     # velocities without impulses at the end, and at the start, both with the drives' own
-    for a in range(m):
-        H.free[H.place[a]] = 0.0
     for k in range(n):
         W.A[k] = y[n + k] + h * H.slope[n + k]
     for k in range(nb):
         W.A[n + k] = W.basis[1, k] + 0.5 * h * W.basis[2, k]
-    for i in range(H.which.size):
-        for axis in range(2):
-            H.free[H.place[m + 2 * i + axis]] = along(i, axis, W.A, S, H) if H.closed[i] == 1 else 0.0
+    for a in range(m, H.place.size):
+        if acting_row(a, m, S, H):
+            H.free[H.place[a]] = along(a, W.A, S, H)
     for k in range(n):
         W.A[k] = y[n + k]
     for k in range(nb):
         W.A[n + k] = W.basis[1, k] - 0.5 * h * W.basis[2, k]
-    for i in range(H.which.size):
-        for axis in range(2):
-            H.before[H.place[m + 2 * i + axis]] = along(i, axis, W.A, S, H) if H.closed[i] == 1 else 0.0
-    assemble(S, H)
+    for a in range(m, H.place.size):
+        if acting_row(a, m, S, H):
+            H.before[H.place[a]] = along(a, W.A, S, H)
+    for a in range(first, H.place.size):
+        if H.damping[a - first] == 1:
+            H.free[H.place[a]] += H.before[H.place[a]] - 2.0 * along(a, W.V, S, H)
+    assemble(h, S, H)
     solve_impulses(m, H)
 
 
@@ -315,27 +424,61 @@ def add_impulses(h, y, new, S, H):
     """Add the impulses to the velocities, and their mean forces to what stands in `System.work`."""
     M, W = S.model, S.work
     n, m = M.n, W.multiplier.size
-    for k in range(m):
-        value = H.impulse[H.place[k]]
-        W.multiplier[k] -= value / h
-        for e in range(M.constraint_start[k], M.constraint_start[k + 1]):
-            if M.constraint_column[e] < n:
-                new[n + M.constraint_column[e]] += W.gradient[e] * value
-    for i in range(H.which.size):
-        if H.closed[i] == 0:
+    for a in range(H.place.size):
+        value = H.impulse[H.place[a]]
+        if value == 0.0:
             continue
-        j = H.which[i]
-        p_n, p_t = H.impulse[H.place[m + 2 * i]], H.impulse[H.place[m + 2 * i + 1]]
+        add_row(a, m, value, new, n, S, H)
+        if a < m:
+            W.multiplier[a] -= value / h
+            continue
+        j, axis = element_of(a, m, S, H)
         for k in range(M.element_start[j], M.element_start[j + 1]):
-            change = H.normal[0, k] * p_n + H.normal[1, k] * p_t
-            column = M.element_column[k]
-            if column < n:
-                new[n + column] += change
-            W.force[column] += change / h
+            W.force[M.element_column[k]] += value * H.normal[axis, k] / h
     for i in range(n):
         W.A[i] = (new[n + i] - y[n + i]) / h
     for k in range(M.nb):
         W.A[n + k] = W.basis[2, k]
+
+
+@kernel(inline=True)
+def return_to_surfaces(h, new, S, H):
+    """Move the positions of contacts that stay closed back to their surfaces."""
+    M, W = S.model, S.work
+    n, m, reach, deep = M.n, W.multiplier.size, H.reach[0], False
+    for k in range(n):
+        W.X[k] = new[k]
+    for k in range(M.nb):
+        W.X[n + k] = W.basis[0, k] + h * (0.5 * W.basis[1, k] + 0.125 * h * W.basis[2, k])
+    H.band[:, :] = 0.0
+    for a in range(H.place.size):
+        only(H.place[a], 1.0, reach, H)
+    for a in range(m):
+        at = H.place[a]
+        if H.gram[at, reach] > 0.0:
+            for k in range(2 * reach + 1):
+                H.band[at, k] = H.gram[at, k]
+    for i in range(H.which.size):
+        depth, _ = gap(H.which[i], S)
+        if depth > TOO_DEEP * S.parameters.contact[H.which[i]].clearance and H.free[H.place[m + 2 * i]] < 0.0:
+            H.impact[1] = 1
+        if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0:
+            continue
+        at = H.place[m + 2 * i]
+        for k in range(2 * reach + 1):
+            H.band[at, k] = H.gram[at, k]
+        H.band[at, reach] *= 1.0 + COMPLIANCE
+        H.impulse[at] = depth
+        deep = deep or abs(depth) > DEEP * S.parameters.contact[H.which[i]].clearance
+    if deep and factorize(H.band, reach, reach, H.pivots) < 0:
+        solve(H.band, reach, reach, H.pivots, H.impulse)
+        for a in range(m + 2 * H.which.size):
+            if H.impulse[H.place[a]] != 0.0:
+                add_row(a, m, H.impulse[H.place[a]], new, 0, S, H)
+    for k in range(n):
+        W.X[k] = H.middle[k]
+    for k in range(M.nb):
+        W.X[n + k] = W.basis[0, k]
 
 
 @kernel(inline=True)
@@ -357,12 +500,10 @@ def take_results(h, S, H):
         out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before)
         out[FRICTION_LOSS] = -0.5 * p_t * (H.velocity[b] + H.before[b])
         by_force = before - H.free[a]
-        if -before * (1.0 + H.restitution[i]) > RESTING + abs(by_force):
+        if -before * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
             H.impact[0] = 1
         out[CLOSED] = 1.0 if after <= max(by_force, 0.0) else 0.0
         H.stuck[i] = 1 if H.mode[i] == STICK else 0
-        if H.stuck[i] == 1:
-            H.stick[i] += h
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)
 
@@ -372,7 +513,7 @@ def share_of_force(i, j, h, new, S, H):
     """Mean contact force over the step, in the place of the contact's memory and of its state: the impulse that is no impact's."""
     m, found = S.work.multiplier.size, S.work.contact[j]
     a = H.place[m + 2 * i]
-    impulsive = max(-H.before[a], 0.0) * (1.0 + H.restitution[i])
+    impulsive = max(-H.before[a], 0.0) * (1.0 + H.rebound[i])
     by_force = max(H.before[a] - H.free[a], 0.0)
     share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
     found.elastic = 0.0
@@ -389,10 +530,46 @@ def hard_monitor(t, h, y, S, H, power, rows):
     monitor(t, y, S, power, rows)
     for i in range(H.which.size):
         j, out = H.which[i], H.result[i]
+        if H.stuck[i] == 1:
+            H.stick[i] += h
         power[DAMPING] += out[RESTITUTION_LOSS] / h - rows[j, 1]
         power[FRICTION] += out[FRICTION_LOSS] / h - rows[j, 2]
         rows[j, 0], rows[j, 1], rows[j, 2] = out[IMPULSE] / h, out[RESTITUTION_LOSS] / h, out[FRICTION_LOSS] / h
+    correct_powers(h, y, S, H, power)
     if H.impact[0] == 1:
         for row in range(M.monitor.shape[0]):
             if M.monitor[row, 0] == DRIVE_TORQUE:
                 rows[guards + row, 0] = math.nan
+
+
+@kernel(inline=True)
+def correct_powers(h, y, S, H, power):
+    """Powers of components by the mean of the velocities before and after the step, in the place of that at the middle."""
+    M, W = S.model, S.work
+    n, contacts = M.n, S.parameters.contact.size
+    for i in range(M.component_port.size):
+        if M.component_passive[i] == 1:
+            continue
+        e = contacts + i
+        _, _, ax, ay, bx, by, _, _, _, _, _, _ = map_values(e, S)
+        more = 0.0
+        for k in range(M.element_start[e], M.element_start[e + 1]):
+            column = M.element_column[k]
+            if column < n:
+                force = W.wrench[e, 0] * M.element_row[0, k] + W.wrench[e, 1] * M.element_row[1, k]
+                force += W.wrench[e, 2] * (ax * M.element_row[3, k] - ay * M.element_row[2, k])
+                force += W.wrench[e, 3] * (bx * M.element_row[5, k] - by * M.element_row[4, k])
+                more += force * (y[n + column] + 0.5 * h * W.A[column] - W.V[column])
+        power[MOTORS if M.component_motor[i] == 1 else LOADS] += more
+    first = W.multiplier.size + 2 * H.which.size
+    for c in range(H.damped.size):
+        if H.damping[c] == 0:
+            continue
+        at, middle = H.place[first + c], along(first + c, W.V, S, H)
+        mean = middle - H.impulse[at] / h  # of U before and after
+        if M.component_motor[H.damped[c]] == 1:
+            power[MOTORS] += H.impulse[at] * mean / h
+        elif M.component_passive[H.damped[c]] == 1:
+            power[DAMPERS] += mean * mean - middle * middle
+        else:
+            power[LOADS] += H.impulse[at] * mean / h

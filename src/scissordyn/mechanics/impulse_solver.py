@@ -89,19 +89,20 @@ def solve_modes(m, H):
         for k in range(2 * reach + 1):
             H.band[a, k] = H.gram[a, k]
         H.impulse[a] = -H.free[a]
-    for a in range(m):
-        at = H.place[a]
-        if H.gram[at, reach] == 0.0:  # an open latch
-            H.band[at, reach] = 1.0
-            H.impulse[at] = 0.0
+    for a in range(H.place.size):
+        if H.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
+            H.band[a, reach] = 1.0
+            H.impulse[a] = 0.0
     for i in range(H.which.size):
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        if H.closed[i] == 0:
+            continue
         if H.mode[i] == OPEN:
             only(a, 1.0, reach, H)
             only(b, 1.0, reach, H)
             continue
         H.band[a, reach] *= 1.0 + COMPLIANCE
-        H.impulse[a] = -H.free[a] - H.restitution[i] * H.before[a]
+        H.impulse[a] = -H.free[a] - H.rebound[i] * H.before[a]
         if H.mode[i] == STICK:
             H.band[b, reach] *= 1.0 + COMPLIANCE
             continue
@@ -154,7 +155,7 @@ def change_modes(m, H):
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         p_n, p_t, old = H.impulse[a], H.impulse[b], H.mode[i]
         new = OPEN
-        if p_n - (H.velocity[a] + H.restitution[i] * H.before[a]) / H.gram[a, reach] > 0.0:
+        if p_n - (H.velocity[a] + H.rebound[i] * H.before[a]) / H.gram[a, reach] > 0.0:
             limit, wanted = H.friction[i] * max(p_n, 0.0), p_t - H.velocity[b] / H.gram[b, reach]
             new = SLIP if wanted > limit else SLIP + 1
             # equality, as where there is no impulse yet, slips
@@ -183,8 +184,10 @@ def sweep(m, H):
     for _ in range(SWEEPS):
         H.counts[SWEPT] += 1
         moved = largest = 0.0
-        for a in range(m):
+        for a in range(H.place.size):
             at = H.place[a]
+            if not a < m and a < m + 2 * H.which.size:
+                continue
             if H.gram[at, reach] > 0.0:
                 old = H.impulse[at]
                 H.impulse[at] -= (H.free[at] + product(at, H)) / H.gram[at, reach]
@@ -194,7 +197,7 @@ def sweep(m, H):
                 continue
             a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
             old, other = H.impulse[a], H.impulse[b]
-            u = H.free[a] + product(a, H) + H.restitution[i] * H.before[a]
+            u = H.free[a] + product(a, H) + H.rebound[i] * H.before[a]
             H.impulse[a] = max(0.0, old - u / H.gram[a, reach])
             wanted = other - (H.free[b] + product(b, H)) / H.gram[b, reach]
             limit = H.friction[i] * H.impulse[a]

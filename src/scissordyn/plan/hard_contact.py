@@ -11,12 +11,21 @@ from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.plan.plan import Plan
 
+CONSTANT = ("beam", "force", "torque", "constant_force_spring")
+"""Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
+
 __all__ = ["hard_contacts", "hard_places", "put_hard_numbers"]
 
 
 def hard_places(plan: Plan) -> list[int]:
     """Numbers, among the contacts, of those that are hard."""
     return [j for j, contact in enumerate(plan.contacts) if contact.clearance and contact.clearance.contact == "hard"]
+
+
+def damped_components(plan: Plan) -> list[int]:
+    """Numbers, among the components, of those whose one force or torque may depend on its speed."""
+    parts = plan.components
+    return [i for i, part in enumerate(parts) if len(part.declaration.port.forces) == 1 and part.declaration.section not in CONSTANT]
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
@@ -32,20 +41,24 @@ def hard_contacts(plan: Plan) -> HardContacts:
     """
     model, which = plan.model, hard_places(plan)
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
-    rows, states = m + 2 * count, 2 * n + int(model.state_start[-1])
-    place, pairs, reach = _ordering(plan, which)
+    damped = damped_components(plan)
+    rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
+    place, pairs, reach = _ordering(plan, which, damped)
     made = HardContacts(
         which=np.array(which, np.int64),
         restitution=np.zeros(count),
         kinetic=np.zeros(count),
         static=np.zeros(count),
+        rebound=np.zeros(count),
+        damped=np.array(damped, np.int64),
+        damping=np.zeros(len(damped), np.int64),
         place=place,
         pairs=pairs,
         reach=np.array([reach], np.int64),
         normal=np.zeros((2, model.element_column.size)),
         closed=np.zeros(count, np.int64),
         was=np.zeros(count, np.int64),
-        impact=np.zeros(1, np.int64),
+        impact=np.zeros(2, np.int64),
         mode=np.zeros(count, np.int64),
         stuck=np.zeros(count, np.int64),
         gram=np.zeros((rows, 2 * reach + 1)),
@@ -57,8 +70,12 @@ def hard_contacts(plan: Plan) -> HardContacts:
         velocity=np.zeros(rows),
         friction=np.zeros(count),
         row=np.zeros(n),
+        kept_mode=np.zeros(count, np.int64),
+        kept_stuck=np.zeros(count, np.int64),
+        kept_slope=np.zeros(states),
         slope=np.zeros(states),
         middle=np.zeros(states),
+        scratch=np.zeros(states),
         mass_row=np.zeros(m),
         result=np.zeros((count, RESULTS)),
         stick=np.zeros(count),
@@ -85,7 +102,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         part[:] = 0
 
 
-def _ordering(plan: Plan, which: list[int]) -> tuple[np.ndarray, np.ndarray, int]:
+def _ordering(plan: Plan, which: list[int], damped: list[int]) -> tuple[np.ndarray, np.ndarray, int]:
     """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
     model = plan.model
     groups = [
@@ -94,6 +111,9 @@ def _ordering(plan: Plan, which: list[int]) -> tuple[np.ndarray, np.ndarray, int
     ]
     for j in which:
         groups += 2 * [model.element_column[model.element_start[j] : model.element_start[j + 1]]]
+    for j in damped:
+        e = len(plan.contacts) + j
+        groups.append(model.element_column[model.element_start[e] : model.element_start[e + 1]])
     groups = [np.unique(group[group < model.n]) for group in groups]
     size = len(groups)
     held = np.concatenate(groups) if groups else np.zeros(0, np.int64)

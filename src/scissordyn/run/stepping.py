@@ -39,7 +39,7 @@ class Stepping:
     def __init__(self, plan: Plan, size: float) -> None:
         self.hard = Handle(hard_contacts(plan))
         content: HardContacts = self.hard.content
-        self.touching = Handle(Touching(content.which, content.result, np.array([size])))
+        self.touching = Handle(Touching(content.which, content.result, content.impact, np.array([size])))
 
     @property
     def content(self) -> HardContacts:

@@ -5,8 +5,8 @@ Beside the functions of `advance`, a problem that jumps has
     step(t, h, y, new, S, H)                a step of size h from y to `new`, with everything that touches in it
     monitor(t, h, y, S, H, power, rows)     integrands and monitored numbers, means over the step just made; a NaN is left out
 
-with H the address of what touches. Guards of other parts act at the ends of steps. What is read between two ends, as samples and
-signals that controllers look back at, is linear.
+with H the address of what touches. Guards of other parts act at the ends of steps. What is read between two ends, as samples
+and signals that controllers look back at, is linear.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """A step of time stepping with hard contacts: impulses that keep surfaces apart, with restitution and Coulomb friction.
 
-Moreau's midpoint rule with Jean's theta = 1/2 (Moreau 1988; Jean 1999, doi:10.1016/S0045-7825(98)00383-1): contacts whose gap at
-the middle of the step has closed get impulses P_N, P_T, with U the relative velocity of the surfaces, positive as they separate,
+Moreau's midpoint rule with Jean's theta = 1/2 (Moreau 1988; Jean 1999, doi:10.1016/S0045-7825(98)00383-1): contacts whose gap
+at the middle of the step has closed get impulses P_N, P_T, with U the relative velocity of the surfaces, positive as they
+separate,
 
     0 <= U_N+ + e U_N- _|_ P_N >= 0,    |P_T| <= mu P_N,  P_T opposite to U_T+ where it slips.
 
@@ -27,7 +28,7 @@ from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.force_element import map_values
-from scissordyn.mechanics.impulse_solver import COMPLIANCE, OPEN, STICK, only, solve_impulses
+from scissordyn.mechanics.impulse_solver import COMPLIANCE, OPEN, STICK, solve_impulses
 from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
 
 __all__ = [
@@ -93,8 +94,10 @@ class HardContacts(NamedTuple):
     before: F1  # (rows,) U- of contacts
     impulse: F1  # (rows,)
     velocity: F1  # (rows,) U+
+    shift: F1  # (rows,) moves of positions along the rows
     friction: F1  # (k,) coefficient in the present step
     row: F1  # (n,) zeros: one row while it is multiplied
+    depth: F1  # (k,) at the middle of the step
     kept_mode: I1  # (k,) mode, stuck and slope at the start of the step
     kept_stuck: I1
     kept_slope: F1
@@ -348,7 +351,7 @@ def close_gaps(S, H):
     for i in range(H.which.size):
         j = H.which[i]
         depth, rate = gap(j, S)
-        H.closed[i] = 0
+        H.closed[i], H.depth[i] = 0, depth
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
         if depth >= (-STAYS * S.parameters.contact[j].clearance if H.was[i] == 1 else 0.0):
@@ -452,15 +455,15 @@ def return_to_surfaces(h, new, S, H):
         W.X[n + k] = W.basis[0, k] + h * (0.5 * W.basis[1, k] + 0.125 * h * W.basis[2, k])
     H.band[:, :] = 0.0
     for a in range(H.place.size):
-        only(H.place[a], 1.0, reach, H)
-    for a in range(m):
         at = H.place[a]
-        if H.gram[at, reach] > 0.0:
+        H.shift[at], H.band[at, reach] = 0.0, 1.0
+        if a < m and H.gram[at, reach] > 0.0:
             for k in range(2 * reach + 1):
                 H.band[at, k] = H.gram[at, k]
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
-        if depth > TOO_DEEP * S.parameters.contact[H.which[i]].clearance and H.free[H.place[m + 2 * i]] < 0.0:
+        most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
+        if depth > most and depth - H.depth[i] > 0.5 * most:
             H.impact[1] = 1
         if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0:
             continue
@@ -468,13 +471,13 @@ def return_to_surfaces(h, new, S, H):
         for k in range(2 * reach + 1):
             H.band[at, k] = H.gram[at, k]
         H.band[at, reach] *= 1.0 + COMPLIANCE
-        H.impulse[at] = depth
+        H.shift[at] = depth
         deep = deep or abs(depth) > DEEP * S.parameters.contact[H.which[i]].clearance
     if deep and factorize(H.band, reach, reach, H.pivots) < 0:
-        solve(H.band, reach, reach, H.pivots, H.impulse)
+        solve(H.band, reach, reach, H.pivots, H.shift)
         for a in range(m + 2 * H.which.size):
-            if H.impulse[H.place[a]] != 0.0:
-                add_row(a, m, H.impulse[H.place[a]], new, 0, S, H)
+            if H.shift[H.place[a]] != 0.0:
+                add_row(a, m, H.shift[H.place[a]], new, 0, S, H)
     for k in range(n):
         W.X[k] = H.middle[k]
     for k in range(M.nb):
@@ -510,7 +513,7 @@ def take_results(h, S, H):
 
 @kernel(inline=True)
 def share_of_force(i, j, h, new, S, H):
-    """Mean contact force over the step, in the place of the contact's memory and of its state: the impulse that is no impact's."""
+    """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
     m, found = S.work.multiplier.size, S.work.contact[j]
     a = H.place[m + 2 * i]
     impulsive = max(-H.before[a], 0.0) * (1.0 + H.rebound[i])

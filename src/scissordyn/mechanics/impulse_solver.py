@@ -1,12 +1,12 @@
 """The impulses of a step: a semi-smooth Newton method on banded equations, and projected Gauss-Seidel sweeps if it fails.
 
-Letters: G products of the rows, lambda their impulses, U = U_free + G lambda. Of each contact the modes are open, stick and slip
-either way (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X); for given modes the equations are linear, and of a chain of
-joints banded: a step of Newton's method costs as many operations as there are joints.
+Letters: G products of the rows, lambda their impulses, U = U_free + G lambda. Of each contact the modes are open, stick and
+slip either way (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X); for given modes the equations are linear, and of a
+chain of joints banded: a step of Newton's method costs as many operations as there are joints.
 
-Rows that depend on each other, as where all joints of a closed loop are in contact, have more impulses than one that solve the
-equations. G_aa (1 + `COMPLIANCE`) in the place of G_aa of a contact chooses among them: surfaces that yield by this part of what
-a free journal would.
+Rows that depend on each other, as where all joints of a closed loop are in contact, have more impulses than one that solve
+the equations. G_aa (1 + `COMPLIANCE`) in the place of G_aa of a contact chooses among them: surfaces that yield by this part
+of what a free journal would.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ CONVERGED = 1e-10
 """Change of an impulse in a sweep, as a fraction of the largest, at which sweeps end."""
 
 FACTORIZATIONS, MOST_IN_A_STEP, SWEPT, SWEPT_STEPS, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
-"""Columns of `HardContacts.counts`: factorizations, most of them in a step, sweeps, steps with sweeps, steps that are not solved,
-steps with closed contacts, steps with rows that depend on each other."""
+"""Columns of `HardContacts.counts`: factorizations, most of them in a step, sweeps, steps with sweeps, steps that are not
+solved, steps with closed contacts, steps with rows that depend on each other."""
 
 COUNTS = 7
 
@@ -121,10 +121,11 @@ def solve_modes(m, H):
 def depends(H):
     """Whether a row of the factorized equations depends on others, but for its compliance."""
     reach = H.reach[0]
+    least = 1.0
     for a in range(H.place.size):
-        if 0.0 < abs(H.band[a, reach]) < DEPENDS * H.gram[a, reach]:
-            return True
-    return False
+        if H.gram[a, reach] > 0.0:
+            least = min(least, abs(H.band[a, reach]) / H.gram[a, reach])
+    return least < DEPENDS
 
 
 @kernel(inline=True)

@@ -14,18 +14,13 @@ from scissordyn.plan.plan import Plan
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 """Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
 
-__all__ = ["hard_contacts", "hard_places", "put_hard_numbers"]
-
-
-def hard_places(plan: Plan) -> list[int]:
-    """Numbers, among the contacts, of those that are hard."""
-    return [j for j, contact in enumerate(plan.contacts) if contact.clearance and contact.clearance.contact == "hard"]
+__all__ = ["hard_contacts", "put_hard_numbers"]
 
 
 def damped_components(plan: Plan) -> list[int]:
     """Numbers, among the components, of those whose one force or torque may depend on its speed."""
-    parts = plan.components
-    return [i for i, part in enumerate(parts) if len(part.declaration.port.forces) == 1 and part.declaration.section not in CONSTANT]
+    kinds = [part.declaration for part in plan.components]
+    return [i for i, kind in enumerate(kinds) if len(kind.port.forces) == 1 and kind.section not in CONSTANT]
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
@@ -39,7 +34,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
     -------
     HardContacts
     """
-    model, which = plan.model, hard_places(plan)
+    model, which = plan.model, plan.hard_places
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
     rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
@@ -68,8 +63,10 @@ def hard_contacts(plan: Plan) -> HardContacts:
         before=np.zeros(rows),
         impulse=np.zeros(rows),
         velocity=np.zeros(rows),
+        shift=np.zeros(rows),
         friction=np.zeros(count),
         row=np.zeros(n),
+        depth=np.zeros(count),
         kept_mode=np.zeros(count, np.int64),
         kept_stuck=np.zeros(count, np.int64),
         kept_slope=np.zeros(states),

@@ -74,7 +74,7 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     -------
     Choice
     """
-    hard = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.contact == "hard"]
+    hard = [plan.contacts[j].name for j in plan.hard_places]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
         what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"
         raise InputError(f"method = '{options.method}' with {what}", f"auto, {TIME_STEPPING}" if hard else "auto")

@@ -71,7 +71,9 @@ class Options:
     most_steps: Annotated[int, Quantity("1", minimum=1, maximum=10**15, help="most steps")] = 50_000_000
     events: EventKind = "auto"
     trust: bool = False
-    step: Annotated[float | None, Quantity("s", minimum=1e-12, maximum=1e6, help="step of time stepping with hard contacts")] = None
+    step: Annotated[
+        float | None, Quantity("s", minimum=1e-12, maximum=1e6, help="step of time stepping with hard contacts")
+    ] = None
 
     def __post_init__(self) -> None:
         check_quantities(self)

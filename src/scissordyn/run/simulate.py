@@ -21,6 +21,7 @@ from scissordyn.run.configuration import is_run, read_configuration, write_confi
 from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.demand import check_samples
+from scissordyn.run.hard_contact import hard_contact_warnings
 from scissordyn.run.ideal_path import IdealPath, ideal_path
 from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
 from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
@@ -208,7 +209,7 @@ def _computed(
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = to_dataset(plan, configuration, path, record)
     found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
-    found += painleve_warnings(path, record) + scale_warnings(options, path)
+    found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
     if ideal is not None:

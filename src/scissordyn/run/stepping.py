@@ -37,6 +37,7 @@ class Stepping:
     """
 
     def __init__(self, plan: Plan, size: float) -> None:
+        self.plan = plan
         self.hard = Handle(hard_contacts(plan))
         content: HardContacts = self.hard.content
         self.touching = Handle(Touching(content.which, content.result, content.impact, np.array([size])))
@@ -61,6 +62,7 @@ class Stepping:
         size : float
             Of a step [s].
         """
+        self.plan = plan
         put_hard_numbers(self.content, plan)
         self.touching.content.size[0] = size
 
@@ -72,6 +74,13 @@ class Stepping:
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays that the way onwards depends on."""
         return {f"hard.{name}": getattr(self.content, name) for name in KEPT}
+
+    def statistics(self, time: float) -> dict[str, Any]:
+        """The step, the counters, and the part of the time for which each joint has stuck."""
+        names = [contact.name for contact in self.plan.contacts]
+        stuck = zip(self.content.which.tolist(), self.content.stick.tolist(), strict=True)
+        sticking = {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0}
+        return {"step": self.size, **self.counted(), "sticking": sticking}
 
     def counted(self) -> dict[str, int]:
         """Counters of the solver of impulses by name."""

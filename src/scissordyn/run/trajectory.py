@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,7 +78,7 @@ class Trajectory:
     end: float
     status: str
     cause: str
-    statistics: dict[str, str | int | float]
+    statistics: dict[str, Any]
     immobile: tuple[str, ...]
     warnings: tuple[str, ...]
     steps: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -213,7 +213,7 @@ def compute(
             "method": choice.method,
             "reason": choice.reason,
             **counted(driver.state),
-            **({} if driver.stepping is None else {"step": driver.stepping.size, **driver.stepping.counted()}),
+            **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
             "seconds": seconds,
         },
         immobile=still,

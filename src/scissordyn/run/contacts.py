@@ -73,17 +73,24 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
         In order of their starts.
     """
     open_, found = dict[int, tuple[float, float, float, float]](), []
-    for guard, mode, time, rate, angle, mass, force, when, *integrals in log[log["guard"] < peak.size][list(EVENT)].tolist():
+    for guard, mode, time, rate, angle, mass, force, when, impulse, damping, friction in log[log["guard"] < peak.size][
+        list(EVENT)
+    ].tolist():
         joint = int(guard)
         if mode == RISE:
             open_[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
         elif joint in open_:
             start, approach, direction, moved = open_.pop(joint)
+            lost = impulse, damping, friction
             duration = time - start
-            found.append(Contact(joint, start, approach, direction, force, when - start, duration, rate, *integrals, moved))
+            found.append(Contact(joint, start, approach, direction, force, when - start, duration, rate, *lost, moved))
     for joint, (start, approach, direction, moved) in open_.items():
-        force, when, *integrals = peak[list(LARGEST)][joint].tolist()
-        found.append(Contact(joint, start, approach, direction, force, when - start, math.nan, math.nan, *integrals, moved))
+        force, when, impulse, damping, friction = peak[list(LARGEST)][joint].tolist()
+        found.append(
+            Contact(
+                joint, start, approach, direction, force, when - start, math.nan, math.nan, impulse, damping, friction, moved
+            )
+        )
     return sorted(found, key=lambda contact: contact.start)
 
 

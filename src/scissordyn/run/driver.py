@@ -83,14 +83,13 @@ def _advance(drivers: Sequence[Driver], most_steps: int) -> list[int]:
     if steppings:
         from scissordyn.run.stepping import advance_stepping  # compiles its loop
 
-        systems, integrations = [d.system.address for d in drivers], [d.integration.address for d in drivers]
-        return advance_stepping(systems, steppings, integrations, most_steps)
+        return advance_stepping(drivers, steppings, most_steps)
     statuses = np.zeros(len(drivers), np.int64)
     systems = np.array([driver.system.address for driver in drivers], np.int64)
     integrations = np.array([driver.integration.address for driver in drivers], np.int64)
     compiled_loop()(compiled_mechanics(), systems, integrations, most_steps, statuses)
-    found: list[int] = statuses.tolist()
-    return found
+    finished: list[int] = statuses.tolist()
+    return finished
 
 
 def make_system(plan: Plan) -> Handle:

@@ -68,7 +68,7 @@ def _jammed(path: Trajectory) -> list[str]:
         return []
     last = float(samples.time[moving[-1]])
     closed = [path.plan.contacts[j].name for j in path.plan.hard_places if samples.mode[-1, j] == 1]
-    stuck = [name for name in closed if name in sticking]  # type: ignore[operator]
+    stuck = [name for name in closed if name in sticking]
     if last > (1.0 - LASTING) * path.end or not stuck:
         return []
     names = ", ".join(f"'{name}'" for name in stuck)

@@ -28,8 +28,8 @@ PEAK = _rows(*_LARGEST)
 
 LOG = _rows("time", "guard", "mode", "rate", ("angle", "loss"), ("drive_work", "mass"), *_LARGEST)
 """An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad],
-of a hard one its effective mass [kg] too; of a component what the event dissipates [J], and the work of the drives in it [J]; of
-a contact that ends its `PEAK`."""
+of a hard one its effective mass [kg] too; of a component what the event dissipates [J], and the work of the drives in it [J];
+of a contact that ends its `PEAK`."""
 
 BAND = _rows("limit", "last_above", "first_within")
 """Of a quantity with a limit: when it was last above, and first at or below it [s]; NaN for never."""

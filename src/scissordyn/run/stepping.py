@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import types
@@ -19,6 +19,9 @@ from scissordyn.mechanics.hard_functions import HARD_FUNCTIONS
 from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
 from scissordyn.run.compiled import compiled_mechanics
+
+if TYPE_CHECKING:
+    from scissordyn.run.driver import Driver
 
 __all__ = ["Stepping", "advance_stepping"]
 
@@ -97,15 +100,12 @@ class Stepping:
         return {name: int(counts[place]) for name, place in names.items()}
 
 
-def advance_stepping(
-    systems: Sequence[int], steppings: Sequence[Stepping], integrations: Sequence[int], most_steps: int
-) -> list[int]:
-    """Advance some integrations one after another.
+def advance_stepping(drivers: Sequence[Driver], steppings: Sequence[Stepping], most_steps: int) -> list[int]:
+    """Advance some drivers one after another.
 
     Parameters
     ----------
-    systems, integrations : sequence of int
-        Addresses.
+    drivers : sequence of Driver
     steppings : sequence of Stepping
     most_steps : int
         Of each.
@@ -115,10 +115,12 @@ def advance_stepping(
     list of int
         A status of each.
     """
-    statuses = np.zeros(len(systems), np.int64)
+    statuses = np.zeros(len(drivers), np.int64)
+    systems = np.array([driver.system.address for driver in drivers], np.int64)
+    integrations = np.array([driver.integration.address for driver in drivers], np.int64)
     hard = np.array([each.hard.address for each in steppings], np.int64)
     touching = np.array([each.touching.address for each in steppings], np.int64)
-    addresses = np.array(systems, np.int64), hard, touching, np.array(integrations, np.int64)
+    addresses = systems, hard, touching, integrations
     _compiled_loop()(compiled_mechanics(), _compiled_jumps(), *addresses, most_steps, statuses)
     found: list[int] = statuses.tolist()
     return found

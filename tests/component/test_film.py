@@ -241,7 +241,7 @@ def test_the_energy_balance_closes(model: str) -> None:
 
 
 def test_several_oils_beside_several_laws() -> None:
-    """Identity: two joints, each with its oil, contact and friction law: the balance closes, and each film has its viscosity."""
+    """Identity: two joints, each with its oil, contact and friction law: the balance closes; each its viscosity."""
     first = sd.Clearance(2e-4, friction=sd.LuGre(0.05), lubrication=sd.Lubrication("ISO VG 32", bearing="long"))
     damping = sd.LankaraniNikravesh()
     oil = sd.Lubrication(viscosity=0.1, roughness=5e-6)

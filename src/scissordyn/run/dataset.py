@@ -35,6 +35,7 @@ from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
+from scissordyn.run.internal_forces import largest_variables
 from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
@@ -95,6 +96,7 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
     for name in components.keys() & variables.keys():
         raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
     variables |= components
+    variables |= largest_variables(plan.mechanism, variables, path.samples.time)
     attributes = {
         "title": TITLE,
         "status": path.status,

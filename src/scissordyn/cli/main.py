@@ -35,6 +35,7 @@ from scissordyn.cli.paper import paper
 from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
+from scissordyn.cli.schema import schema
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.cli.study import study
@@ -111,6 +112,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "export": export,
     "new": new,
     "examples": examples,
+    "schema": schema,
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
@@ -134,6 +136,7 @@ EXAMPLES: dict[str, str] = {
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor --with servo,tip > case.toml",
     "examples": "scissordyn examples paper > case.toml",
+    "schema": "scissordyn schema case -o case.json",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",
     "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",

@@ -111,9 +111,7 @@ def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:
     if np.any(steps <= 0.0):
         k = int(np.argmax(steps <= 0.0))
         ends = f"from {time[k]:.9g} s to {time[k + 1]:.9g} s"
-        raise InputError(
-            f"'{path}' line {lines[k + 1]}: the time runs backwards or stands still, {ends}", "increasing instants"
-        )
+        raise InputError(f"'{path}' line {lines[k + 1]}: the time runs backwards, {ends}", "increasing instants")
     usual = float(np.median(steps))
     if np.max(steps) > GAP * usual:
         k = int(np.argmax(steps))

@@ -127,7 +127,8 @@ class TimeColumn:
         """Its values in a run, shape (time,)."""
         values = run.variables[self.variable]
         moved = np.moveaxis(values.values, values.dims.index("time"), 0)
-        return np.asarray(moved[(..., *self.index)])
+        place: Any = (..., *self.index)
+        return np.asarray(moved[place])
 
 
 def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:

@@ -88,7 +88,7 @@ def test_standard_errors_are_those_of_the_linear_theory(arm, found):
 def test_numbers_that_cannot_be_told_apart_are_named(arm):
     """Identity: a free oscillation depends on m, I and d by their ratios only, at a given centre."""
     said = fit(arm, record(), ["arm.mass", "arm.inertia", "pivot.damping"], segment=math.inf)
-    (line,) = (each for each in json.loads(said.attrs["warnings"]) if "cannot be told apart" in each)
+    (line,) = (each for each in json.loads(said.attrs["warnings"]) if "cannot be distinguished" in each)
     assert "'arm.mass'" in line
     assert "'arm.inertia'" in line
     assert np.isinf(said["standard_error"].values).all()

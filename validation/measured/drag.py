@@ -27,4 +27,6 @@ class AirDrag:
     name: str
     body: str
     base: str = "ground"
-    factor: Annotated[float, sd.Quantity("N m s^2", minimum=0.0, maximum=1e3, help="torque over angular velocity squared")] = 0.0
+    factor: Annotated[float, sd.Quantity("N m s^2", minimum=0.0, maximum=1e3, help="torque over angular velocity squared")] = (
+        0.0
+    )

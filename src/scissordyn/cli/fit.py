@@ -59,9 +59,9 @@ def fit(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
-    """Fit numbers of a case to measured curves; say how well they are known, and which the data cannot tell apart."""
+    """Fit numbers of a case to measured curves; say how well they are known, and which the data cannot distinguish."""
     if not data or not free:
-        raise InputError("a fit", "--data and --free", "--data swing.csv --free 'arm.inertia' --free 'pivot.damping'")
+        raise InputError("a fit", "--data and --free", "--data decay.csv --free 'arm.inertia' --free 'pivot.damping'")
     for path in (output, case_output):
         if path is not None:
             check_file(path, case, "-o fit.nc")

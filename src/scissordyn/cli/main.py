@@ -130,7 +130,7 @@ EXAMPLES: dict[str, str] = {
     "plot": "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
-    "fit": "scissordyn fit case.toml --data swing.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
+    "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",

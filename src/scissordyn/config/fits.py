@@ -76,7 +76,7 @@ def fit(
     Dataset
         Over "parameter": `value`, `standard_error`, `low` and `high` (the interval with a probability of 95 %), `correlation`,
         `covariance`; over "row" and "column": `measured`, `fitted`, `residual`. Its attribute "warnings" names numbers that the
-        data cannot tell apart. The attribute "configuration" has the fitted mechanism.
+        data cannot distinguish. The attribute "configuration" has the fitted mechanism.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def fit(
     chosen = options or (case.run if isinstance(case, Case) else Options(1.0, "as-placed"))
     given: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
     if not given:
-        raise InputError("a fit without data", "at least one file", "--data swing.csv")
+        raise InputError("a fit without data", "at least one file", "--data decay.csv")
     known = known_headings(mechanism, chosen) if any(not isinstance(one, Measured) for one in given) else {}
     records = [one if isinstance(one, Measured) else read_measured(Path(one), known) for one in given]
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)

@@ -17,7 +17,7 @@ __all__ = ["ALIKE", "TITLE", "fit_dataset"]
 TITLE = "scissordyn fit"
 
 ALIKE = 0.98
-"""Numbers whose correlation is larger are hardly told apart."""
+"""Numbers whose correlation is larger are hardly distinguished."""
 
 DEPENDENT = 2.0
 """Errors that grow by more than this factor by the dependence of residuals show that they are no noise."""
@@ -110,7 +110,7 @@ def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[st
         else:
             together = ", ".join(f"{free[k].address} {share:+.3g} %" for k, share in direction.items())
             said.append(
-                f"{' and '.join(names)} cannot be told apart: with {together} the measured curves stay the same; keep one "
+                f"{' and '.join(names)} cannot be distinguished: with {together} the measured curves stay the same; keep one "
                 "of them fixed at a value that was measured otherwise"
             )
     if errors.dependence > DEPENDENT:
@@ -124,7 +124,7 @@ def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[st
             both = np.isfinite(errors.error[[i, j]]).all()
             if both and abs(correlation[i, j]) > ALIKE:
                 said.append(
-                    f"'{free[j].address}' and '{free[i].address}' are hardly told apart: correlation {correlation[i, j]:.4f}"
+                    f"'{free[j].address}' and '{free[i].address}' are hardly distinguished: correlation {correlation[i, j]:.4f}"
                 )
     for each, value in zip(free, values.tolist(), strict=True):
         for bound in (each.low, each.high):

@@ -1,4 +1,4 @@
-"""What the residuals say of the numbers: covariance, intervals, and numbers that the data cannot tell apart."""
+"""What the residuals say of the numbers: covariance, intervals, and numbers that the data cannot distinguish."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, dress, le
 __all__ = ["fit_correlation", "fit_curves"]
 
 MOST = 4
-"""Segments that are drawn, from the first on: curves of more cannot be told from each other."""
+"""Segments that are drawn, from the first on: curves of more cannot be distinguished from each other."""
 
 
 def fit_curves(found: xr.Dataset, *, segments: int = MOST, axes: Canvas = None) -> list[Axes]:

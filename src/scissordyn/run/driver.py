@@ -211,7 +211,7 @@ class Driver:
         if method.step > 0.0:
             from scissordyn.run.stepping import Stepping  # loads the kernels of hard contact
 
-            self.stepping = Stepping(plan, method.step)
+            self.stepping = Stepping(plan, method.step, located=not crosses)
         self._begin(initial_events)
 
     def restart(

@@ -28,7 +28,7 @@ from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.force_element import map_values
 from scissordyn.mechanics.hard_rows import acting_row, add_row, along, assemble, contact_rows, effective_mass, element_of
-from scissordyn.mechanics.impulse_solver import COMPLIANCE, OPEN, STICK, solve_impulses
+from scissordyn.mechanics.impulse_solver import OPEN, STICK, solve_impulses
 from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
 
 __all__ = [
@@ -57,6 +57,10 @@ factorize, solve = band.factorize, band.solve
 
 DEEP = 1e-6
 """Gap or indentation of a contact that stays closed, as a fraction of the clearance, beyond which positions are moved back."""
+
+LEAST_SQUARES = 1e-2
+"""Weight of the moves against the gaps that they leave, relative to a free journal: where gaps contradict each other, as in a
+closed loop with all joints in contact, no move is larger than five times the gaps."""
 
 TOO_DEEP = 0.2
 """Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long."""
@@ -406,7 +410,7 @@ def return_to_surfaces(h, new, S, H):
         at = H.place[m + 2 * i]
         for k in range(2 * reach + 1):
             H.band[at, k] = H.gram[at, k]
-        H.band[at, reach] *= 1.0 + COMPLIANCE
+        H.band[at, reach] *= 1.0 + LEAST_SQUARES
         H.shift[at] = depth
         deep = deep or abs(depth) > DEEP * S.parameters.contact[H.which[i]].clearance
     if deep and factorize(H.band, reach, reach, H.pivots) < 0:

@@ -52,7 +52,7 @@ def statistics(run: xr.Dataset) -> dict[str, object]:
 
 
 def test_ball_comes_to_rest():
-    """Closed form: with e = 1/2 a ball that falls 1 m meets the ground at sqrt(2/g) (1, 2, 2.5, ...) and rests at three times it.
+    """Closed form: with e = 1/2 a ball that falls 1 m meets the ground at sqrt(2/g) (1, 2, 2.5, ...), and rests at 3 sqrt(2/g).
 
     1.35457092295719 s; the rule that ends infinitely many impacts ends them by e/(1-e) times a thousandth of a step earlier.
     """
@@ -140,7 +140,7 @@ def test_energy_of_each_impact():
 
 
 def test_compliant_contact_becomes_hard():
-    """Limit: the first rebound of a compliant journal tends to that of a hard one as its stiffness grows, with time and speed."""
+    """Limit: the first rebound of a compliant journal tends to that of a hard one as its stiffness grows."""
     hard = sd.simulate(ball(0.5), until=0.6, start="as-placed", step=1e-3)
     errors = []
     for stiffness in (1e7, 1e9, 1e11):

@@ -38,8 +38,8 @@ MOST = 60
 """Steps of Newton's method before sweeps are tried."""
 
 TOGETHER = 12
-"""Steps of Newton's method that change all modes at once; from then on the first contact that asks for it changes its mode, as in
-Murty's principal pivoting, which does not cycle without friction."""
+"""Steps of Newton's method that change all modes at once; from then on the first contact that asks for it changes its mode, as
+in Murty's principal pivoting, which does not cycle without friction."""
 
 SWEEPS = 2000
 
@@ -66,6 +66,8 @@ def solve_impulses(m, H):
     """Write impulses and velocities of the rows; modes of the last step are where it begins."""
     count = H.which.size
     for i in range(count):
+        if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
+            H.rebound[i] = 0.0
         at = H.place[m + 2 * i + 1]
         still = H.closed[i] == 1 and abs(H.before[at]) <= STILL * abs(H.free[at] - H.before[at])
         H.friction[i] = H.static[i] if still or H.stuck[i] == 1 else H.kinetic[i]

@@ -14,10 +14,11 @@ from scissordyn.integrate import advance as loop
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system, put_numbers
+from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
 from scissordyn.run.ideal_path import IdealPath, ideal_path
 from scissordyn.run.measure import Ended
 from scissordyn.run.method import choose_method
+from scissordyn.run.numbers import put_numbers
 from scissordyn.run.options import Options
 from scissordyn.run.slice import FIRST
 from scissordyn.run.start import prepare_start

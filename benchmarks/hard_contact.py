@@ -39,7 +39,8 @@ def hard(mechanism: Mechanism) -> Mechanism:
 
 def measure(quick: bool = False) -> str:
     """The tables."""
-    return f"{_scaling(UNITS[:3] if quick else UNITS)}\n{_solar(STEPS_OF_SOLAR[:2] if quick else STEPS_OF_SOLAR, not quick)}\n{_memory(200 if quick else 100_000)}"
+    scaling, solar = _scaling(UNITS[:3] if quick else UNITS), _solar(STEPS_OF_SOLAR[:2] if quick else STEPS_OF_SOLAR, not quick)
+    return f"{scaling}\n{solar}\n{_memory(200 if quick else 100_000)}"
 
 
 def _scaling(units: tuple[int, ...]) -> str:

@@ -23,7 +23,7 @@ from scissordyn.run.options import Options
 from scissordyn.run.slice import FIRST
 from scissordyn.run.start import prepare_start
 from scissordyn.run.tolerance import error_weights
-from scissordyn.run.trajectory import broken_off, crosses
+from scissordyn.run.trajectory import broken_off, crosses, overlapping
 
 __all__ = ["Cases", "Worker"]
 
@@ -127,6 +127,10 @@ class Worker:
                 status = driver.advance(options.until, most_steps=options.most_steps - driver.tried)
         except ScissordynError as error:
             self.cases.failed(case, str(error))
+            return None
+        too_long = overlapping(driver) if status == loop.FINISHED else ""
+        if too_long:
+            self.cases.failed(case, too_long)
             return None
         if status == loop.FINISHED:
             return seconds + clocks.perf_counter() - began

@@ -47,7 +47,7 @@ def test_step_matrix_is_the_derivative(joint, units, step):
 @pytest.mark.parametrize("damped", [False, True])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_eliminated_unknowns(units, damped, step):
-    """Cross-check: the same where bristles, and multipliers with one coordinate each, are eliminated before the band is made."""
+    """Cross-check: the same where bristles, and multipliers with a coordinate each, are eliminated before the band is made."""
     rng = np.random.default_rng(11)
     arm = scissor(units=units, angle=0.6).with_clearance("all", Clearance(5e-4, friction=LuGre(0.1)))
     if damped:  # a state of a component, and one body that is moved by a time function

@@ -29,6 +29,7 @@ from scissordyn.plan.ordering import incidence, order_unknowns
 
 __all__ = ["make_model"]
 
+
 def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Starts, columns and rows of some maps, one after the other."""
     start = offsets(each.columns.size for each in maps)

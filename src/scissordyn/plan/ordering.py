@@ -1,4 +1,4 @@
-"""Which unknowns of the step matrix are eliminated beforehand, and in which order the others stand so that its band is narrow."""
+"""Which unknowns of the step matrix are eliminated beforehand, and the order of the others that makes its band narrow."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Ordering(NamedTuple):
     Parameters
     ----------
     permutation : ndarray of int, shape (n+m+nz,)
-        Row of each acceleration, multiplier and internal state; -1 if it is eliminated. Both coordinates of a pair have one row.
+        Row of each acceleration, multiplier and internal state; -1 if it is eliminated. The coordinates of a pair share one.
     reach : int
         Off-diagonals on either side.
     pair : ndarray of int, shape (pairs, 3)
@@ -104,7 +104,8 @@ def _pairs(
     for each in columns:
         readers[np.unique(each)] += 1
     first_part = np.cumsum([0, *(len(each.parts) for each in constraints)])
-    pairs, pair_of = [], np.full(len(constraints), -1, np.int64)
+    pairs = list[tuple[int, int, int]]()
+    pair_of = np.full(len(constraints), -1, np.int64)
     for k, constraint in enumerate(constraints):
         own = np.unique(columns[k])
         if own.size == columns[k].size == 2 and len(constraint.parts) == 1 and k not in latched and np.all(readers[own] == 1):

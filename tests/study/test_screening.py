@@ -5,6 +5,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
+from scissordyn.study.control_variate import fraction_estimate, mean_estimate
 from scissordyn.study.screening import verified_address
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
@@ -155,3 +156,31 @@ verify = 8
     by_call = study(tmp_path, points=12, verify=8, design="random")
     np.testing.assert_array_equal(by_file.dataset["peak_force"], by_call.dataset["peak_force"])
     np.testing.assert_array_equal(by_file.verified.dataset["peak_force"], by_call.verified.dataset["peak_force"])
+
+
+@pytest.mark.slow
+def test_two_hundred_studies_cover():
+    """Limit: of 200 studies of an array, 120 cheap and 24 accurate runs each, 95 % hold what all accurate runs give."""
+    studies, cheap_runs, accurate_runs = 200, 120, 24
+    numbers = np.random.default_rng(7)
+    count = studies * cheap_runs
+    over = {"A.clearance": numbers.uniform(0.05e-3, 0.4e-3, count), "drive.speed": numbers.uniform(10.0, 21.0, count)}
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=15.0)
+    force = {}
+    for tolerance in (1e-2, 1e-8):
+        runs = sd.simulate_many(arm, over, until=0.003, measures=["peak_force"], rtol=tolerance, atol=tolerance)
+        assert (runs["status"] == "complete").all()
+        force[tolerance] = runs["peak_force"].values.max(axis=1).reshape(studies, cheap_runs)
+    cheap, accurate = force[1e-2], force[1e-8]
+    assert 0.5 < np.corrcoef(cheap.ravel(), accurate.ravel())[0, 1] < 1.0 - 1e-9
+    bound = 40e3
+    held = {"mean": 0, "fraction": 0}
+    for here, there in zip(cheap, accurate[:, :accurate_runs], strict=True):
+        pairs = here[:accurate_runs]
+        mean = mean_estimate(there, pairs, here)
+        fraction = fraction_estimate(there < bound, pairs < bound, here < bound)
+        held["mean"] += mean.low <= accurate.mean() <= mean.high
+        held["fraction"] += fraction.low <= (accurate < bound).mean() <= fraction.high
+    print(held)
+    least = 200 * (0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200))
+    assert min(held.values()) >= least

@@ -80,7 +80,7 @@ def test_ends_of_fractions(met):
 
 @pytest.mark.parametrize("correlated", [0.6, 0.95])
 def test_intervals_cover(correlated):
-    """Limit: of 200 repetitions 95 % hold the truth (within 3 standard deviations of their number, and 2 % for small samples)."""
+    """Limit: of 200 repetitions 95 % hold the truth (within 3 standard deviations, and 2 % for small samples)."""
     numbers, least = np.random.default_rng(5), 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / 200) - 0.02
     mean, below = MEDIAN * math.exp(0.5 * SPREAD**2), float(stats.norm.cdf(math.log(1.5) / SPREAD))
     held = {"mean": 0, "fraction": 0, "median": 0}

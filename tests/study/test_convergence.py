@@ -20,7 +20,7 @@ def arm():
 
 
 def test_the_tolerance_is_enough(arm):
-    """Limit: the number with the tolerance found is within what was asked for of a run at 1e-11; a tighter wish, a tighter one."""
+    """Limit: the number with the tolerance found is within what was asked for of a run at 1e-11; less needs a tighter one."""
     options = Options(0.01)
     exact = float(sd.simulate(arm, until=0.01, rtol=1e-11, atol=1e-11)["peak_force"].max())
     found = {within: sd.convergence(arm, options, "peak_force", within=within) for within in (1e-2, 1e-6)}

@@ -77,7 +77,7 @@ def check(
 
         response, within = read_wanted(converge)
         converged = convergence(mechanism, read.run, response, within=within)
-        lines += converged_lines(converged, case)
+        lines += converged_lines(converged, str(case))
     if as_json:
         print_json(
             {

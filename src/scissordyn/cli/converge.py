@@ -40,8 +40,8 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
     lines.append(f"{found.tolerance:.0e} is enough: the next two agree with it.")
     if found.chaotic:
         lines.append(
-            "The motion is chaotic: starts that differ by round-off give numbers that differ by more than that at any tolerance. "
-            "Agreement is that of means; a study with members gives the distribution."
+            "The motion is chaotic: starts that differ by round-off give numbers that differ by more than that at any "
+            "tolerance. Agreement is that of means; a study with members gives the distribution."
         )
     changes = [f"run.rtol={found.tolerance:g}", f"run.atol={found.tolerance:g}"]
     lines.append(f"To run it so: {command('scissordyn', 'run', case, '--set', changes[0], '--set', changes[1])}")

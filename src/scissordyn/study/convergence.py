@@ -30,7 +30,7 @@ AGREEING = 2
 """Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance."""
 
 NOISE = 2.0
-"""Means over members that differ by less than so many standard errors of their difference are not told apart."""
+"""Means over members that differ by less than so many standard errors of their difference count as equal."""
 
 WANTED = re.compile(r"\s*(\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 
@@ -172,7 +172,7 @@ def _levels(mechanism: Mechanism, options: Options, wanted: Response, members: i
 
 
 def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
-    """Whether a level has the number of finer ones: within what is asked for, or what members tell apart."""
+    """Whether a level has the number of finer ones: within what is asked for, or within the noise of members."""
     if any(level.cause for level in (coarse, *finer)):
         return False
     reference = finer[-1]

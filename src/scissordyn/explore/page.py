@@ -246,8 +246,8 @@ class Page:
                 parts["table"] = contact_table(run)
             if pins:
                 parts["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
-        pins = [pin.run for pin in pinned]
-        factor, drawn = self.curves.drawn(self._sampled(run), summary, pins, self.selected, case.mechanism.output_body)
+        kept = [pin.run for pin in pinned]
+        factor, drawn = self.curves.drawn(self._sampled(run), summary, kept, self.selected, case.mechanism.output_body)
         self.curves.clock.tags = [factor, self.shown.number, {**drawn, "parts": parts}]
 
     def _sampled(self, run: xr.Dataset) -> xr.Dataset:

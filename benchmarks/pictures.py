@@ -12,6 +12,7 @@ from typing import Any
 
 import xarray as xr
 
+from benchmarks.drawings import clearance_joint, result
 from scissordyn.config.file import read_case
 from scissordyn.plot.animation import animate, magnified_first
 from scissordyn.plot.animation_film import Film
@@ -113,6 +114,10 @@ def main(wanted: list[str]) -> None:
         gallery()
     if not wanted or "front" in wanted:
         front()
+    if not wanted or "joint" in wanted:
+        print(clearance_joint(DOCS / "clearance_joint.png"), flush=True)
+    if not wanted or "result" in wanted:
+        print(result(DOCS / "result.png"), flush=True)
     if missing():
         print(f"without the explorer: {missing()}")
         for name in names:

@@ -72,10 +72,10 @@ def saved(session: Session, shown: Outcome | None, fine: xr.Dataset | None, what
     if what == "curves":
         drawn = shown.run if fine is None else fine
         return f"{_stem(session)}.csv", "text/csv", curves_as_csv(drawn, shown.case.mechanism.output_body, joint).encode()
-    if shown.case.options.samples == AUTO and fine is not None:
-        shown = replace(shown, run=fine)
     if what == "picture":
         return _picture(session, shown.run, shown.case.mechanism, time)
+    if shown.case.options.samples == AUTO and fine is not None:
+        shown = replace(shown, run=fine)
     return _in_folder(session, what, shown)
 
 

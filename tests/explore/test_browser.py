@@ -325,7 +325,7 @@ samples = 201
         opened.close()
 
 
-@pytest.mark.parametrize("width", [420, 800, 1280])
+@pytest.mark.parametrize("width", [420, 800, 1280, 1920])
 @pytest.mark.parametrize("dark", [False, True])
 def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) -> None:
     """Identity: no horizontal scroll, no heading cut in the table, and figures in the colours that the system asks for."""

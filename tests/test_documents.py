@@ -196,7 +196,7 @@ def test_task_says_what_its_commands_say(
 def test_task_of_one_unit_goes_from_new_to_a_design(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Cross-check: the commands of the page for one unit and few cases; the proposed point meets what it has to, simulated anew."""
+    """Cross-check: the commands of the page for one unit and few cases; the proposed point, run anew, meets what it has to."""
     others = describe_task(tmp_path, monkeypatch, capsys, "structure.units=1", "drive.cycloidal.duration=0.3 s")
     for path in tmp_path.glob("*.toml"):
         text = re.sub(r"^samples = \d+$", "samples = 1", path.read_text(encoding="utf-8"), flags=re.MULTILINE)

@@ -267,6 +267,7 @@ class Page:
         said = f"{shown.note}{': ' * bool(shown.note)}{statistics['steps']} steps"
         return {
             "note": shown.note,
+            "fine": self._sampled(shown.run) is not shown.run,
             "text": f"{said} of {statistics['method']} in {lasting}",
             "pins": len(pins),
             "legend": self._legend(shown),

@@ -10,7 +10,7 @@ const STYLE = `
 .sd-contacts .sd-head { position: sticky; top: 0; z-index: 1; background: var(--sd-back, #fff); font-weight: 600; height: 52px; align-items: end }
 .sd-contacts .sd-head > * { white-space: normal !important; font-size: 11px }
 .sd-contacts .sd-rows { position: relative; min-width: 35.2em }
-@media (max-width: 459px) { .sd-contacts { font-size: 10.5px } .sd-contacts .sd-head > * { font-size: 10px } }
+@media (max-width: 459px) { .sd-contacts { font-size: 10.5px } .sd-contacts .sd-head > * { font-size: 9.5px; padding: 0 1px 0 2px } }
 .sd-contacts .sd-rows [role=row] { position: absolute; left: 0; right: 0 }
 .sd-contacts [aria-selected=true] { background: var(--sd-fill, #e4e4e4) }
 `;

@@ -1,7 +1,7 @@
 """The numbers of the zoo by closed forms and by points where circles meet; no equation of the package is used.
 
-One function for each mechanism, named as it is, with a value for each of its numbers in the order of its declaration; None for a
-number that has another origin.
+One function for each mechanism, named as it is, with a value for each of its numbers in the order of its declaration; None for
+a number that has another origin.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 
-from reference.dyads import carried, meet, polar
 from scipy.optimize import brentq
+
+from reference.dyads import carried, meet, polar
 
 __all__ = ["CLOSED_FORMS"]
 
@@ -48,7 +49,7 @@ def clearance_guide() -> Values:
 
 
 def four_bar() -> Values:
-    """Direction of the rocker with the crank at 150 and 240 degrees, and the transmission of the crank's motion at the latter."""
+    """Direction of the rocker with the crank at 150 and 240 degrees, and its speed at the latter."""
     found = []
     for angle in (rad(150), rad(240)):
         pin = polar(0.06, angle)
@@ -100,7 +101,7 @@ def hoberman_arch() -> Values:
 
 
 def hoberman_ring() -> Values:
-    """Mass centre of the first bar after 0.125 s and at the end, and of the opposite bar: closed, at 15 degrees, and open again."""
+    """Mass centre of the first bar at 25 degrees after 0.125 s and at 15 degrees at the end, and of the opposite bar there."""
     leg, kink = 0.4, rad(30)
 
     def centre(angle: float, first: float) -> complex:
@@ -258,7 +259,7 @@ def umbrella() -> Values:
 
 
 def rolling_bridge() -> Values:
-    """Law of cosines of hinge, post and joint of the handrail: each section is folded by the same angle; the middle of the last."""
+    """Law of cosines of hinge, post and joint of the handrail: equal folds; the middle of the last."""
     deck, height, link = 2.0, 1.0, 1.15
     post, lean = math.hypot(0.5 * deck, height), math.atan2(height, 0.5 * deck)
     shortest = height + math.sqrt(link**2 - (0.5 * deck) ** 2)

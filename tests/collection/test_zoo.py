@@ -43,14 +43,16 @@ def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
         assert (value is None) == (number.origin != "closed form"), number.what
         if value is not None:
             unit = number.value.partition(" ")[2]
-            assert read_quantity(number.value, Quantity(unit)) == pytest.approx(float(value), rel=WRITTEN, abs=1e-15), number.what
+            assert read_quantity(number.value, Quantity(unit)) == pytest.approx(float(value), rel=WRITTEN, abs=1e-15), (
+                number.what
+            )
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_runs_with_its_clearances(name: str) -> None:
     """Contract: the case as it stands runs to its end, and its energy balance closes."""
     entry = sd.zoo[name]
-    run = sd.simulate(entry.mechanism, **entry.case.run.keywords | {"until": entry.case.run.until / 10.0, "samples": 11})
+    run = sd.simulate(entry.mechanism, **entry.case.run.keywords | {"until": entry.case.run.until / 20.0, "samples": 11})
     assert run.attrs["status"] == "complete"
     scale = float(run["kinetic_energy"].max() + abs(run["drive_work"]).max() + abs(run["potential_energy"]).max())
     assert float(abs(run["energy_residual"]).max()) <= 1e-5 * max(scale, 1e-12)
@@ -88,7 +90,9 @@ def test_every_entry_is_whole() -> None:
 
 def test_zoo_costs_no_import() -> None:
     """Contract: `import scissordyn` loads neither the zoo nor what it needs."""
-    code = "import sys, scissordyn; print([m for m in sys.modules if 'collection' in m and 'scissordyn' in m or m == 'pydantic'])"
+    code = (
+        "import sys, scissordyn; print([m for m in sys.modules if 'collection' in m and 'scissordyn' in m or m == 'pydantic'])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -138,7 +142,9 @@ def test_other_packages_add_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     """Contract: by an entry point; a package that fails, or that takes a name of ours, is named and does no harm."""
     theirs, taken = made(tmp_path / "one", "swing"), made(tmp_path / "two", "peaucellier")
     points = [Point(theirs), Point(taken), Point(ImportError("no module named 'gone'")), Point(tmp_path / "empty")]
-    monkeypatch.setattr("scissordyn.collection.catalogue.entry_points", lambda group: points if group == "scissordyn.zoo" else [])
+    monkeypatch.setattr(
+        "scissordyn.collection.catalogue.entry_points", lambda group: points if group == "scissordyn.zoo" else []
+    )
     found = Zoo()
     assert len(found) == len(NAMES) + 1
     assert found["swing"].package == "theirs"
@@ -181,7 +187,7 @@ def test_wrong_declarations_are_one_line(tmp_path: Path, old: str, new: str, sai
         ('axis = "x"', 'axis = "z"', "no axis 'z'"),
         ('body = "mass", axis = "x"', 'body = "mass"', "along axis"),
         ('body = "mass"', 'joint = "mass"', "along 'joint'"),
-        ('at = "start"', 'at = "1.2345678 ms"', "between the samples"),
+        ('\nat = "start"', '\nat = "1.2345678 ms"', "between the samples"),
         ('value = "-1 m"', 'value = "-1 kg"', "'-1 kg'"),
     ],
 )
@@ -208,7 +214,7 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: list, show, print, copy, check; bad input is one line and status 2."""
     assert status_of(["zoo"]) == 0
     listed = capsys.readouterr().out
-    assert all(any(line.startswith(name) for line in listed.splitlines()) for name in NAMES)
+    assert [line.split()[0] for line in listed.splitlines() if line.split()[:1] and line.split()[0] in NAMES] == list(NAMES)
     assert status_of(["zoo", "peaucellier"]) == 0
     shown = capsys.readouterr().out
     assert "Lipkin 1871" in shown

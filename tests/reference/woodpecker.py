@@ -1,7 +1,7 @@
 """Hard contact: Moreau's time stepping for the woodpecker toy in Glocker's coordinates; no equation of the package is used.
 
-Coordinates are the height of the sleeve, its rotation and that of the bird, small angles; contacts are the beak and the upper and
-the lower edge of the sleeve on the pole. Model and parameters of Glocker 1995 and of Leine, Glocker and van Campen 2001.
+Coordinates are the height of the sleeve, its rotation and that of the bird, small angles; contacts are the beak and the lower
+and the upper edge of the sleeve on the pole. Model and parameters of Glocker 1995 and of Leine, Glocker and van Campen 2001.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def march(q, u, step, until, friction):
     inverse = np.linalg.inv(mass)
     normal = np.array([[0.0, 0.0, -BEAK_UP], [0.0, HALF_HEIGHT, 0.0], [0.0, -HALF_HEIGHT, 0.0]])
     along = np.array([[1.0, TO_SPRING, TO_BIRD - BEAK_BACK], [1.0, SLEEVE, 0.0], [1.0, SLEEVE, 0.0]])
-    count = int(round(until / step))
+    count = int(until / step + 0.5)
     heights, hits = np.empty(count + 1), [0.0]
     heights[0] = q[0]
     for k in range(count):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 __all__ = ["Reference", "bibliography", "references"]
 
@@ -24,6 +25,8 @@ BIBTEX = {"software": "misc", "patent": "misc"}
 """Kinds that BibTeX does not have."""
 
 PLACES = ("journal", "booktitle", "publisher", "school", "institution")
+
+UMLAUTS = str.maketrans({umlaut: f"{plain}e" for umlaut, plain in zip("äöü", "aou", strict=True)})
 
 SIGNIFICANT = 9
 """Letters of a family name that are compared: what follows is a particle or another author."""
@@ -108,9 +111,27 @@ def _family(author: str) -> str:
     return author.partition(",")[0]
 
 
-ACCENTS = {"\u0308": '\\"', "\u0301": "\\'", "\u0300": "\\`", "\u0302": "\\^", "\u0303": "\\~", "\u030a": "\\r ", "\u0327": "\\c "}
+ACCENTS = {
+    "\u0308": '\\"',
+    "\u0301": "\\'",
+    "\u0300": "\\`",
+    "\u0302": "\\^",
+    "\u0303": "\\~",
+    "\u030a": "\\r ",
+    "\u0327": "\\c ",
+}
 
-LETTERS = {"ø": "{\\o}", "Ø": "{\\O}", "ß": "{\\ss}", "œ": "{\\oe}", "æ": "{\\ae}", "&": "\\&", "%": "\\%", "_": "\\_", "–": "--"}
+LETTERS = {
+    "ø": "{\\o}",
+    "Ø": "{\\O}",
+    "ß": "{\\ss}",
+    "œ": "{\\oe}",
+    "æ": "{\\ae}",
+    "&": "\\&",
+    "%": "\\%",
+    "_": "\\_",
+    "–": "--",
+}
 
 
 def _latex(text: str) -> str:
@@ -119,7 +140,7 @@ def _latex(text: str) -> str:
         return text
     out: list[str] = []
     for letter in text:
-        plain, *accents = unicodedata.normalize("NFD", letter)
+        plain, *accents = list(unicodedata.normalize("NFD", letter))
         accent = ACCENTS.get(accents[0]) if len(accents) == 1 else None
         out.append(f"{{{accent}{plain}}}" if accent else LETTERS.get(letter, letter))
     return "".join(out)
@@ -129,10 +150,11 @@ def _latex(text: str) -> str:
 def bibliography() -> Mapping[str, Reference]:
     """Every publication that the package knows, by key."""
     read = tomllib.loads(FILE.read_text(encoding="utf-8"))
-    lists = ("authors", "seen")
-    return MappingProxyType(
-        {key: Reference(key, **{k: tuple(v) if k in lists else v for k, v in values.items()}) for key, values in read.items()}
-    )
+    made: dict[str, Reference] = {}
+    for key, values in read.items():
+        given: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+        made[key] = Reference(key, **given)
+    return MappingProxyType(made)
 
 
 def references(source: str) -> tuple[Reference, ...]:
@@ -142,7 +164,7 @@ def references(source: str) -> tuple[Reference, ...]:
     ----------
     source : str
         Publications apart by semicolons, each found by its DOI, or by its first author and year, as "Hertz 1881". A DOI that
-        the bibliography does not have gives a reference of that text; what names nobody and no year, as "definition", gives none.
+        the bibliography does not have gives a reference of that text; what names nobody and no year, as "definition", none.
 
     Returns
     -------
@@ -179,7 +201,7 @@ def _by_name() -> dict[tuple[str, int], Reference]:
 
 def _plain(name: str) -> tuple[str, str]:
     """A family name in plain letters, in both spellings that texts have: umlauts without their dots, or with an e."""
-    german = name.lower().replace("ä", "ae").replace("ö", "oe").replace("ü", "ue")
+    german = name.lower().translate(UMLAUTS)
     both = (re.sub(r"[^a-z]", "", unicodedata.normalize("NFD", spelt)) for spelt in (name.lower(), german))
     first, second = (letters[:SIGNIFICANT] for letters in both)
     return first, second

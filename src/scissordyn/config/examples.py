@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import scissordyn
-
 __all__ = ["folder_of_examples"]
 
 
 def folder_of_examples() -> Path:
     """Where they are: beside the package's modules in an installation, in the root of its repository otherwise."""
-    package = Path(scissordyn.__file__).parent
+    package = Path(__file__).parents[1]
     installed = package / "examples"
     return installed if installed.is_dir() else package.parents[1] / "examples"

@@ -12,7 +12,6 @@ from typing import Any
 
 import xarray as xr
 
-from scissordyn import __version__
 from scissordyn.bibliography.reference import Reference, bibliography, references
 from scissordyn.component.film.film import Film
 from scissordyn.laws.material import Material
@@ -102,7 +101,7 @@ def citations(run: xr.Dataset) -> Citations:
         If it does not say what it is of.
     """
     configuration = read_configuration(run)
-    found: dict[Reference, list[str]] = {_package(): ["scissordyn"]}
+    found: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
     without: list[str] = []
     for use, source in _sources(configuration.mechanism):
         named = references(source)
@@ -121,8 +120,10 @@ def _add(found: dict[Reference, list[str]], reference: Reference, use: str) -> N
     found.setdefault(reference, []).append(use)
 
 
-def _package() -> Reference:
-    return dataclasses.replace(bibliography()["scissordyn"], version=__version__)
+def _package(run: xr.Dataset) -> Reference:
+    """The package, in the version that made the run."""
+    version = json.loads(run.attrs.get("versions", "{}")).get("scissordyn", "")
+    return dataclasses.replace(bibliography()["scissordyn"], version=str(version))
 
 
 def _sources(value: Any) -> Iterator[tuple[str, str]]:

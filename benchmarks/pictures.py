@@ -1,4 +1,4 @@
-"""The pictures of the documentation: of each example preview, stills, film and explorer; the gallery; the zoo; the front page's film.
+"""The pictures of the documentation: of each example preview, stills, film and explorer; gallery, zoo, film of the front page.
 
 ``python -m benchmarks.pictures`` draws all of them, ``python -m benchmarks.pictures lift gallery`` some.
 """
@@ -92,8 +92,8 @@ def zoo(name: str) -> None:
     run = entry.simulate()
     figure = structure(run, entry.mechanism, times=3)[0].get_figure(root=True)
     assert figure is not None
-    target = DOCS / "zoo" / f"{name}.mp4"
-    print(write(figure, target.with_suffix(".png")), flush=True)
+    target = DOCS / "_static" / "zoo" / f"{name}.mp4"
+    print(write(figure, DOCS / "zoo" / f"{name}.png"), flush=True)
     film = animate(run, entry.mechanism, target, seconds=FILM, rate=FILM_RATE)
     print(film, f"{film.stat().st_size / 1e3:.0f} kB", flush=True)
 

@@ -1,4 +1,4 @@
-"""Tables of the pages that are made from declarations: keys of components, parameters of laws and controllers, zoo, bibliography.
+"""Tables of the pages that are made from declarations: keys of components, parameters of laws, controllers; zoo; bibliography.
 
 Each stands in a page between two comments, which say what it is of. ``python docs/_tables.py`` writes them anew, and with
 ``--check`` only names the pages that are not up to date.
@@ -19,7 +19,7 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
 
 sys.path.insert(0, str(Path(__file__).parent))
-from _zoo import bibliography_list, zoo_pages, zoo_table  # noqa: E402
+from _zoo import bibliography_list, zoo_pages, zoo_table
 
 __all__ = ["PAGES", "component_keys", "component_outputs", "filled", "refresh"]
 

@@ -18,19 +18,12 @@ __all__ = ["bibliography_list", "zoo_page", "zoo_pages", "zoo_table"]
 def _said(reference: Reference) -> str:
     """A publication with links, and whether its DOI was looked up."""
     text = reference.text
-    if reference.doi:
-        text = text.replace(f"doi:{reference.doi}", f"[doi:{reference.doi}](<https://doi.org/{reference.doi}>)")
     if reference.url:
         text = text.replace(reference.url, f"<{reference.url}>")
-    if not reference.doi:
-        return text
-    if reference.verified:
-        return f"{text} DOI seen at {' and '.join(_place(one) for one in reference.seen)}."
-    return f"{text} DOI recalled, not verified at two places."
-
-
-def _place(where: str) -> str:
-    return f"<{where}>" if where.startswith("http") else where
+    if not reference.seen:
+        return text.replace(f", doi:{reference.doi}", "") if reference.doi else text
+    text = text.replace(f"doi:{reference.doi}", f"[doi:{reference.doi}](<https://doi.org/{reference.doi}>)")
+    return f"{text} DOI found in: {'; '.join(reference.seen)}{'' if reference.verified else ' (one place)'}."
 
 
 def _cell(text: str) -> str:

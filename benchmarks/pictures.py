@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import io
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,8 @@ WINDOW = 1500, 860
 PATIENCE = 600.0
 """Longest time that the run of an example may take on a busy machine [s]."""
 
-FILM, FILM_RATE = 4.0, 20
-"""Length of a film of the zoo [s], and its frames per second."""
+FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720
+"""Length of a film of the zoo [s], its frames per second, and its width [pixel]."""
 
 COLOURS = 128
 """Of a screenshot: drawings need no more, and files are a quarter as large."""
@@ -86,6 +87,14 @@ def screenshot(case: Path, browser: Any, target: Path) -> Path:
     return target
 
 
+def smaller(film: Path) -> Path:
+    """The film as wide as a page of the site, in colours that differ little."""
+    made = film.with_suffix(".small.mp4")
+    how = ["-vf", f"scale={FILM_WIDTH}:-2", "-c:v", "libx264", "-preset", "slow", "-crf", "32", "-pix_fmt", "yuv420p"]
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", film, *how, "-movflags", "+faststart", made], check=True)
+    return made.replace(film)
+
+
 def zoo(name: str) -> None:
     """Draw a mechanism of the zoo, and film it."""
     entry = sd.zoo[name]
@@ -94,7 +103,7 @@ def zoo(name: str) -> None:
     assert figure is not None
     target = DOCS / "_static" / "zoo" / f"{name}.mp4"
     print(write(figure, DOCS / "zoo" / f"{name}.png"), flush=True)
-    film = animate(run, entry.mechanism, target, seconds=FILM, rate=FILM_RATE)
+    film = smaller(animate(run, entry.mechanism, target, seconds=FILM, rate=FILM_RATE))
     print(film, f"{film.stat().st_size / 1e3:.0f} kB", flush=True)
 
 

@@ -101,6 +101,7 @@ if TYPE_CHECKING:
     from scissordyn.run.engine import Threads
     from scissordyn.run.feed_forward import feed_forward
     from scissordyn.run.ideal import ideal_kinematics
+    from scissordyn.run.internal_forces import internal_forces
     from scissordyn.run.modes import modes
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
@@ -228,6 +229,7 @@ __all__ = [
     "four_bar",
     "hoberman_ring",
     "ideal_kinematics",
+    "internal_forces",
     "law",
     "least_value",
     "load",
@@ -371,6 +373,7 @@ _HOMES = {
     "run.feed_forward": ("feed_forward",),
     "run.constrained_contact": ("constrain_contact",),
     "run.ideal": ("ideal_kinematics",),
+    "run.internal_forces": ("internal_forces",),
     "run.modes": ("modes",),
     "run.options": ("Options",),
     "run.simulate": ("replay", "simulate"),

@@ -10,9 +10,10 @@ import xarray as xr
 
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.validity import contact_failure, contact_warnings
-from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
+from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
-from scissordyn.run.film import film_warnings
+from scissordyn.run.film_range import film_peak_warnings, film_warnings
 from scissordyn.run.spacing import time_mean
 
 if TYPE_CHECKING:
@@ -107,6 +108,7 @@ class Extremes:
         self._indentation = np.zeros(len(plan.contacts))
         self._friction = dict[int, tuple[float, float]]()
         self._effort = np.zeros(len(plan.components))
+        self._outputs = dict[int, float]()
 
     def add(self, driver: Driver) -> None:
         """Add what a driver has accumulated since it last began to count.
@@ -126,6 +128,9 @@ class Extremes:
             self._friction[joint] = max(ratio, float(peak["largest"][row])), lasting + float(peak["excess_time"][row])
         if self._effort.size:
             np.maximum(self._effort, peak["largest"][driver.rows(COMPONENT_FORCE)[: self._effort.size]], out=self._effort)
+        for row in driver.rows(COMPONENT_OUTPUT).tolist():
+            which = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
+            self._outputs[which] = max(self._outputs.get(which, 0.0), float(peak["largest"][row]))
 
     def warnings(self) -> list[str]:
         """The warnings that follow, without samples: of contact laws, friction and controllers.
@@ -145,7 +150,18 @@ class Extremes:
             limit = getattr(part.controller, "limit", None)
             if limit is not None and self._effort[number] >= AT_LIMIT * limit:
                 found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
+        if self._outputs:
+            found += self._of_films()
         return list(dict.fromkeys(found))
+
+    def _of_films(self) -> list[str]:
+        plan, found = self.plan, list[str]()
+        first = len(plan.components) - len(plan.lubricated)
+        for k, (joint, gap, oil) in enumerate(plan.lubricated, first):
+            outputs = plan.components[k].declaration.outputs_monitored
+            largest = {each.name: self._outputs.get(k * RESULTS + each.first, 0.0) for each in outputs}
+            found += film_peak_warnings(joint.name, oil, gap, largest)
+        return found
 
 
 def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[str]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.classify import classify
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
+    from scissordyn.analysis.measured import Measured
     from scissordyn.analysis.merit import figures_of_merit
     from scissordyn.analysis.motor import MotorCurve, torque_over_speed
     from scissordyn.analysis.section import section
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
+    from scissordyn.config.fits import fit
     from scissordyn.config.least import least_value
     from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
     from scissordyn.file.export import export
+    from scissordyn.identification.prediction import prediction
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
@@ -170,6 +173,7 @@ __all__ = [
     "LuGre",
     "Lubrication",
     "Material",
+    "Measured",
     "Mechanism",
     "Motor",
     "MotorCurve",
@@ -226,6 +230,7 @@ __all__ = [
     "export",
     "feed_forward",
     "figures_of_merit",
+    "fit",
     "four_bar",
     "hoberman_ring",
     "ideal_kinematics",
@@ -240,6 +245,7 @@ __all__ = [
     "plot",
     "point_mass",
     "polar_scissor",
+    "prediction",
     "preview",
     "read_case",
     "replay",
@@ -272,6 +278,7 @@ _HOMES = {
     "analysis.classify": ("classify",),
     "analysis.consensus": ("consensus",),
     "analysis.contact": ("contact_statistics",),
+    "analysis.measured": ("Measured",),
     "analysis.merit": ("figures_of_merit",),
     "analysis.motor": ("MotorCurve", "torque_over_speed"),
     "analysis.section": ("section",),
@@ -291,6 +298,7 @@ _HOMES = {
     "control.user": ("UserController",),
     "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
+    "identification.prediction": ("prediction",),
     "laws.catalogue": ("law",),
     "laws.damping.factors": ("Flores", "LankaraniNikravesh"),
     "laws.elastic.hertz": ("Hertz",),
@@ -348,6 +356,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
+    "config.fits": ("fit",),
     "config.least": ("least_value",),
     "config.studies": ("open_study", "study"),
     "study.distribution": (

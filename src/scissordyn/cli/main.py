@@ -26,6 +26,7 @@ from scissordyn.cli.controllers import controllers
 from scissordyn.cli.examples import examples
 from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
+from scissordyn.cli.fit import fit
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.modes import modes
@@ -35,6 +36,7 @@ from scissordyn.cli.paper import paper
 from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
+from scissordyn.cli.schema import schema
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.cli.study import study
@@ -109,10 +111,12 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "animate": animate,
     "compare": compare,
     "cite": cite,
+    "fit": fit,
     "export": export,
     "new": new,
     "examples": examples,
     "zoo": zoo,
+    "schema": schema,
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
@@ -131,12 +135,14 @@ EXAMPLES: dict[str, str] = {
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
     "cite": "scissordyn cite run.nc -o references.bib",
+    "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor --with servo,tip > case.toml",
     "examples": "scissordyn examples paper > case.toml",
     "zoo": "scissordyn zoo peaucellier --case > case.toml",
+    "schema": "scissordyn schema case -o case.json",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",
     "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",

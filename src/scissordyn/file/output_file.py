@@ -28,6 +28,7 @@ BEGINNINGS = {
     ".html": (b"<!DOCTYPE html", b"<!doctype html"),
     ".mp4": (b"ftyp",),
     ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,"),
+    ".json": (b'{\n "$schema"',),
     ".mat": (b"MATLAB",),
     ".parquet": (b"PAR1",),
 }

@@ -203,7 +203,7 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
     rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
     rows += [(PRESSURE_VELOCITY, j) for j in range(len(mechanism.clearance_joints))]
     rows += [(INDENTATION, j) for j in range(len(mechanism.contacts))]
-    rows += [(FRICTION_RATIO, j) for j, contact in enumerate(mechanism.contacts) if friction_states(contact)]
+    rows += [(FRICTION_RATIO, j) for j, contact in enumerate(mechanism.contacts) if _has_bristles(contact)]
     rows += [(TRACK_DEVIATION, k) for k in range(len(mechanism.tracks))]
     rows += [
         (COMPONENT_OUTPUT, i * RESULTS + output.first)
@@ -211,6 +211,11 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
         for output in part.declaration.outputs_monitored
     ]
     return np.array(rows, np.int64).reshape(-1, 2)
+
+
+def _has_bristles(contact: Any) -> bool:
+    """Whether a contact has a friction law with internal states."""
+    return contact.clearance.contact != "hard" and bool(friction_states(contact))
 
 
 def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:

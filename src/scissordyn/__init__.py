@@ -63,6 +63,11 @@ if TYPE_CHECKING:
     from scissordyn.control.tracking.pid import PID
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
+    from scissordyn.exchange.drawing import Imported
+    from scissordyn.exchange.dxf import read_dxf
+    from scissordyn.exchange.mjcf import read_mjcf
+    from scissordyn.exchange.pmks import read_pmks
+    from scissordyn.exchange.read import read_drawing
     from scissordyn.file.export import export
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
@@ -158,6 +163,7 @@ __all__ = [
     "GuideClearance",
     "Harmonic",
     "Hertz",
+    "Imported",
     "InputError",
     "Interval",
     "LankaraniNikravesh",
@@ -239,6 +245,10 @@ __all__ = [
     "polar_scissor",
     "preview",
     "read_case",
+    "read_drawing",
+    "read_dxf",
+    "read_mjcf",
+    "read_pmks",
     "replay",
     "rpm",
     "save",
@@ -284,6 +294,11 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
+    "exchange.drawing": ("Imported",),
+    "exchange.dxf": ("read_dxf",),
+    "exchange.mjcf": ("read_mjcf",),
+    "exchange.pmks": ("read_pmks",),
+    "exchange.read": ("read_drawing",),
     "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
     "laws.catalogue": ("law",),

@@ -25,6 +25,7 @@ from scissordyn.cli.controllers import controllers
 from scissordyn.cli.examples import examples
 from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
+from scissordyn.cli.import_ import import_drawing
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.modes import modes
@@ -106,6 +107,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "plot": plot,
     "animate": animate,
     "compare": compare,
+    "import": import_drawing,
     "export": export,
     "new": new,
     "examples": examples,
@@ -126,6 +128,7 @@ EXAMPLES: dict[str, str] = {
     "plot": "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
+    "import": "scissordyn import linkage.dxf --unit mm -o case.toml",
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",

@@ -65,10 +65,11 @@ if TYPE_CHECKING:
     from scissordyn.errors import InputError, ScissordynError
     from scissordyn.exchange.drawing import Imported
     from scissordyn.exchange.dxf import read_dxf
+    from scissordyn.exchange.export import export
+    from scissordyn.exchange.forces import pin_forces
     from scissordyn.exchange.mjcf import read_mjcf
     from scissordyn.exchange.pmks import read_pmks
     from scissordyn.exchange.read import read_drawing
-    from scissordyn.file.export import export
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
@@ -240,6 +241,7 @@ __all__ = [
     "modes",
     "n_four_bar",
     "open_study",
+    "pin_forces",
     "plot",
     "point_mass",
     "polar_scissor",
@@ -296,6 +298,8 @@ _HOMES = {
     "control.user": ("UserController",),
     "exchange.drawing": ("Imported",),
     "exchange.dxf": ("read_dxf",),
+    "exchange.export": ("export",),
+    "exchange.forces": ("pin_forces",),
     "exchange.mjcf": ("read_mjcf",),
     "exchange.pmks": ("read_pmks",),
     "exchange.read": ("read_drawing",),
@@ -379,7 +383,6 @@ _HOMES = {
     "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),
     "periodic.cycles": ("cycle",),
-    "file.export": ("export",),
     "run.feed_forward": ("feed_forward",),
     "run.constrained_contact": ("constrain_contact",),
     "run.ideal": ("ideal_kinematics",),

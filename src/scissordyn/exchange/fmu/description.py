@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from importlib.metadata import version
 from typing import Any
 
-from scissordyn import __version__
 from scissordyn.exchange.fmu.variable import Variable, Variables
 
 __all__ = ["build_description", "model_description"]
@@ -22,7 +22,7 @@ UNITS: dict[str, dict[str, Any]] = {
 }
 """Exponents of the base units."""
 
-TOOL = f"scissordyn {__version__}"
+TOOL = f"scissordyn {version('scissordyn')}"
 
 
 def model_description(name: str, identifier: str, token: str, found: Variables, *, until: float, tolerance: float) -> bytes:

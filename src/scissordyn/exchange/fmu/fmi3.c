@@ -207,10 +207,9 @@ EXPORT fmi3Status fmi3SetFloat64(void *c, const uint32_t references[], size_t n,
     (void)count;
     for (size_t k = 0; k < n; k++) {
         if (references[k] < FIRST_INPUT || references[k] >= FIRST_INPUT + 3 * INPUTS) return failed(m, "a value that is no input");
-        if (m->input[references[k] - FIRST_INPUT] != values[k]) m->fresh = 1;
         m->input[references[k] - FIRST_INPUT] = values[k];
+        if (m->external[(references[k] - FIRST_INPUT) / 3]) m->fresh = 1;
     }
-    if (m->exchange) m->fresh = 1;
     return fmi3OK;
 }
 
@@ -406,9 +405,6 @@ EXPORT fmi3Status fmi3SetTime(void *c, double time) {
     Fmu *m = c;
     m->time = time;
     m->outputs = 0;
-    for (int k = 0; k < INPUTS; k++) {
-        if (m->external[k]) m->fresh = 1;
-    }
     return fmi3OK;
 }
 

@@ -70,7 +70,7 @@ def test_forces_on_all_bars_balance_with_clearance():
 
 
 def test_beams_are_in_equilibrium_and_refuse_what_they_cannot_say(pendulum):
-    """Identity: forces and moments of an input file of CalculiX add up to nothing; a section that is no rectangle is an error."""
+    """Identity: forces and moments of an input file of CalculiX add up to nothing; a round section is an error."""
     mechanism, run = pendulum
     forces = sd.pin_forces(run, mechanism)
     text = beam_file(forces, run, mechanism, section="20x30 mm").decode()

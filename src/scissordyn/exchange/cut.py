@@ -91,7 +91,7 @@ def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: flo
     down = 0.0
     for body, holes in _bars(mechanism, pin_radius):
         radius = _edge(body, holes, width)
-        corners = _outline(holes, radius)
+        corners = _outline(body, radius)
         low, high = min(y for _, y in corners), max(y for _, y in corners)
         down -= 1e3 * (high + 2.0 * radius)
         _draw_outline(space, corners, radius, down)
@@ -111,11 +111,11 @@ def _bars(mechanism: Mechanism, pin_radius: float | None) -> Iterator[tuple[Body
     found = False
     for body in mechanism.bodies:
         holes = holes_of(mechanism, body, pin_radius)
-        if len({hole.place for hole in holes}) > 1:
+        if holes and len(set(body.points.values())) > 1:
             found = True
             yield body, holes
     if not found:
-        raise InputError("no bar with two joints in the mechanism", "bars", "scissordyn new scissor")
+        raise InputError("no bar with a joint in the mechanism", "bars", "scissordyn new scissor")
 
 
 def _edge(body: Body, holes: list[Hole], width: float | None) -> float:
@@ -127,9 +127,9 @@ def _edge(body: Body, holes: list[Hole], width: float | None) -> float:
     return 0.5 * width
 
 
-def _outline(holes: list[Hole], radius: float) -> list[Point]:
-    """The convex hull of the holes' centres, anticlockwise (Andrew's monotone chain)."""
-    places = sorted({hole.place for hole in holes})
+def _outline(body: Body, radius: float) -> list[Point]:
+    """The convex hull of the points of a bar, anticlockwise (Andrew's monotone chain)."""
+    places = sorted(set(body.points.values()))
 
     def half(points: list[Point]) -> list[Point]:
         chain: list[Point] = []
@@ -183,15 +183,19 @@ def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
     groups: dict[tuple[object, ...], list[tuple[Body, list[Hole]]]] = {}
     for body, holes in _bars(mechanism, pin_radius):
         key = tuple(sorted((round(h.place[0], 9), round(h.place[1], 9), round(h.radius, 9), h.journal) for h in holes))
-        groups.setdefault((key, round(body.mass, 9)), []).append((body, holes))
+        groups.setdefault((key, _length(body), round(body.mass, 9)), []).append((body, holes))
     rows = ["bar,count,names,length [mm],mass [kg],x [mm],y [mm],diameter [mm],kind,joint"]
     for number, same in enumerate(groups.values(), start=1):
         body, holes = same[0]
-        length = max(math.dist(a.place, b.place) for a in holes for b in holes)
         names = " | ".join(each.name for each, _ in same)
         for hole in sorted(holes, key=lambda hole: hole.place):
-            cells = [number, len(same), f'"{names}"', f"{1e3 * length:.6g}", f"{body.mass:.6g}"]
+            cells = [number, len(same), f'"{names}"', f"{1e3 * _length(body):.6g}", f"{body.mass:.6g}"]
             cells += [f"{1e3 * x:.6g}" for x in hole.place]
             cells += [f"{2e3 * hole.radius:.6g}", "pin" if hole.journal else "bore", f'"{hole.joint}"']
             rows.append(",".join(map(str, cells)))
     return ("\n".join(rows) + "\n").encode()
+
+
+def _length(body: Body) -> float:
+    """Between its outermost points [m]."""
+    return round(max(math.dist(a, b) for a in body.points.values() for b in body.points.values()), 9)

@@ -99,7 +99,7 @@ def mjcf(mechanism: Mechanism) -> Model:
         _add(world, name, placed, speeds, hinges)
     equality = ET.SubElement(root, "equality")
     for loop in loops:
-        _close(equality, loop, placed, ideal)
+        _close(equality, loop, placed)
     motors = ET.SubElement(root, "actuator")
     for drive in ideal.drives:
         if drive.body in hinges:
@@ -221,17 +221,15 @@ def _joints(each: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, A
             yield {"name": f"{name} turn", **hinge}, each.rate
 
 
-def _close(equality: ET.Element, loop: Revolute | Weld, placed: dict[str, _Placed], ideal: Mechanism) -> None:
+def _close(equality: ET.Element, loop: Revolute | Weld, placed: dict[str, _Placed]) -> None:
     """A connection, or a weld, of two bodies that are both in the tree."""
-    (one, point), (other, _) = (loop.journal, loop.bearing) if isinstance(loop, Revolute) else (loop.start, loop.end)
-    if one == GROUND:
-        (one, point), other = (loop.bearing if isinstance(loop, Revolute) else loop.end), GROUND
+    ends = (loop.journal, loop.bearing) if isinstance(loop, Revolute) else (loop.start, loop.end)
+    (one, point), (other, _) = ends if ends[0][0] != GROUND else ends[::-1]
+    pair: dict[str, Any] = {"body1": one} | ({} if other == GROUND else {"body2": other}) | STIFF
     if isinstance(loop, Weld):
-        pair: dict[str, Any] = {"body1": one} | ({} if other == GROUND else {"body2": other})
-        ET.SubElement(equality, "weld", name=loop.name, **pair, **STIFF)
-        return
-    anchor = _numbers(*placed[one].body.points[point], 0.0)
-    ET.SubElement(equality, "connect", name=loop.name, anchor=anchor, **pair, **STIFF)
+        ET.SubElement(equality, "weld", name=loop.name, **pair)
+    else:
+        ET.SubElement(equality, "connect", name=loop.name, anchor=_numbers(*placed[one].body.points[point], 0.0), **pair)
 
 
 def _numbers(*values: float) -> str:

@@ -251,7 +251,7 @@ class Expressions:
     def _compare(self, node: ast.Compare) -> Value:
         parts, left = [], self.value(node.left)
         for operator, each in zip(node.ops, node.comparators, strict=True):
-            if isinstance(operator, ast.In | ast.NotIn):
+            if type(operator) not in COMPARISONS:
                 members = [self.value(one) for one in each.elts] if isinstance(each, ast.Tuple) else self._members(each)
                 found = " || ".join(f"{left.c} == {one.c}" for one in members)
                 parts.append(f"({found})" if isinstance(operator, ast.In) else f"!({found})")

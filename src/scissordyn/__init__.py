@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.classify import classify
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
+    from scissordyn.analysis.measured import Measured
     from scissordyn.analysis.merit import figures_of_merit
     from scissordyn.analysis.motor import MotorCurve, torque_over_speed
     from scissordyn.analysis.section import section
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
+    from scissordyn.config.fits import fit
     from scissordyn.config.least import least_value
     from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
     from scissordyn.exchange.mjcf import read_mjcf
     from scissordyn.exchange.pmks import read_pmks
     from scissordyn.exchange.read import read_drawing
+    from scissordyn.identification.prediction import prediction
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
@@ -106,6 +109,7 @@ if TYPE_CHECKING:
     from scissordyn.run.engine import Threads
     from scissordyn.run.feed_forward import feed_forward
     from scissordyn.run.ideal import ideal_kinematics
+    from scissordyn.run.internal_forces import internal_forces
     from scissordyn.run.modes import modes
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
@@ -175,6 +179,7 @@ __all__ = [
     "LuGre",
     "Lubrication",
     "Material",
+    "Measured",
     "Mechanism",
     "Motor",
     "MotorCurve",
@@ -231,9 +236,11 @@ __all__ = [
     "export",
     "feed_forward",
     "figures_of_merit",
+    "fit",
     "four_bar",
     "hoberman_ring",
     "ideal_kinematics",
+    "internal_forces",
     "law",
     "least_value",
     "load",
@@ -245,6 +252,7 @@ __all__ = [
     "plot",
     "point_mass",
     "polar_scissor",
+    "prediction",
     "preview",
     "read_case",
     "read_drawing",
@@ -280,6 +288,7 @@ _HOMES = {
     "analysis.classify": ("classify",),
     "analysis.consensus": ("consensus",),
     "analysis.contact": ("contact_statistics",),
+    "analysis.measured": ("Measured",),
     "analysis.merit": ("figures_of_merit",),
     "analysis.motor": ("MotorCurve", "torque_over_speed"),
     "analysis.section": ("section",),
@@ -305,6 +314,7 @@ _HOMES = {
     "exchange.read": ("read_drawing",),
     "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
+    "identification.prediction": ("prediction",),
     "laws.catalogue": ("law",),
     "laws.damping.factors": ("Flores", "LankaraniNikravesh"),
     "laws.elastic.hertz": ("Hertz",),
@@ -362,6 +372,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
+    "config.fits": ("fit",),
     "config.least": ("least_value",),
     "config.studies": ("open_study", "study"),
     "study.distribution": (
@@ -386,6 +397,7 @@ _HOMES = {
     "run.feed_forward": ("feed_forward",),
     "run.constrained_contact": ("constrain_contact",),
     "run.ideal": ("ideal_kinematics",),
+    "run.internal_forces": ("internal_forces",),
     "run.modes": ("modes",),
     "run.options": ("Options",),
     "run.simulate": ("replay", "simulate"),

@@ -90,12 +90,18 @@ def check(
 
 def _clearances(kind: str, parts: Iterable[Any]) -> list[str]:
     """A line for each clearance and its laws, with the names of all parts that have it."""
+    from scissordyn.model.hard_contact import hard_numbers
+
     found: dict[str, list[str]] = {}
     for part in parts:
         if part.clearance is not None:
             gap = part.clearance
             laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
-            found.setdefault(f"clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.", []).append(part.name)
+            if gap.contact == "hard":
+                e, kinetic, static = hard_numbers(gap)
+                laws = f"hard contact, restitution {e:g}, friction {kinetic:g} ({static:g} at rest)"
+            text = f"clearance {1e3 * gap.clearance:g} mm, {gap.surfaces.journal.name}, {laws}."
+            found.setdefault(text, []).append(part.name)
     return [f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}: {said}" for said, names in found.items()]
 
 

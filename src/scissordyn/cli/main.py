@@ -25,6 +25,7 @@ from scissordyn.cli.controllers import controllers
 from scissordyn.cli.examples import examples
 from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
+from scissordyn.cli.fit import fit
 from scissordyn.cli.import_ import import_drawing
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
@@ -35,6 +36,7 @@ from scissordyn.cli.paper import paper
 from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
+from scissordyn.cli.schema import schema
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.cli.study import study
@@ -108,9 +110,11 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "animate": animate,
     "compare": compare,
     "import": import_drawing,
+    "fit": fit,
     "export": export,
     "new": new,
     "examples": examples,
+    "schema": schema,
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
@@ -129,11 +133,13 @@ EXAMPLES: dict[str, str] = {
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
     "import": "scissordyn import linkage.dxf --unit mm -o case.toml",
+    "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor --with servo,tip > case.toml",
     "examples": "scissordyn examples paper > case.toml",
+    "schema": "scissordyn schema case -o case.json",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",
     "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",

@@ -13,6 +13,7 @@ from scissordyn.annotation import plain_hint
 from scissordyn.component.place import Point
 from scissordyn.config.bending import ALL_BARS, BARS_SAMPLE
 from scissordyn.config.part import pair
+from scissordyn.config.shape import accepting
 from scissordyn.config.table import Call, Table, table_of_call
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
@@ -112,6 +113,7 @@ class _Kind(Table):
     kind: Annotated[str, PlainValidator(_known), Field(description="what kind of structure", examples=["scissor"])]
 
 
+@accepting(lambda: {"anyOf": list(STRUCTURES.values())})
 def _read(given: Any, info: ValidationInfo) -> StructureTable:
     # the kind first: it determines the other keys
     alone = {key: value for key, value in given.items() if key == "kind"} if isinstance(given, Mapping) else given

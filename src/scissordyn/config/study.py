@@ -15,6 +15,7 @@ from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
 from scissordyn.config.motor import POINT, read_motor
 from scissordyn.config.quantity import unit_factor
+from scissordyn.config.shape import Shape, accepting
 from scissordyn.config.table import Call, PlacedError, Table, described, instance, table_of, table_of_call, toml
 from scissordyn.config.text import read_text
 from scissordyn.config.variation import (
@@ -90,6 +91,10 @@ class StudyText:
     optimise: Mapping[str, Any] = field(default_factory=dict)
 
 
+LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
+
+
+@accepting(lambda: LIST_OF_TEXTS)
 def _read_texts(given: Any) -> list[str]:
     if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
         raise InputError("not a list of texts", "a list of texts")
@@ -105,6 +110,15 @@ def _optimisation() -> type[Table]:
     return table_of(Optimisation, (("goals", goals),))
 
 
+def _addresses(deeper: int = 6) -> Shape:
+    """Texts by address; without quotes TOML makes tables of the parts of an address."""
+    each = {"properties": {"values": {"type": "string"}, "each": {"type": "boolean"}}, "required": ["values"]}
+    inner = [{"type": "string"}, {"type": "object", **each, "additionalProperties": False}]
+    inner += [_addresses(deeper - 1)] if deeper else []
+    return {"type": "object", "additionalProperties": {"anyOf": inner}}
+
+
+@accepting(_addresses)
 def _read_addresses(given: Any) -> dict[str, str]:
     """Texts by address; without quotes TOML makes tables of the parts of an address."""
     if not isinstance(given, Mapping):
@@ -119,6 +133,7 @@ def _read_addresses(given: Any) -> dict[str, str]:
 ADDRESSES = PlainValidator(_read_addresses)
 
 
+@accepting(lambda: LIST_OF_TEXTS)
 def _read_points(given: Any) -> list[str]:
     try:
         return _read_texts(given)
@@ -138,6 +153,7 @@ MotorTable = table_of_call(
 """The curve of a motor."""
 
 
+@accepting(lambda: MotorTable)
 def _read_motor(given: Any, info: ValidationInfo) -> MotorCurve:
     curve: MotorCurve = MotorTable.model_validate(given, context=info.context).result()
     return curve

@@ -28,7 +28,7 @@ BEGINNINGS = {
     ".html": (b"<!DOCTYPE html", b"<!doctype html"),
     ".mp4": (b"ftyp",),
     ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,", b"body,joint,point,", b"bar,count,names,"),
-    ".json": (b'{"scissordyn": "pin forces"',),
+    ".json": (b'{\n "$schema"', b'{"scissordyn": "pin forces"'),
     ".inp": (b"** Written by scissordyn",),
     ".dxf": (b"  0\nSECTION",),
     ".xml": (b'<mujoco model="mechanism"',),

@@ -16,6 +16,7 @@ from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.body import Body, check_place
+from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.units import Meaning, Quantity, check_quantities
 
 __all__ = ["ContactPoint", "GuideClearance", "block_contact_points"]
@@ -47,6 +48,8 @@ class GuideClearance:
         A law with parameters for a contact point at a plane surface: "hertz", "braendlein", "power", "linear" or user-defined.
     damping : damping law
     friction : friction law
+    contact : {"compliant", "hard"}
+        Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
@@ -60,6 +63,7 @@ class GuideClearance:
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Hertz()")] = field(default_factory=Hertz)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
+    contact: ContactKind = "compliant"
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -76,11 +80,12 @@ class GuideClearance:
                 f"at most {0.5 * min(self.length, self.width):g} m",
             )
         self._check_stiffness()
+        check_hard(self)
 
     def _check_stiffness(self) -> None:
         """Raise `InputError` for a law without finite parameters at infinite bearing radius."""
         try:
-            numbers = self.stiffness.parameters(self.contact)
+            numbers = self.stiffness.parameters(self.surfaces)
         except (ArithmeticError, InputError):
             numbers = (math.nan,)
         if not all(math.isfinite(number) for number in numbers):
@@ -91,7 +96,7 @@ class GuideClearance:
             )
 
     @property
-    def contact(self) -> JointContact:
+    def surfaces(self) -> JointContact:
         """A rounded corner and its guide surface, as input of the laws."""
         return JointContact(
             clearance=math.inf,

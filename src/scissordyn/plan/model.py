@@ -17,13 +17,14 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.port import TRAVEL, Attachment
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
+    COMPONENT_OUTPUT,
     DRIVE_TORQUE,
     FRICTION_RATIO,
     INDENTATION,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
-from scissordyn.mechanics.system import Model
+from scissordyn.mechanics.system import RESULTS, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
@@ -196,15 +197,25 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
     """What is monitored throughout, by kind and index.
 
     Torques of drives, forces of components, pressure times velocity in clearance joints, indentations, friction of laws with
-    internal states over its limit, deviations of tracked points.
+    internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored.
     """
     rows = [(DRIVE_TORQUE, d) for d in range(len(mechanism.drives))]
     rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
     rows += [(PRESSURE_VELOCITY, j) for j in range(len(mechanism.clearance_joints))]
     rows += [(INDENTATION, j) for j in range(len(mechanism.contacts))]
-    rows += [(FRICTION_RATIO, j) for j, contact in enumerate(mechanism.contacts) if friction_states(contact)]
+    rows += [(FRICTION_RATIO, j) for j, contact in enumerate(mechanism.contacts) if _has_bristles(contact)]
     rows += [(TRACK_DEVIATION, k) for k in range(len(mechanism.tracks))]
+    rows += [
+        (COMPONENT_OUTPUT, i * RESULTS + output.first)
+        for i, part in enumerate(mechanism.exerting)
+        for output in part.declaration.outputs_monitored
+    ]
     return np.array(rows, np.int64).reshape(-1, 2)
+
+
+def _has_bristles(contact: Any) -> bool:
+    """Whether a contact has a friction law with internal states."""
+    return contact.clearance.contact != "hard" and bool(friction_states(contact))
 
 
 def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:

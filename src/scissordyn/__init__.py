@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.spectrum import spectrum
     from scissordyn.analysis.stroboscope import stroboscopic
     from scissordyn.analysis.zero_one import zero_one_test
+    from scissordyn.collection.catalogue import zoo
     from scissordyn.component.actuator import Actuator
     from scissordyn.component.angle_stop import AngleStop
     from scissordyn.component.beam import Beam
@@ -281,6 +282,7 @@ __all__ = [
     "with_payload",
     "write_case",
     "zero_one_test",
+    "zoo",
 ]
 
 # where each public name lives; it is imported when first used, so that `import scissordyn` costs nothing
@@ -295,6 +297,7 @@ _HOMES = {
     "analysis.spectrum": ("spectrum",),
     "analysis.stroboscope": ("stroboscopic",),
     "analysis.zero_one": ("zero_one_test",),
+    "collection.catalogue": ("zoo",),
     "config.case": ("Case",),
     "config.case_text": ("case_text",),
     "config.file": ("read_case", "write_case"),

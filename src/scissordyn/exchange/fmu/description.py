@@ -1,4 +1,4 @@
-"""``modelDescription.xml`` of a unit, and what a compiler is told."""
+"""``modelDescription.xml`` of a unit, and which source makes its library."""
 
 from __future__ import annotations
 

@@ -39,6 +39,9 @@ class GuideClearance:
         surface to the nearest corners facing it is c.
     corner_radius : float
         R [m]: rounding of a rectangular block, added to the outline for given corners.
+    around : bool
+        Whether the follower surrounds the guide, as a ring does a pole, in place of being inside a channel: each corner then
+        faces the surface on its own side of the pole from outside.
     thickness : float
         Length of the corners' edges, across the plane of motion [m].
     material : Material
@@ -57,6 +60,7 @@ class GuideClearance:
     width: Annotated[float | None, Quantity("m", above=0.0, help="of the block, across the guide")] = None
     corners: tuple[Point, ...] = ()
     corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
+    around: Annotated[bool, Meaning("whether the follower surrounds the guide, as a ring does a pole")] = False
     thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
     material: Annotated[Material, Meaning("of the block", "STEEL")] = STEEL
     guide_material: Material | None = None
@@ -147,9 +151,9 @@ class ContactPoint:
     through : (float, float)
         A point of the guide's line, in the frame of that body [m].
     normal : (float, float)
-        Unit vector across the guide towards the guide surface, in that frame.
+        Unit vector across the guide from the corner towards the guide surface, in that frame.
     distance : float
-        Of the guide surface from the guide's line [m].
+        Of the guide surface from the guide's line along the normal [m]; negative for a pole, which a ring meets from outside.
     clearance : GuideClearance
     """
 
@@ -222,11 +226,20 @@ def block_contact_points(
             f"guide '{name}': corners {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
             "corners on both sides of the guided point, and none on the line itself",
         )
-    distances = {1.0: max(reach) + radius + clearance.clearance, -1.0: -min(reach) + radius + clearance.clearance}
+    inside = -1.0 if clearance.around else 1.0  # where the rounded corner is, seen from the middle
+    sides = {side: [abs(far) for far in reach if far * side > 0.0] for side in (1.0, -1.0)}
+    nearest = {side: min(found) if clearance.around else max(found) for side, found in sides.items()}
+    distances = {side: inside * far + radius + clearance.clearance for side, far in nearest.items()}
+    if clearance.around and max(distances.values()) >= 0.0:
+        raise InputError(
+            f"guide '{name}': a ring whose corners leave {-2e3 * max(distances.values()):g} mm for the pole",
+            "corners farther from the guided point, or a smaller clearance or corner radius",
+        )
     found = []
     for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
         side = math.copysign(1.0, far)
-        normal = -side * math.sin(direction), side * math.cos(direction)
+        towards = inside * side
+        normal = -towards * math.sin(direction), towards * math.cos(direction)
         label = f"{name}/corner {number}"
         found.append(ContactPoint(label, name, follower.name, centre, body, through, normal, distances[side], clearance))
     return tuple(found)

@@ -95,7 +95,7 @@ class _CaseTable(Table):
     bending: list[Annotated[Any, BendingTable.reader()]] = _listed("bars that bend; one table for each kind")
     run: Annotated[
         Options,
-        described(Options, until="50 ms"),
+        described(Options, until="50 ms", step="0.1 ms"),
         Field(description="options of the simulation", examples=[{"until": "50 ms"}]),
     ]
 

@@ -33,6 +33,10 @@ class StructureTable(Table):
     bars: Annotated[
         Any, ALL_BARS, Field(description="section and material of all straight bars, which bend", examples=[BARS_SAMPLE])
     ] = None
+    source: Annotated[
+        str | None,
+        Field(description="who describes it, for `scissordyn cite`", examples=["Li, Wang 2020, doi:10.1177/1369433220971728"]),
+    ] = None
 
     @abstractmethod
     def fields(self) -> dict[str, Any]:
@@ -53,7 +57,8 @@ class MechanismTable(StructureTable):
 
     def fields(self) -> dict[str, Any]:
         """Gravity and the names of the first and last body."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "bars")}
+        own = {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "bars")}
+        return {**own, "source": self.source or ""}
 
 
 class BuiltTable(Call, StructureTable):
@@ -62,7 +67,8 @@ class BuiltTable(Call, StructureTable):
     def fields(self) -> dict[str, Any]:
         """Every field of the mechanism that is built."""
         mechanism = self.result()
-        return {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
+        built = {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
+        return {**built, "source": self.source or ""}
 
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:

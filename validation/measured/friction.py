@@ -50,8 +50,8 @@ class Verdict:
     values, errors : dict of str to float
         Fitted to all pieces, and their standard errors.
     fitted, left_out, predicted : float
-        Root mean square error of the angle [rad]: of pieces that were fitted; of those that were not, with their starts fitted to them
-        and with their starts estimated from their first tenth.
+        Root mean square error of the angle [rad]: of pieces that were fitted; of those that were not, with their starts
+        fitted to them, and with their starts estimated from their first tenth.
     """
 
     law: str

@@ -115,6 +115,7 @@ if TYPE_CHECKING:
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
+    from scissordyn.study.convergence import convergence
     from scissordyn.study.distribution import (
         Beta,
         Empirical,
@@ -230,6 +231,7 @@ __all__ = [
     "constrain_contact",
     "contact_statistics",
     "controller",
+    "convergence",
     "cycle",
     "degrees",
     "element",
@@ -390,6 +392,7 @@ _HOMES = {
         "Uniform",
         "Weibull",
     ),
+    "study.convergence": ("convergence",),
     "study.fit": ("Fit",),
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),

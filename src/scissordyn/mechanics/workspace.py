@@ -41,7 +41,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
     counts, states = np.diff(model.element_start), np.diff(model.state_start)
     entries, parts = model.constraint_column.size, model.part_constraint.size
     size, most = model.permutation.size, int(np.max(states, initial=0))
-    signals = len(SIGNALS)
+    signals, vectors = len(SIGNALS), 2 * int(np.max(model.bar[:, 1], initial=0))
     inactive = np.zeros(m)
     inactive[model.latch[:, 0]] = 1.0
     values = np.zeros((4, m))
@@ -106,4 +106,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         work=np.zeros(size),
         scratch=np.zeros(2 * n + int(model.state_start[-1])),
         work_b=np.zeros(nb),
+        bar=np.zeros((12, int(np.max(model.bar[:, 1:3] + [0, 2], initial=0)))),
+        bar_by_x=np.zeros((vectors, vectors)),
+        bar_by_v=np.zeros((vectors, vectors)),
     )

@@ -77,6 +77,8 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
     found = []
     for family in coordinates.families:
         first = family.maps[0]
+        if family.bodies[0] in coordinates.natural.tangents:  # as long as the strain makes it
+            continue
         if not family.free:
             for name, direction in zip(family.bodies, family.maps, strict=True):
                 length = _known_length(coordinates, direction)

@@ -15,6 +15,7 @@ import xarray as xr
 import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
+from scissordyn.component.port import AXIS
 from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
 from scissordyn.mechanics.monitored import (
@@ -256,7 +257,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
     kinds: dict[str, list[int]] = {}
     controlled = dict(plan.actuators)
     for i, component in enumerate(plan.acting):
-        if i not in controlled:
+        if i not in controlled and component.declaration.port is not AXIS:
             kinds.setdefault(component.declaration.section, []).append(i)
     parts: tuple[Component, ...] = plan.acting
     for section, index in kinds.items():

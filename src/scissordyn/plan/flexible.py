@@ -1,0 +1,173 @@
+"""Which bars bend as one part, which of their cross-sections are clamped, and where their shapes stand among the coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from scissordyn.component.beam import node_inertia
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.port import AXIS
+from scissordyn.laws.evaluate import elastic_energy
+from scissordyn.mechanics.elimination import Expression
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.shapes import Shapes, shapes_of
+from scissordyn.plugin.element import addresses, row_of
+
+__all__ = ["Axis", "axes_of", "clamped_bodies", "contact_frequency", "flexible_bars", "mode_count"]
+
+IMPACT_SPEED = 1.0
+"""Of the impact whose duration stands for that of contacts [m/s]."""
+
+LEAST_MODES, MOST_MODES = 2, 24
+"""Modes of each span at least, and of a bar at most, if their number is not given."""
+
+SAME_INERTIA = 1e-9
+"""Largest relative difference of the inertia of a cross-section from that of its bar, above which something else is fixed to it."""
+
+
+def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
+    """The bars that bend as one part."""
+    return tuple(part for part in mechanism.components if isinstance(part, FlexibleBar))
+
+
+def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
+    """The bodies whose direction something acts on beside joints, or that have more than a cross-section."""
+    bars = flexible_bars(mechanism)
+    parts: tuple[Any, ...] = (*mechanism.components, *mechanism.latches)
+    found = {drive.body for drive in mechanism.drives}
+    found |= {body for weld in mechanism.welds for body, _ in (weld.start, weld.end)}
+    found |= {part.body for part in parts if part.declaration.motor}
+    for part in parts:
+        if part.declaration.port is not AXIS:
+            found |= {each.body for each in part.declaration.port.attachments(part) if each.what != "place"}
+    for guide in mechanism.guides:
+        found |= {guide.body, *((guide.follower[0],) if guide.aligned or guide.clearance is not None else ())}
+    inertia: dict[str, float] = {}
+    times: dict[str, int] = {}
+    for bar in bars:
+        for k, name in enumerate(bar.sections):
+            spans = np.diff(bar.places)[max(0, k - 1) : k + 1].tolist()
+            inertia[name] = inertia.get(name, 0.0) + sum(node_inertia(bar.mass_per_length, span) for span in spans)
+            times[name] = times.get(name, 0) + 1
+    for name, own in inertia.items():
+        body = mechanism.body(name)
+        alone = times[name] == 1 and body.centre == (0.0, 0.0) and all(point == (0.0, 0.0) for point in body.points.values())
+        if not alone or abs((body.inertia or 0.0) - own) > SAME_INERTIA * own:
+            found.add(name)
+    return frozenset(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A bar that bends among the natural coordinates.
+
+    Parameters
+    ----------
+    bar : FlexibleBar
+    shapes : Shapes
+    first : ndarray of int, shape (count,)
+        Natural coordinate of the x component of the vector of each shape; y follows.
+    turned : ndarray, shape (count,)
+        By which angle the natural vector is turned to be that of the shape [rad]: directions of cross-sections at an angle.
+    """
+
+    bar: FlexibleBar
+    shapes: Shapes
+    first: np.ndarray
+    turned: np.ndarray
+
+    def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
+        """A combination of the vectors of the shapes, in natural coordinates."""
+        x: Expression = {}
+        y: Expression = {}
+        for weight, p, angle in zip(weights.tolist(), self.first.tolist(), self.turned.tolist(), strict=True):
+            if weight == 0.0:
+                continue
+            cos, sin = weight * np.cos(angle), weight * np.sin(angle)
+            for row, terms in ((x, {p: cos, p + 1: -sin}), (y, {p: sin, p + 1: cos})):
+                for column, value in terms.items():
+                    if value != 0.0:
+                        row[column] = row.get(column, 0.0) + float(value)
+        return x, y
+
+    def vectors(self, natural: np.ndarray) -> np.ndarray:
+        """The vectors of the shapes, from natural coordinates of shape (..., nZ), shape (..., count, 2)."""
+        found = np.stack([natural[..., self.first], natural[..., self.first + 1]], axis=-1)
+        cos, sin = np.cos(self.turned), np.sin(self.turned)
+        x, y = found[..., 0], found[..., 1]
+        return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+    def in_static_deflection(self, natural: np.ndarray) -> np.ndarray:
+        """The amplitudes with which the bar is bent as by forces at its cross-sections alone, shape (modes, 2)."""
+        return np.asarray(self.shapes.mean @ self.vectors(natural)[: self.shapes.held])
+
+    def added(self, forces: np.ndarray, target: np.ndarray) -> None:
+        """Add forces on the vectors, shape (..., count, 2), to those on natural coordinates, shape (..., nZ)."""
+        cos, sin = np.cos(self.turned), np.sin(self.turned)
+        x, y = forces[..., 0], forces[..., 1]
+        for k, p in enumerate(self.first.tolist()):
+            target[..., p] += cos[k] * x[..., k] + sin[k] * y[..., k]
+            target[..., p + 1] += cos[k] * y[..., k] - sin[k] * x[..., k]
+
+
+def contact_frequency(mechanism: Mechanism, mass: float) -> float:
+    """One over the duration of the shortest impact of a mass on a clearance joint or guide at 1 m/s [Hz]; 0 without contacts.
+
+    The duration goes with the fifth root of mass squared over speed for a contact as that of spheres, so that neither has to be
+    known well.
+    """
+    found = 0.0
+    for clearance in {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}:
+        law: Any = clearance.stiffness
+        found = max(found, 1.0 / _impact_duration(law, clearance.contact, mass))
+    return found
+
+
+@lru_cache(256)
+def _impact_duration(law: Any, contact: Any, mass: float) -> float:
+    """Of an elastic impact [s]: twice the integral of 1/v over the indentation, with the energy (v^2 - V^2) m/2 stored there."""
+    address, row = addresses(law), row_of(law, contact)
+
+    def stored(depth: float) -> float:
+        return float(elastic_energy(address["energy"], address["force"], depth, row))
+
+    energy, deepest = 0.5 * mass * IMPACT_SPEED**2, 1e-9
+    while stored(deepest) < energy and deepest < 1.0:
+        deepest *= 1.5
+    deepest = float(brentq(lambda depth: stored(depth) - energy, 0.0, deepest, rtol=1e-10)) if deepest < 1.0 else deepest
+    points, weights = np.polynomial.legendre.leggauss(24)
+    u = 0.5 * (points + 1.0)  # depth = (1 - u^2) deepest: the root of the speed is no longer singular
+    speed = np.sqrt([max(2.0 * (energy - stored(deepest * (1.0 - x * x))) / mass, 1e-300) for x in u.tolist()])
+    return float(2.0 * deepest * np.sum(0.5 * weights * 2.0 * u / speed))
+
+
+def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
+    """Bending modes of a bar, with its cross-sections held: as given, or those up to the frequency of contacts."""
+    if bar.modes is not None:
+        return bar.modes
+    least = LEAST_MODES * (len(bar.sections) - 1)
+    wanted = 2.0 * math.pi * contact_frequency(mechanism, bar.mass_per_length * bar.length)
+    shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MOST_MODES)
+    below = shapes.wave_numbers**2 * math.sqrt(bar.bending_stiffness / bar.mass_per_length) <= wanted
+    return min(max(least, int(np.sum(below))), MOST_MODES)
+
+
+def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[Axis, ...]:
+    """The bars that bend, the amplitudes of their modes from a natural coordinate on."""
+    found = []
+    for bar in flexible_bars(mechanism):
+        held = tuple(k for k, name in enumerate(bar.sections) if name in clamped)
+        shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), held, mode_count(mechanism, bar))
+        points = [offsets[name] for name in bar.sections]
+        places = [*points, *(points[k] + 2 for k in held), *range(first, first + 2 * shapes.modes, 2)]
+        turned = np.zeros(shapes.count)
+        turned[len(points) : shapes.held] = [bar.angles[k] for k in held]
+        found.append(Axis(bar, shapes, np.array(places, np.int64), turned))
+        first += 2 * shapes.modes
+    return tuple(found)

@@ -20,8 +20,12 @@ __all__ = ["add_flexible_bar", "linearise_flexible_bar"]
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)
 """Places in the row of a bar's parameters."""
 
-QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, BX, BY = range(12)
-"""Rows of `Workspace.bar`: vectors, their rates, forces; r' and forces on it, r'' at the points of quadrature."""
+QX, QY, VX, VY, FX, FY, RX, RY, HX, HY = range(10)
+"""Rows of `Workspace.bar`: vectors, their rates, forces; r' at the points of quadrature and both ends; the vectors times -EI,
+followed by the forces on r'."""
+
+LANES = 4
+"""Rows of tables have a whole multiple of so many numbers, which processors take at once."""
 
 
 @kernel(inline=True)
@@ -49,16 +53,29 @@ def add_vectors(bar, S, x, y, target):
 
 
 @kernel(inline=True)
-def combine(table, first, count, points, x, y, sx, sy):
-    """Write sums over shapes at points, the rows of a table being the shapes."""
-    for g in range(points):
-        sx[g] = 0.0
-        sy[g] = 0.0
-    for k in range(count):
-        qx, qy, row = x[k], y[k], first + k * points
-        for g in range(points):
-            sx[g] += table[row + g] * qx
-            sy[g] += table[row + g] * qy
+def combine(table, first, rows, width, x, y, sx, sy):
+    """Write the sums of the rows of a table, each times a vector: four columns at a time."""
+    for column in range(0, width, LANES):
+        a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = 0.0
+        for row in range(rows):
+            at, ux, uy = first + row * width + column, x[row], y[row]
+            t0, t1, t2, t3 = table[at], table[at + 1], table[at + 2], table[at + 3]
+            a0 += t0 * ux
+            a1 += t1 * ux
+            a2 += t2 * ux
+            a3 += t3 * ux
+            b0 += t0 * uy
+            b1 += t1 * uy
+            b2 += t2 * uy
+            b3 += t3 * uy
+        sx[column], sx[column + 1], sx[column + 2], sx[column + 3] = a0, a1, a2, a3
+        sy[column], sy[column + 1], sy[column + 2], sy[column + 3] = b0, b1, b2, b3
+
+
+@kernel(inline=True)
+def padded(count):
+    """The width of a row with so many numbers."""
+    return LANES * ((count + LANES - 1) // LANES)
 
 
 @kernel(inline=True)
@@ -76,12 +93,10 @@ def add_flexible_bar(t, i, S):
     M, W, p = S.model, S.work, S.parameters.component[i]
     bar = M.bar_of[i]
     count, points, table = M.bar[bar, 1], M.bar[bar, 2], M.bar_table
-    ends = points + 2
+    ends, wide = padded(points + 2), padded(count)
     weights = M.bar[bar, 3]
     slopes = weights + points  # (shapes, points and both ends)
-    across = slopes + count * ends  # the same by points
-    bends = across + count * ends  # (shapes, points)
-    stiffness = bends + count * points
+    forces = slopes + count * ends  # the bending form, slopes by points and second derivatives by points
     B = W.bar
     x, y, fx, fy, rx, ry, hx, hy = B[QX], B[QY], B[FX], B[FY], B[RX], B[RY], B[HX], B[HY]
     read_vectors(bar, S, W.X, x, y)
@@ -95,22 +110,24 @@ def add_flexible_bar(t, i, S):
         force = p[EA] * table[weights + g] * longer
         stored += 0.5 * force * longer
         warmed += force
-        hx[g] = -force * rx[g] / size
-        hy[g] = -force * ry[g] / size
+        force /= size
+        hx[count + g] = -force * rx[g]
+        hy[count + g] = -force * ry[g]
     for k in range(count):
-        fx[k] = 0.0
-        fy[k] = 0.0
-    bent = 0.0
-    for l in range(count):
-        sx, sy, row = -p[EI] * x[l], -p[EI] * y[l], stiffness + l * count
-        for k in range(count):
-            fx[k] += table[row + k] * sx
-            fy[k] += table[row + k] * sy
-    for k in range(count):
+        hx[k] = -p[EI] * x[k]
+        hy[k] = -p[EI] * y[k]
+    lost = bent = 0.0
+    rows = count + points
+    if p[TAU] > 0.0:
+        lost, bent = write_damping(i, bar, S, weights, forces)
+        rows += points
+    combine(table, forces, rows, wide, hx, hy, fx, fy)
+    for k in range(count):  # twice the energy: the virtual work of all that acts, less that of what acts on r' and r''
         bent -= fx[k] * x[k] + fy[k] * y[k]
-    W.dissipation[i] = W.power_in[i] = 0.0
+    for g in range(points):
+        bent += hx[count + g] * rx[g] + hy[count + g] * ry[g]
+    W.dissipation[i], W.power_in[i] = lost, 0.0
     if curvature != 0.0 or p[CURVATURE] * factor_rate != 0.0:
-        turned = 0.0
         for end in range(2):
             g, sense = points + end, 2.0 * end - 1.0
             square = rx[g] * rx[g] + ry[g] * ry[g]
@@ -125,47 +142,46 @@ def add_flexible_bar(t, i, S):
         W.power_in[i] -= factor_rate * p[EI] * p[CURVATURE] * (turned - curvature * p[LENGTH])
     W.power_in[i] -= factor_rate * p[STRAIN] * warmed
     W.stored_energy[i] = stored + 0.5 * bent
-    if p[TAU] > 0.0:
-        W.dissipation[i] = add_damping(i, bar, S, weights, slopes, bends)
-    for g in range(points):
-        sx, sy, row = hx[g], hy[g], across + g * count
-        for k in range(count):
-            fx[k] += table[row + k] * sx
-            fy[k] += table[row + k] * sy
     add_vectors(bar, S, fx, fy, W.force)
 
 
 @kernel()
-def add_damping(i, bar, S, weights, slopes, bends):
-    """Add what damping exerts to the forces on r' and on the shapes; returns the dissipated power."""
+def write_damping(i, bar, S, weights, forces):
+    """Add what damping exerts to the forces on r', write those on r''; returns the dissipated power, and the work on r''."""
     M, W, p = S.model, S.work, S.parameters.component[i]
     count, points, table = M.bar[bar, 1], M.bar[bar, 2], M.bar_table
-    B = W.bar
-    x, y, vx, vy, rx, ry = B[QX], B[QY], B[VX], B[VY], B[RX], B[RY]
+    B, wide = W.bar, padded(count)
+    x, y, vx, vy, rx, ry, hx, hy = B[QX], B[QY], B[VX], B[VY], B[RX], B[RY], B[HX], B[HY]
     read_vectors(bar, S, W.V, vx, vy)
-    lost = 0.0
+    lost = work = 0.0
     for g in range(points):
-        px = py = bx = by = qx = qy = 0.0
-        for k in range(count):
-            slope, bend = table[slopes + k * (points + 2) + g], table[bends + k * points + g]
-            px += slope * vx[k]
-            py += slope * vy[k]
-            bx += bend * x[k]
-            by += bend * y[k]
-            qx += bend * vx[k]
-            qy += bend * vy[k]
+        px, py, bx, by, qx, qy = derivatives(table, forces + (count + g) * wide, points * wide, count, x, y, vx, vy)
         size, weight = math.sqrt(rx[g] * rx[g] + ry[g] * ry[g]), p[TAU] * table[weights + g]
         rate = (rx[g] * px + ry[g] * py) / size
         turning = px * by - py * bx + rx[g] * qy - ry[g] * qx
         axial, moment = weight * p[EA] * rate, weight * p[EI] * turning
         lost += axial * rate + moment * turning
-        B[HX, g] -= axial * rx[g] / size + moment * by
-        B[HY, g] -= axial * ry[g] / size - moment * bx
-        for k in range(count):
-            bend = table[bends + k * points + g]
-            B[FX, k] += moment * ry[g] * bend
-            B[FY, k] -= moment * rx[g] * bend
-    return lost
+        hx[count + g] -= axial * rx[g] / size + moment * by
+        hy[count + g] -= axial * ry[g] / size - moment * bx
+        mx, my = moment * ry[g], -moment * rx[g]
+        hx[count + points + g], hy[count + points + g] = mx, my
+        work += mx * bx + my * by
+    return lost, work
+
+
+@kernel(inline=True)
+def derivatives(table, first, apart, count, x, y, vx, vy):
+    """Rate of r', r'' and its rate at a point of quadrature."""
+    px = py = bx = by = qx = qy = 0.0
+    for k in range(count):
+        slope, bend = table[first + k], table[first + apart + k]
+        px += slope * vx[k]
+        py += slope * vy[k]
+        bx += bend * x[k]
+        by += bend * y[k]
+        qx += bend * vx[k]
+        qy += bend * vy[k]
+    return px, py, bx, by, qx, qy
 
 
 @kernel()
@@ -174,10 +190,9 @@ def linearise_flexible_bar(t, i, S, dt):
     M, W, p = S.model, S.work, S.parameters.component[i]
     element, bar = S.parameters.contact.size + i, M.bar_of[i]
     count, points, table = M.bar[bar, 1], M.bar[bar, 2], M.bar_table
-    ends, weights = points + 2, M.bar[bar, 3]
+    ends, wide, weights = padded(points + 2), padded(count), M.bar[bar, 3]
     slopes = weights + points
-    bends = slopes + 2 * count * ends
-    stiffness = bends + count * points
+    forces = slopes + count * ends
     B, K, D = W.bar, W.bar_by_x, W.bar_by_v
     x, y, vx, vy, rx, ry = B[QX], B[QY], B[VX], B[VY], B[RX], B[RY]
     read_vectors(bar, S, W.X, x, y)
@@ -187,7 +202,7 @@ def linearise_flexible_bar(t, i, S, dt):
     for k in range(count):
         B[FX, k] = B[FY, k] = 0.0
         for l in range(count):
-            value = -p[EI] * table[stiffness + k * count + l]
+            value = -p[EI] * table[forces + k * wide + l]
             K[2 * k, 2 * l] = K[2 * k + 1, 2 * l + 1] = value
             K[2 * k, 2 * l + 1] = K[2 * k + 1, 2 * l] = 0.0
             D[2 * k, 2 * l] = D[2 * k, 2 * l + 1] = D[2 * k + 1, 2 * l] = D[2 * k + 1, 2 * l + 1] = 0.0
@@ -197,17 +212,11 @@ def linearise_flexible_bar(t, i, S, dt):
         over = p[EA] * weight * (size - 1.0 - factor * p[STRAIN]) / size
         along = p[EA] * weight
         warm = along * p[STRAIN] * factor_rate
-        px = py = bx = by = qx = qy = 0.0
+        first = forces + (count + g) * wide
+        px, py, bx, by, qx, qy = derivatives(table, first, points * wide, count, x, y, vx, vy)
         for k in range(count):
-            slope, bend = table[slopes + k * ends + g], table[bends + k * points + g]
-            px += slope * vx[k]
-            py += slope * vy[k]
-            bx += bend * x[k]
-            by += bend * y[k]
-            qx += bend * vx[k]
-            qy += bend * vy[k]
-            B[FX, k] += warm * slope * tx
-            B[FY, k] += warm * slope * ty
+            B[FX, k] += warm * table[first + k] * tx
+            B[FY, k] += warm * table[first + k] * ty
         rate, turning = tx * px + ty * py, px * by - py * bx + rx[g] * qy - ry[g] * qx
         lost, moment = p[TAU] * along, p[TAU] * p[EI] * weight
         # the derivatives of -(N t) by r', by the position and, damped, by the rate
@@ -216,10 +225,10 @@ def linearise_flexible_bar(t, i, S, dt):
         yx = -(along - over) * tx * ty - lost * (ty * (px - tx * rate) - rate * tx * ty) / size
         yy = -(along * ty * ty + over * (1.0 - ty * ty)) - lost * (ty * (py - ty * rate) + rate * (1.0 - ty * ty)) / size
         for k in range(count):
-            s, b = table[slopes + k * ends + g], table[bends + k * points + g]
+            s, b = table[first + k], table[first + points * wide + k]
             cx, cy = s * by - b * ry[g], b * rx[g] - s * bx  # of r' x r'' by the vectors
             for l in range(count):
-                u, c = table[slopes + l * ends + g], table[bends + l * points + g]
+                u, c = table[first + l], table[first + points * wide + l]
                 su = s * u
                 K[2 * k, 2 * l] += su * xx
                 K[2 * k, 2 * l + 1] += su * xy

@@ -123,7 +123,7 @@ class Model(NamedTuple):
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
     bar_of: I1  # (components,) flexible bar, or -1
     bar: I2  # (flexible bars, 4): first vector, vectors, points of quadrature, where its tables start
-    bar_table: F1  # weights, slopes by shapes and by points, second derivatives, bending of each bar
+    bar_table: F1  # of each: weights, slopes by shapes; bending, slopes and second derivatives by points
     shape_start: I1  # (vectors + 1,) maps of the vectors of shapes
     shape_column: I1
     shape_row: F2  # (2, entries)
@@ -226,7 +226,7 @@ class Workspace(NamedTuple):
     work: F1  # (n+m+nz,)
     scratch: F1  # (2n+nz,)
     work_b: F1  # (nb,)
-    bar: F2  # (12, widest flexible bar)
+    bar: F2  # (10, widest flexible bar)
     bar_by_x: F2  # (2 vectors, 2 vectors) derivatives of the forces of a flexible bar
     bar_by_v: F2
 

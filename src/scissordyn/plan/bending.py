@@ -12,6 +12,7 @@ from scissordyn.component.beam import Beam, node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.mechanics.flexible_bar import LANES
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
@@ -93,8 +94,13 @@ def bar_table(axis: Axis) -> np.ndarray:
     shapes = axis.shapes
     points, weights = shapes.quadrature
     slopes = shapes.at(np.concatenate([points, [0.0, shapes.places[-1]]]), 1)
-    parts = weights, slopes.T, slopes, shapes.at(points, 2).T, shapes.bending
-    return np.concatenate([part.ravel() for part in parts])
+    forces = np.vstack([shapes.bending, slopes[:-2], shapes.at(points, 2)])
+    return np.concatenate([weights, _padded(slopes.T).ravel(), _padded(forces).ravel()])
+
+
+def _padded(table: np.ndarray) -> np.ndarray:
+    """Rows of a whole multiple of `LANES` numbers."""
+    return np.pad(table, ((0, 0), (0, -table.shape[1] % LANES)))
 
 
 FEW = 6

@@ -164,6 +164,13 @@ class Natural:
         body, name = reference
         return self.fixed(body, (self.ground if body == GROUND else self.bodies[body].points)[name], size)
 
+    def angle_of(self, body: str, natural: np.ndarray) -> float:
+        """Angle of a body at natural coordinates, from -pi to pi [rad]; as placed for one that does not rotate."""
+        if not self.bodies[body].rotates:
+            return self.bodies[body].angle
+        x, y = (sum(value * float(natural[column]) for column, value in row.items()) for row in self.direction(body))
+        return math.atan2(y, x)
+
     def fixed(self, body: str, point: Point, size: float = 1.0) -> tuple[Expression, Expression]:
         """Both components of a point in the frame of a body, or of the ground; lengths and origins are in units of `size`."""
         x, y = point[0] / size, point[1] / size

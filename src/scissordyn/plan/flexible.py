@@ -82,6 +82,14 @@ class Axis:
     first: np.ndarray
     turned: np.ndarray
 
+    @property
+    def highest_frequency(self) -> float:
+        """Of the modes that the bar has, its cross-sections held [Hz]; 0 without modes."""
+        if self.shapes.modes == 0:
+            return 0.0
+        speed = math.sqrt(self.bar.bending_stiffness / self.bar.mass_per_length)
+        return float(self.shapes.wave_numbers[self.shapes.modes - 1]) ** 2 * speed / (2.0 * math.pi)
+
     def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
         """A combination of the vectors of the shapes, in natural coordinates."""
         x: Expression = {}

@@ -12,7 +12,7 @@ import numpy as np
 from scissordyn.component.port.declaration import Attachment, Ends, Port, Turned, Where
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, bent
 
-__all__ = ["AXIS"]
+__all__ = ["AXIS", "bent_axis"]
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
@@ -32,14 +32,19 @@ def ends(component: Any) -> Ends:
 
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     """The bent axis, from section to section."""
-    places, angles = [scene.place((name, (0.0, 0.0))) for name in component.sections], component.angles
-    turns = [scene.angle(name) + angle for name, angle in zip(component.sections, angles, strict=True)]
-    spans = [
-        bent(strokes[0][:, 0], places[k], places[k + 1], component.places[k + 1] - component.places[k], (turns[k], turns[k + 1]))
-        for k in range(len(places) - 1)
-    ]
-    axis = np.concatenate(spans, axis=1)
+    axis = bent_axis(component, scene, strokes[0][:, 0])
     return (axis,), axis[:, axis.shape[1] // 2]
+
+
+def bent_axis(component: Any, scene: Scene, part: np.ndarray) -> np.ndarray:
+    """Points of the bent axis at parts of each span, shape (samples, spans * points, 2) [m]."""
+    sections, along = component.sections, component.places
+    places = [scene.place((name, None)) for name in sections]
+    turns = [scene.angle(name) + angle for name, angle in zip(sections, component.angles, strict=True)]
+    spans = [
+        bent(part, places[k], places[k + 1], along[k + 1] - along[k], (turns[k], turns[k + 1])) for k in range(len(sections) - 1)
+    ]
+    return np.concatenate(spans, axis=1)
 
 
 AXIS = Port(

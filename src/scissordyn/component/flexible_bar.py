@@ -99,7 +99,9 @@ class FlexibleBar:
         check_quantities(self, f"flexible bar '{self.name}'")
         count = len(self.sections)
         if count < 2 or len(set(self.sections)) != count or len(self.places) != count:
-            raise InputError(f"flexible bar '{self.name}' with {count} sections and {len(self.places)} places", "two or more of both")
+            raise InputError(
+                f"flexible bar '{self.name}' with {count} sections and {len(self.places)} places", "two or more of both"
+            )
         if any(b <= a for a, b in zip(self.places, self.places[1:], strict=False)):
             raise InputError(f"flexible bar '{self.name}' with places that do not increase", "places from one end to the other")
         if self.turned and len(self.turned) != count:

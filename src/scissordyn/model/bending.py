@@ -312,10 +312,7 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
     for guide in mechanism.guides:
         if guide.body == name:
             raise refused(f"guide '{guide.name}'")
-    components = [
-        exchanged(part, f"component '{part.name}'", part.declaration.port.turning)
-        for part in mechanism.components
-    ]
+    components = [exchanged(part, f"component '{part.name}'", part.declaration.port.turning) for part in mechanism.components]
     tracks = []
     for track in mechanism.tracks:
         if track.body == name and track.point not in where:
@@ -329,7 +326,9 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
             "guides": tuple(exchanged(part, f"guide '{part.name}'") for part in mechanism.guides),
             "welds": tuple(exchanged(part, f"weld '{part.name}'") for part in mechanism.welds),
             "rods": tuple(exchanged(part, f"rod '{part.name}'") for part in mechanism.rods),
-            "latches": tuple(exchanged(part, f"latch '{part.name}'", part.declaration.port.turning) for part in mechanism.latches),
+            "latches": tuple(
+                exchanged(part, f"latch '{part.name}'", part.declaration.port.turning) for part in mechanism.latches
+            ),
             "components": (*components, *beams),
             "tracks": tuple(tracks),
         }

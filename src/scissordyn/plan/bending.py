@@ -17,7 +17,17 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
 
-__all__ = ["bar_table", "beam_mass", "beams_of", "bends", "dissected", "flexible_maps", "is_straight", "straight_bar", "straight_maps"]
+__all__ = [
+    "bar_table",
+    "beam_mass",
+    "beams_of",
+    "bends",
+    "dissected",
+    "flexible_maps",
+    "is_straight",
+    "straight_bar",
+    "straight_maps",
+]
 
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
 """420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
@@ -173,7 +183,9 @@ def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[Point
     chord = (one[sections - 1] - one[0]) / length
     rows = [(one[k] - one[0] - shapes.places[k] * chord, length) for k in range(1, sections - 1)]
     rows += [(one[k] - chord, 1.0) for k in range(sections, shapes.held)]
-    rows += [(one[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)]
+    rows += [
+        (one[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
+    ]
     vectors = [(coordinates.vector(*axis.expression(row)), scale) for row, scale in rows]
     along = coordinates.vector(*axis.expression(chord))
     return vectors, Constraint(((1.0, along),), 0.5, subject=f"bar '{axis.bar.name}'", bodies=axis.bar.sections)

@@ -231,9 +231,7 @@ def natural_coordinates(mechanism: Mechanism) -> Natural:
     if not bent:
         return Natural(bodies, ground, offsets, total)
     axes = axes_of(mechanism, offsets, clamped, total)
-    tangents = {
-        name: (axis, k) for axis in axes for k, name in enumerate(axis.bar.sections) if name not in clamped
-    }
+    tangents = {name: (axis, k) for axis in axes for k, name in enumerate(axis.bar.sections) if name not in clamped}
     return Natural(bodies, ground, offsets, total + sum(2 * axis.shapes.modes for axis in axes), axes, tangents)
 
 

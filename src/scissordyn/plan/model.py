@@ -142,11 +142,15 @@ def _flexible(
     tables = [bar_table(axis) for axis in coordinates.natural.axes]
     first = offsets(len(maps) for _, maps in bars)
     table_start = offsets(table.size for table in tables)
-    sizes = [[len(maps), axis.shapes.quadrature[0].size] for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)]
+    sizes = [
+        [len(maps), axis.shapes.quadrature[0].size] for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)
+    ]
     places = [np.searchsorted(columns, each.columns) for columns, maps in bars for each in maps]
     return {
         "bar_of": numbers,
-        "bar": np.array([[f, *size, at] for f, size, at in zip(first, sizes, table_start, strict=False)], np.int64).reshape(-1, 4),
+        "bar": np.array([[f, *size, at] for f, size, at in zip(first, sizes, table_start, strict=False)], np.int64).reshape(
+            -1, 4
+        ),
         "bar_table": np.concatenate([np.zeros(0), *tables]),
         "shape_start": shape_start,
         "shape_column": shape_column,

@@ -108,7 +108,7 @@ class Shapes:
 
     @cached_property
     def mass(self) -> np.ndarray:
-        """int S_k S_l ds, shape (count, count) [m]: modes are orthonormal and coupled with nothing."""
+        """Int S_k S_l ds, shape (count, count) [m]: modes are orthonormal and coupled with nothing."""
         found = self._solved[0].T @ self._forms[0] @ self._solved[0]
         found[:, self.held :] = found[self.held :] = 0.0
         found[range(self.held, self.count), range(self.held, self.count)] = 1.0
@@ -116,7 +116,7 @@ class Shapes:
 
     @cached_property
     def bending(self) -> np.ndarray:
-        """int S_k'' S_l'' ds, shape (count, count) [1/m^3]."""
+        """Int S_k'' S_l'' ds, shape (count, count) [1/m^3]."""
         found = self._solved[0].T @ self._forms[1] @ self._solved[0]
         return np.asarray(0.5 * (found + found.T))
 
@@ -127,7 +127,7 @@ class Shapes:
 
     @property
     def wave_numbers(self) -> np.ndarray:
-        """beta of all bending modes that the polynomials have [1/m]: omega = beta^2 sqrt(EI/mu)."""
+        """Beta of all bending modes that the polynomials have [1/m]: omega = beta^2 sqrt(EI/mu)."""
         return np.asarray(self._solved[2] ** 0.25)
 
     @cached_property

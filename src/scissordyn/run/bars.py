@@ -71,7 +71,7 @@ def _motion(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> _Motion:
 
 
 def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """r' at some places, the strain that has a stress, with that of damping, and the unit tangent."""
+    """R' at some places, the strain that has a stress, with that of damping, and the unit tangent."""
     slope = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.vectors)
     rate = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.rates)
     size = np.linalg.norm(slope, axis=-1)

@@ -30,9 +30,9 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.plan import Plan
+from scissordyn.run.bars import carried, part_names
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
-from scissordyn.run.bars import carried, part_names
 from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
@@ -347,7 +347,9 @@ def beam_variables(plan: Plan, path: Trajectory, found: Record, known: Variables
     if axes:
         found_there["bar"] = _named("bar", [axis.bar.name for axis in axes])
         kept = [(axis.shapes.modes, axis.highest_frequency) for axis in axes]
-        found_there["bar_modes"] = _described(("bar",), np.array([m for m, _ in kept]), "1", "bending modes between cross-sections")
+        found_there["bar_modes"] = _described(
+            ("bar",), np.array([m for m, _ in kept]), "1", "bending modes between cross-sections"
+        )
         text = "frequency of the highest of them, its cross-sections held"
         found_there["bar_frequency"] = _described(("bar",), np.array([f for _, f in kept]), "Hz", text)
     return found_there

@@ -42,7 +42,8 @@ def bent_axis(component: Any, scene: Scene, part: np.ndarray) -> np.ndarray:
     places = [scene.place((name, None)) for name in sections]
     turns = [scene.angle(name) + angle for name, angle in zip(sections, component.angles, strict=True)]
     spans = [
-        bent(part, places[k], places[k + 1], along[k + 1] - along[k], (turns[k], turns[k + 1])) for k in range(len(sections) - 1)
+        bent(part, places[k], places[k + 1], along[k + 1] - along[k], (turns[k], turns[k + 1]))
+        for k in range(len(sections) - 1)
     ]
     return np.concatenate(spans, axis=1)
 

@@ -32,7 +32,7 @@ def node_inertia(mass_per_length: float, length: float) -> float:
 
 
 def thermal_loads(bar: Any) -> tuple[float, float]:
-    """Strain [1] and curvature [1/m] that heat gives a bar without stress."""
+    """Strain [1] and curvature [1/m] that temperatures give a bar without stress."""
     gradient = bar.temperature_difference / bar.depth if bar.depth else 0.0
     return bar.thermal_expansion * bar.temperature_rise, bar.thermal_expansion * gradient
 

@@ -22,7 +22,7 @@ MODES = Quantity("1", minimum=0, maximum=40, help="bending modes of the bar with
     supplied=True,
     symbol="beam",
     example={
-        "sections": ["crank", "crank/1"],
+        "sections": ["crank", "rod"],
         "places": "0, 0.5 m",
         "modes": 4,
         "axial_stiffness": "75 MN",

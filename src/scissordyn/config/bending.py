@@ -24,9 +24,7 @@ BendingTable = table_of_call(
         ("material", Annotated[str | None, Field(description="steel, aluminium or titanium")]),
         (
             "modes",
-            Annotated[
-                int | Literal["auto"], Field(description="bending modes of each bar, its points held", examples=["auto"])
-            ],
+            Annotated[int | Literal["auto"], Field(description="bending modes of a bar, its points held", examples=["auto"])],
         ),
         ("elements", Annotated[int | None, ELEMENTS, Field(description="beam elements along a bar, in place of modes")]),
         (

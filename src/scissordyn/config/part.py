@@ -206,6 +206,12 @@ def _pairs_of(pairs: Pairs) -> PlainValidator:
     return PlainValidator(read)
 
 
+def _read_names(given: Any) -> tuple[str, ...]:
+    if not isinstance(given, list | tuple) or not all(isinstance(name, str) for name in given):
+        raise InputError("not a list of names", "names of bodies", '["crank", "crank/1"]')
+    return tuple(given)
+
+
 def _numbers(unit: str) -> PlainValidator:
     """For a key whose value is some numbers with a unit."""
     return PlainValidator(lambda given: read_numbers(given, unit))
@@ -229,7 +235,7 @@ def _component_hints(kind: type) -> Hints:
         elif field.hint is Controller:
             hints[name] = Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them")]
         elif field.hint == tuple[str, ...]:
-            hints[name] = Annotated[tuple[str, ...], Field(description="names of bodies")]
+            hints[name] = Annotated[tuple[str, ...], PlainValidator(_read_names), Field(description="names of bodies")]
         elif field.hint == BodyPoint | None:
             hints[name] = Annotated[BodyPoint | None, BODY_POINT, Field(description='a point, as "BODY.POINT"')]
     return tuple((name, hints[name]) for name in declared(kind) if name in hints)

@@ -1,7 +1,7 @@
 """Bars that bend as one part: forces on the vectors of their shapes, and how these change.
 
-With r' = sum S_k' q_k at points of quadrature, g = |r'| and t = r'/g: axial force N = EA (g - 1 - e) with the strain e of heat,
-bending by the constant matrix K = int S_k'' S_l'' ds, the moment EI c of heat, of the curvature c, on both ends:
+With r' = sum S_k' q_k at points of quadrature, g = |r'| and t = r'/g: axial force N = EA (g - 1 - e), e the strain of a
+temperature; bending by the constant matrix K = int S_k'' S_l'' ds; moments EI c on both ends, c the curvature of temperatures:
 
     f_k = -EI sum K_kl q_l - sum w S_k' N t + EI c [S_k' J r'/g^2] from one end to the other.
 
@@ -79,7 +79,7 @@ def padded(count):
 
 
 @kernel(inline=True)
-def heat(t, i, S):
+def warmth(t, i, S):
     """Factor of the temperatures of component i, and its rate."""
     if S.model.function[i] < 0:
         return 1.0, 0.0
@@ -101,7 +101,7 @@ def add_flexible_bar(t, i, S):
     x, y, fx, fy, rx, ry, hx, hy = B[QX], B[QY], B[FX], B[FY], B[RX], B[RY], B[HX], B[HY]
     read_vectors(bar, S, W.X, x, y)
     combine(table, slopes, count, ends, x, y, rx, ry)
-    factor, factor_rate = heat(t, i, S)
+    factor, factor_rate = warmth(t, i, S)
     strain, curvature = factor * p[STRAIN], factor * p[CURVATURE]
     stored = warmed = 0.0
     for g in range(points):
@@ -186,7 +186,7 @@ def derivatives(table, first, apart, count, x, y, vx, vy):
 
 @kernel()
 def linearise_flexible_bar(t, i, S, dt):
-    """Write the derivatives of the generalized forces of a bar into Work.block_x and Work.block_v; add what heat changes to dt."""
+    """Write the derivatives of a bar's generalized forces to Work.block_x and Work.block_v; add what time alone changes to dt."""
     M, W, p = S.model, S.work, S.parameters.component[i]
     element, bar = S.parameters.contact.size + i, M.bar_of[i]
     count, points, table = M.bar[bar, 1], M.bar[bar, 2], M.bar_table
@@ -198,7 +198,7 @@ def linearise_flexible_bar(t, i, S, dt):
     read_vectors(bar, S, W.X, x, y)
     read_vectors(bar, S, W.V, vx, vy)
     combine(table, slopes, count, ends, x, y, rx, ry)
-    factor, factor_rate = heat(t, i, S)
+    factor, factor_rate = warmth(t, i, S)
     for k in range(count):
         B[FX, k] = B[FY, k] = 0.0
         for l in range(count):

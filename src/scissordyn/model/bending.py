@@ -57,10 +57,11 @@ def with_bending(
 ) -> Mechanism:
     """The same mechanism with bars that bend.
 
-    A bar becomes cross-sections, bodies that rotate, at its points: the one at the origin of its frame keeps the bar's name, the
-    others are "BAR/1", "BAR/2", ... from its first point to its last. A `FlexibleBar` "BAR/beam" joins them; or, with
-    `elements`, beam elements "BAR/beam 1", ... join these and further cross-sections. What is attached to a point of the bar is
-    attached to the cross-section there. Drives, motors and actuators of the bar act on the cross-section that has its name.
+    A bar becomes cross-sections, bodies that rotate, at its points: the one at the origin of its frame keeps the bar's name,
+    the others are "BAR/1", "BAR/2", ... from its first point to its last. A `FlexibleBar` "BAR/beam" joins them; or, with
+    `elements`, beam elements "BAR/beam 1", ... join these and further cross-sections. What is attached to a point of the bar
+    is attached to the cross-section there. Drives, motors and all that acts on the bar's angle act on the cross-section that
+    has its name.
 
     Parameters
     ----------
@@ -326,9 +327,7 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
             "guides": tuple(exchanged(part, f"guide '{part.name}'") for part in mechanism.guides),
             "welds": tuple(exchanged(part, f"weld '{part.name}'") for part in mechanism.welds),
             "rods": tuple(exchanged(part, f"rod '{part.name}'") for part in mechanism.rods),
-            "latches": tuple(
-                exchanged(part, f"latch '{part.name}'", part.declaration.port.turning) for part in mechanism.latches
-            ),
+            "latches": tuple(exchanged(part, f"latch '{part.name}'", ("body", "base")) for part in mechanism.latches),
             "components": (*components, *beams),
             "tracks": tuple(tracks),
         }

@@ -74,19 +74,24 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
 
 def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
     """Entries of a flexible bar: of the points, of directions and of amplitudes, which couple with nothing."""
-    mass, sections, own = axis.bar.mass_per_length * axis.shapes.mass, len(axis.bar.sections), axis.shapes.clamped
-    spans = np.diff(axis.shapes.places)
-    for k in range(sections):
-        mass[k, k] -= 0.5 * axis.bar.mass_per_length * float(np.sum(spans[max(0, k - 1) : k + 1]))
-    for row, k in enumerate(own, sections):
-        mass[row, row] -= sum(node_inertia(axis.bar.mass_per_length, span) for span in spans[max(0, k - 1) : k + 1].tolist())
+    per_length, spans, own = axis.bar.mass_per_length, np.diff(axis.shapes.places), np.zeros(axis.shapes.count)
+    for k in range(len(axis.bar.sections)):
+        own[k] = 0.5 * per_length * float(np.sum(spans[max(0, k - 1) : k + 1]))
+    for row, k in enumerate(axis.shapes.clamped, len(axis.bar.sections)):
+        if k in axis.directed:
+            own[row] = sum(node_inertia(per_length, span) for span in spans[max(0, k - 1) : k + 1].tolist())
+    mass = per_length * axis.shapes.mass - np.diag(own)
     found = []
-    for i, j in zip(*np.nonzero(mass), strict=True):
-        p, q, turn = int(axis.first[i]), int(axis.first[j]), float(axis.turned[j] - axis.turned[i])
-        along, across = float(mass[i, j]) * math.cos(turn), float(mass[i, j]) * math.sin(turn)
-        found += [(p, q, along), (p + 1, q + 1, along)]
-        if across != 0.0:
-            found += [(p, q + 1, -across), (p + 1, q, across)]
+    for i, p, first in axis.terms:
+        for j, q, second in axis.terms:
+            if mass[i, j] == 0.0:
+                continue
+            # what the bodies have for it is at their points and directions alone
+            value = mass[i, j] + (own[i] if i == j and (p != axis.first[i] or q != axis.first[j]) else 0.0)
+            along, across = value * math.cos(second - first), value * math.sin(second - first)
+            found += [(p, q, along), (p + 1, q + 1, along)]
+            if across != 0.0:
+                found += [(p, q + 1, -across), (p + 1, q, across)]
     return found
 
 
@@ -187,5 +192,6 @@ def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[Point
         (one[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
     ]
     vectors = [(coordinates.vector(*axis.expression(row)), scale) for row, scale in rows]
+    vectors += [(coordinates.vector({p: 1.0}, {p + 1: 1.0}), 1.0) for p in axis.stretch.values()]
     along = coordinates.vector(*axis.expression(chord))
     return vectors, Constraint(((1.0, along),), 0.5, subject=f"bar '{axis.bar.name}'", bodies=axis.bar.sections)

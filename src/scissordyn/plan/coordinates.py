@@ -204,8 +204,14 @@ class Natural:
         return position, velocity
 
     def deflect_statically(self, position: np.ndarray) -> None:
-        """Write the amplitudes of modes with which bars are bent by forces at their cross-sections alone, or straight."""
+        """Write the amplitudes of modes with which bars are bent by forces at their cross-sections alone, or straight.
+
+        Slopes that are no directions of bodies are those of the lines between the ends.
+        """
         for axis in self.axes:
+            for p in axis.slopes:
+                one, other = (int(axis.first[k]) for k in (0, len(axis.bar.sections) - 1))
+                position[p : p + 2] = (position[other : other + 2] - position[one : one + 2]) / axis.bar.length
             amplitudes = axis.in_static_deflection(position)
             for q, p in zip(amplitudes, axis.first[axis.shapes.held :].tolist(), strict=True):
                 position[p : p + 2] = q
@@ -230,9 +236,9 @@ def natural_coordinates(mechanism: Mechanism) -> Natural:
         total += 4 if body.rotates and (body.name not in bent or body.name in clamped) else 2
     if not bent:
         return Natural(bodies, ground, offsets, total)
-    axes = axes_of(mechanism, offsets, clamped, total)
+    axes, total = axes_of(mechanism, offsets, clamped, total)
     tangents = {name: (axis, k) for axis in axes for k, name in enumerate(axis.bar.sections) if name not in clamped}
-    return Natural(bodies, ground, offsets, total + sum(2 * axis.shapes.modes for axis in axes), axes, tangents)
+    return Natural(bodies, ground, offsets, total, axes, tangents)
 
 
 @dataclass(frozen=True)

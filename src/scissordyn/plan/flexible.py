@@ -1,4 +1,4 @@
-"""Which bars bend as one part, which of their cross-sections are clamped, and where their shapes stand among the coordinates."""
+"""Bars that bend as one part: which of their cross-sections are clamped, and where their shapes are among the coordinates."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from scissordyn.component.beam import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.place import GROUND
 from scissordyn.component.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.elimination import Expression
@@ -28,7 +29,7 @@ LEAST_MODES, MOST_MODES = 2, 24
 """Modes of each span at least, and of a bar at most, if their number is not given."""
 
 SAME_INERTIA = 1e-9
-"""Largest relative difference of the inertia of a cross-section from that of its bar, above which something else is fixed to it."""
+"""Largest relative difference of the inertia of a cross-section from that of its bar: beyond, something else is fixed to it."""
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
@@ -63,6 +64,16 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
     return frozenset(found)
 
 
+def _prescribed(mechanism: Mechanism) -> frozenset[str]:
+    """Bodies whose direction a drive or the ground keeps."""
+    found = {drive.body for drive in mechanism.drives}
+    found |= {guide.follower[0] for guide in mechanism.ideal_guides if guide.aligned and guide.body == GROUND}
+    for weld in mechanism.welds:
+        if GROUND in (weld.start[0], weld.end[0]):
+            found |= {weld.start[0], weld.end[0]}
+    return frozenset(found)
+
+
 @dataclass(frozen=True, eq=False)
 class Axis:
     """A bar that bends among the natural coordinates.
@@ -75,12 +86,20 @@ class Axis:
         Natural coordinate of the x component of the vector of each shape; y follows.
     turned : ndarray, shape (count,)
         By which angle the natural vector is turned to be that of the shape [rad]: directions of cross-sections at an angle.
+    stretch : dict of int to int
+        For the slope of a cross-section whose direction is prescribed, by its shape, a further natural vector that is added to
+        the unit direction: the strain there, along it. At cross-sections that turn freely with a torque the strain is zero:
+        the mass of a direction of its own and of a strain would be one.
+    directed : tuple of int
+        Cross-sections with a direction of their own; the slope at other ones, if it is a coordinate, has any length.
     """
 
     bar: FlexibleBar
     shapes: Shapes
     first: np.ndarray
     turned: np.ndarray
+    stretch: dict[int, int]
+    directed: tuple[int, ...]
 
     @property
     def highest_frequency(self) -> float:
@@ -90,26 +109,38 @@ class Axis:
         speed = math.sqrt(self.bar.bending_stiffness / self.bar.mass_per_length)
         return float(self.shapes.wave_numbers[self.shapes.modes - 1]) ** 2 * speed / (2.0 * math.pi)
 
+    @property
+    def slopes(self) -> list[int]:
+        """Natural vectors that are slopes at cross-sections without a direction of their own."""
+        own = self.first[len(self.bar.sections) : self.shapes.held]
+        return [p for p, k in zip(own.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
+
+    @property
+    def terms(self) -> list[tuple[int, int, float]]:
+        """Shape, natural vector and angle by which this is turned, for all vectors that make up those of the shapes."""
+        own = list(zip(range(self.shapes.count), self.first.tolist(), self.turned.tolist(), strict=True))
+        return own + [(k, p, 0.0) for k, p in self.stretch.items()]
+
     def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
         """A combination of the vectors of the shapes, in natural coordinates."""
         x: Expression = {}
         y: Expression = {}
-        for weight, p, angle in zip(weights.tolist(), self.first.tolist(), self.turned.tolist(), strict=True):
-            if weight == 0.0:
-                continue
-            cos, sin = weight * np.cos(angle), weight * np.sin(angle)
+        for k, p, angle in self.terms:
+            cos, sin = float(weights[k]) * math.cos(angle), float(weights[k]) * math.sin(angle)
             for row, terms in ((x, {p: cos, p + 1: -sin}), (y, {p: sin, p + 1: cos})):
                 for column, value in terms.items():
                     if value != 0.0:
-                        row[column] = row.get(column, 0.0) + float(value)
+                        row[column] = row.get(column, 0.0) + value
         return x, y
 
     def vectors(self, natural: np.ndarray) -> np.ndarray:
         """The vectors of the shapes, from natural coordinates of shape (..., nZ), shape (..., count, 2)."""
-        found = np.stack([natural[..., self.first], natural[..., self.first + 1]], axis=-1)
-        cos, sin = np.cos(self.turned), np.sin(self.turned)
-        x, y = found[..., 0], found[..., 1]
-        return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+        found = np.zeros((*natural.shape[:-1], self.shapes.count, 2))
+        for k, p, angle in self.terms:
+            cos, sin = math.cos(angle), math.sin(angle)
+            found[..., k, 0] += cos * natural[..., p] - sin * natural[..., p + 1]
+            found[..., k, 1] += sin * natural[..., p] + cos * natural[..., p + 1]
+        return found
 
     def in_static_deflection(self, natural: np.ndarray) -> np.ndarray:
         """The amplitudes with which the bar is bent as by forces at its cross-sections alone, shape (modes, 2)."""
@@ -117,11 +148,10 @@ class Axis:
 
     def added(self, forces: np.ndarray, target: np.ndarray) -> None:
         """Add forces on the vectors, shape (..., count, 2), to those on natural coordinates, shape (..., nZ)."""
-        cos, sin = np.cos(self.turned), np.sin(self.turned)
-        x, y = forces[..., 0], forces[..., 1]
-        for k, p in enumerate(self.first.tolist()):
-            target[..., p] += cos[k] * x[..., k] + sin[k] * y[..., k]
-            target[..., p + 1] += cos[k] * y[..., k] - sin[k] * x[..., k]
+        for k, p, angle in self.terms:
+            cos, sin = math.cos(angle), math.sin(angle)
+            target[..., p] += cos * forces[..., k, 0] + sin * forces[..., k, 1]
+            target[..., p + 1] += cos * forces[..., k, 1] - sin * forces[..., k, 0]
 
 
 def contact_frequency(mechanism: Mechanism, mass: float) -> float:
@@ -139,7 +169,7 @@ def contact_frequency(mechanism: Mechanism, mass: float) -> float:
 
 @lru_cache(256)
 def _impact_duration(law: Any, contact: Any, mass: float) -> float:
-    """Of an elastic impact [s]: twice the integral of 1/v over the indentation, with the energy (v^2 - V^2) m/2 stored there."""
+    """Of an elastic impact [s]: twice the integral of 1/v over the indentation, where the energy (V^2 - v^2) m/2 is stored."""
     address, row = addresses(law), row_of(law, contact)
 
     def stored(depth: float) -> float:
@@ -166,16 +196,27 @@ def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
     return min(max(least, int(np.sum(below))), MOST_MODES)
 
 
-def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[Axis, ...]:
-    """The bars that bend, the amplitudes of their modes from a natural coordinate on."""
-    found = []
+def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:
+    """The bars that bend, their further vectors from a natural coordinate on; and how many coordinates there are then."""
+    found, prescribed = [], _prescribed(mechanism)
     for bar in flexible_bars(mechanism):
         held = tuple(k for k, name in enumerate(bar.sections) if name in clamped)
-        shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), held, mode_count(mechanism, bar))
+        # a temperature difference is a moment on both ends: modes with none there would converge slowly
+        bent = {0, len(bar.sections) - 1} if bar.temperature_difference else set()
+        sloped = tuple(sorted({*held, *bent}))
+        shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), sloped, mode_count(mechanism, bar))
         points = [offsets[name] for name in bar.sections]
-        places = [*points, *(points[k] + 2 for k in held), *range(first, first + 2 * shapes.modes, 2)]
-        turned = np.zeros(shapes.count)
-        turned[len(points) : shapes.held] = [bar.angles[k] for k in held]
-        found.append(Axis(bar, shapes, np.array(places, np.int64), turned))
+        directions, stretch, turned = [], dict[int, int](), np.zeros(shapes.count)
+        for row, k in enumerate(sloped, len(points)):
+            if k in held:
+                directions.append(points[k] + 2)
+                turned[row] = bar.angles[k]
+            if k not in held or bar.sections[k] in prescribed:
+                stretch[row] = first
+                first += 2
+            if k not in held:
+                directions.append(stretch.pop(row))
+        places = [*points, *directions, *range(first, first + 2 * shapes.modes, 2)]
+        found.append(Axis(bar, shapes, np.array(places, np.int64), turned, stretch, held))
         first += 2 * shapes.modes
-    return tuple(found)
+    return tuple(found), first

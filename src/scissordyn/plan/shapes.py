@@ -93,7 +93,7 @@ class Shapes:
         """
         mass, bending = self._forms
         sections = len(self.places)
-        held = [2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped]
+        held = np.array([2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped])
         free = np.setdiff1d(np.arange(mass.shape[0]), held)
         inside = np.ix_(free, free)
         squares, vectors = sl.eigh(bending[inside], mass[inside])

@@ -85,10 +85,9 @@ class _Scene:
 
 def cross_sections(mechanism: Mechanism) -> frozenset[str]:
     """The bodies that are cross-sections of bars that bend: the elements are drawn in their place."""
-    beams: list[Any] = [
-        part for part in mechanism.components if part.declaration.symbol == "beam" and part.mass_per_length > 0.0
-    ]
-    sections = [part.sections if part.declaration.port is AXIS else (part.start[0], part.end[0]) for part in beams]
+    beams: list[Any] = [part for part in mechanism.components if part.declaration.symbol == "beam"]
+    bent = [part for part in beams if part.mass_per_length > 0.0]
+    sections = [part.sections if part.declaration.port is AXIS else (part.start[0], part.end[0]) for part in bent]
     return frozenset(name for names in sections for name in names)
 
 

@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
-from scissordyn.component.beam import thermal_loads
+from scissordyn.component.beam import Beam, thermal_loads
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.flexible import Axis
 from scissordyn.plan.plan import Plan
 
-__all__ = ["PARTS", "Carried", "carried", "part_names", "shape_forces"]
+__all__ = ["PARTS", "bar_variables", "part_names", "shape_forces"]
 
 PARTS = 4
-"""Parts of each span between two cross-sections at whose ends moments are told."""
+"""Parts of each span between two cross-sections at whose ends moments are reported."""
+
+
+VARIABLES = (
+    ("axial_force", "N", "axial force, tension positive (beam)"),
+    ("start_moment", "N m", "bending moment at the start (beam)"),
+    ("end_moment", "N m", "bending moment at the end (beam)"),
+    ("shear_force", "N", "change of the bending moment over the length (beam)"),
+    ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
+    ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
+    ("utilisation", "1", "that stress over the yield strength, 0 if it is unknown (beam)"),
+    ("energy", "J", "stored energy (beam)"),
+    ("deflection", "m", "of the end, across the line between the ends of the bar (beam)"),
+)
+"""Name, unit and meaning of what parts of bars carry."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +147,72 @@ def carried(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> Carried:
     chord = where[:, -1:] - where[:, :1]
     across = _cross(chord, where - where[:, :1]) / np.linalg.norm(chord, axis=-1)
     return Carried(axial, moment[:, :-1], moment[:, 1:], energy, across[:, 1:], length)
+
+
+def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+    """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have.
+
+    Parameters
+    ----------
+    plan : Plan
+    time : ndarray, shape (nt,)
+    found : Record
+    known : mapping of str to Variable
+        With those of beam elements, if there are any; what these alone have becomes NaN for the parts.
+
+    Returns
+    -------
+    dict
+        Empty without flexible bars.
+    """
+    axes = plan.coordinates.natural.axes
+    if not axes:
+        return {}
+    elements = [part for part in plan.components if isinstance(part, Beam)]
+    carried_by = [_table(axis.bar, carried(plan, axis, found, time)) for axis in axes]
+    names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis)]
+    variables = {"beam": xr.Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
+    further = len(names) - len(elements)
+    for name, variable in known.items():
+        if "beam" in variable.dims and name != "beam":
+            missing = {"beam": (0, further)}
+            variables[name] = variable.pad(missing, constant_values=np.nan)
+    for name, unit, text in VARIABLES:
+        parts = [table[name] for table in carried_by]
+        if elements:
+            none = np.full((time.size, len(elements)), np.nan)
+            parts.insert(0, known[f"beam_{name}"].values if f"beam_{name}" in known else none)
+        variables[f"beam_{name}"] = xr.Variable(
+            ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
+        )
+    bars = {
+        "bar": (np.array([axis.bar.name for axis in axes], dtype=str), {"long_name": "bar"}),
+        "bar_modes": (
+            np.array([axis.shapes.modes for axis in axes]),
+            {"units": "1", "long_name": "bending modes with the cross-sections held"},
+        ),
+        "bar_frequency": (
+            np.array([axis.highest_frequency for axis in axes]),
+            {"units": "Hz", "long_name": "frequency of the highest of them, with the cross-sections held"},
+        ),
+    }
+    return variables | {name: xr.Variable(("bar",), values, attributes) for name, (values, attributes) in bars.items()}
+
+
+def _table(bar: FlexibleBar, has: Carried) -> dict[str, np.ndarray]:
+    largest = np.maximum(np.abs(has.start_moment), np.abs(has.end_moment))
+    strain = np.abs(has.axial_force) / bar.axial_stiffness + 0.5 * bar.depth * largest / bar.bending_stiffness
+    return {
+        "axial_force": has.axial_force,
+        "start_moment": has.start_moment,
+        "end_moment": has.end_moment,
+        "shear_force": (has.end_moment - has.start_moment) / has.length,
+        "fibre_strain": strain,
+        "stress": bar.youngs_modulus * strain,
+        "utilisation": bar.youngs_modulus * strain / bar.yield_strength if bar.yield_strength else 0.0 * strain,
+        "energy": has.energy,
+        "deflection": has.deflection,
+    }
 
 
 def shape_forces(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> np.ndarray:

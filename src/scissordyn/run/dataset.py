@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
-from scissordyn.component.beam import Beam
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import AXIS
@@ -30,7 +29,7 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.plan import Plan
-from scissordyn.run.bars import carried, part_names
+from scissordyn.run.bars import bar_variables
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.distributed import with_distributed_mass
@@ -49,20 +48,6 @@ Variables = dict[str, xr.Variable]
 def _versions() -> str:
     packages = ("scissordyn", "numpy", "scipy", "numba")
     return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
-
-
-BEAM_VARIABLES = (
-    ("axial_force", "N", "axial force, tension positive (beam)"),
-    ("start_moment", "N m", "bending moment at the start (beam)"),
-    ("end_moment", "N m", "bending moment at the end (beam)"),
-    ("shear_force", "N", "change of the bending moment over the length (beam)"),
-    ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
-    ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
-    ("utilisation", "1", "that stress over the yield strength, 0 if it is unknown (beam)"),
-    ("energy", "J", "stored energy (beam)"),
-    ("deflection", "m", "of the end, across the line between the ends of the bar; NaN for an element (beam)"),
-)
-"""Name, unit and meaning of what parts of bars that bend carry."""
 
 
 def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> xr.Variable:
@@ -304,55 +289,9 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
             found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", found_there)
-    variables.update(beam_variables(plan, path, found, variables))
+    variables.update(bar_variables(plan, path.samples.time, found, variables))
     variables.update(film_variables(plan, path.samples.time, variables))
     return variables
-
-
-def beam_variables(plan: Plan, path: Trajectory, found: Record, known: Variables) -> Variables:
-    """What the parts of flexible bars carry, along the dimension of beam elements; and shear of both."""
-    axes, time = plan.coordinates.natural.axes, path.samples.time
-    elements = [part for part in plan.components if isinstance(part, Beam)]
-    if not axes and not elements:
-        return {}
-    each = [(axis.bar, carried(plan, axis, found, time)) for axis in axes]
-    names = [*(part.name for part in elements), *(name for axis in axes for name in part_names(axis))]
-    table: dict[str, list[np.ndarray]] = {name: [] for name, _, _ in BEAM_VARIABLES}
-    if elements:
-        for name in table:
-            if f"beam_{name}" in known:
-                table[name].append(np.asarray(known[f"beam_{name}"].values))
-        lengths = np.array([part.length for part in elements])
-        table["shear_force"].append((table["end_moment"][0] - table["start_moment"][0]) / lengths)
-        table["deflection"].append(np.full((time.size, len(elements)), np.nan))
-    for bar, has in each:
-        largest = np.maximum(np.abs(has.start_moment), np.abs(has.end_moment))
-        strain = np.abs(has.axial_force) / bar.axial_stiffness + 0.5 * bar.depth * largest / bar.bending_stiffness
-        values = {
-            "axial_force": has.axial_force,
-            "start_moment": has.start_moment,
-            "end_moment": has.end_moment,
-            "shear_force": (has.end_moment - has.start_moment) / has.length,
-            "fibre_strain": strain,
-            "stress": bar.youngs_modulus * strain,
-            "utilisation": bar.youngs_modulus * strain / bar.yield_strength if bar.yield_strength else 0.0 * strain,
-            "energy": has.energy,
-            "deflection": has.deflection,
-        }
-        for name, value in values.items():
-            table[name].append(value)
-    found_there = {"beam": _named("beam", names)}
-    for name, unit, text in BEAM_VARIABLES:
-        found_there[f"beam_{name}"] = _described(("time", "beam"), np.concatenate(table[name], axis=1), unit, text)
-    if axes:
-        found_there["bar"] = _named("bar", [axis.bar.name for axis in axes])
-        kept = [(axis.shapes.modes, axis.highest_frequency) for axis in axes]
-        found_there["bar_modes"] = _described(
-            ("bar",), np.array([m for m, _ in kept]), "1", "bending modes between cross-sections"
-        )
-        text = "frequency of the highest of them, its cross-sections held"
-        found_there["bar_frequency"] = _described(("bar",), np.array([f for _, f in kept]), "Hz", text)
-    return found_there
 
 
 def _rod_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:

@@ -36,7 +36,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return (axis,), axis[:, axis.shape[1] // 2]
 
 
-def bent_axis(component: Any, scene: Scene, part: np.ndarray) -> np.ndarray:
+def bent_axis(component: Any, scene: Any, part: np.ndarray) -> np.ndarray:
     """Points of the bent axis at parts of each span, shape (samples, spans * points, 2) [m]."""
     sections, along = component.sections, component.places
     places = [scene.place((name, None)) for name in sections]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
+from scissordyn.laws.elastic.linear import Linear
 
 
 def array(angle: float) -> sd.Mechanism:
@@ -71,3 +73,76 @@ def test_a_rod_that_is_driven_has_its_length_in_metres() -> None:
     assert found["drive"].values.tolist() == ["jack"]
     assert found["unit"].values.tolist() == ["m"]
     assert found["input"].values.ravel() == pytest.approx([0.5, 0.52])
+
+
+def journal(clearance: float, stiffness: object, mass: float = 2.0) -> sd.Mechanism:
+    """A body that hangs in a clearance joint by its mass centre."""
+    body = sd.Body("body", mass, 0.1, {"centre": (0.0, 0.0)})
+    gap = sd.Clearance(clearance, stiffness=stiffness)
+    joint = sd.Revolute("J", ("body", "centre"), ("ground", "O"), clearance=gap)
+    return sd.Mechanism((body,), joints=(joint,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+
+
+def test_a_journal_rests_on_the_stiffness_of_its_contact() -> None:
+    """Closed form: across, k = 1.5 m g/delta of Hertz' law under the weight; along the surface, g over the eccentricity."""
+    found = sd.modes(journal(1e-3, sd.Hertz()), joints="contact")
+    weight = 2.0 * 9.81
+    assert found["contact_force"].item() == pytest.approx(weight, rel=1e-8)
+    depth = 1.5 * weight / found["contact_stiffness"].item()
+    assert 0.0 < depth < 1e-6
+    across, along = math.sqrt(1.5 * 9.81 / depth), math.sqrt(9.81 / (1e-3 + depth))
+    assert found["angular_frequency"].values == pytest.approx([0.0, along, across], rel=1e-6)
+    assert np.argmax(np.abs(found["shape"].sel(mode=2).values.ravel())) == 0
+    soft = sd.modes(journal(1e-3, Linear(4e5)), joints="contact")
+    assert soft["angular_frequency"].values[2] == pytest.approx(math.sqrt(4e5 / 2.0), rel=1e-9)
+
+
+def test_tight_stiff_contacts_tend_to_ideal_joints() -> None:
+    """Order of convergence: the difference falls as the clearance does."""
+    ideal = sd.modes(array(0.5), count=5)["frequency"].values
+    apart = []
+    for clearance in (1e-5, 1e-6, 1e-7):
+        gap = sd.Clearance(clearance, stiffness=Linear(1e11))
+        found = sd.modes(array(0.5).with_clearance("A", gap), count=5, joints="contact")
+        apart.append(float(np.max(np.abs(found["frequency"].values / ideal - 1.0))))
+    assert np.diff(np.log10(apart)) == pytest.approx([-1.0, -1.0], abs=0.05)
+    assert apart[2] < 1e-4
+
+
+def test_a_journal_without_load_is_free() -> None:
+    """Limit: without gravity nothing is carried, and two motions of the journal have no frequency."""
+    gap = sd.Clearance(1e-4)
+    weightless = dataclasses.replace(array(0.5), gravity=0.0)
+    found = sd.modes(weightless.with_clearance("unit 2/pivot", gap), count=6, joints="contact")
+    assert found["contact_force"].item() == 0.0
+    assert np.sum(found["frequency"].values == 0.0) == 2
+
+
+def test_a_released_pendulum() -> None:
+    """Closed form: held 60 deg below the horizontal, omega^2 = 3 g sin(60 deg)/(2 L); above it, unstable."""
+    for angle in (-math.pi / 3.0, math.pi / 3.0):
+        bar = sd.bar("bar", length=0.5, mass=2.0, angle=angle)
+        pin = (sd.Revolute("O", ("bar", "start"), ("ground", "O")),)
+        made = sd.Mechanism((bar,), pin, ground=(("O", (0.0, 0.0)),), input_body="bar").driven(speed=1.0)
+        square = 1.5 * 9.81 / 0.5 * math.sin(-angle)
+        found = sd.modes(made, drive="released", times=[0.0, 0.2])["angular_frequency"].values.ravel()
+        later = 1.5 * 9.81 / 0.5 * math.sin(-angle - 0.2)
+        assert found == pytest.approx([math.copysign(math.sqrt(abs(s)), s) for s in (square, later)], rel=1e-9)
+        with pytest.raises(InputError, match="cannot move"):
+            sd.modes(made)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"joints": "contact", "position": "concentric"}, "nothing touches"),
+        ({"joints": "contact"}, "without clearance joints"),
+        ({"joints": "loose"}, "joints"),
+        ({"drive": "free"}, "drive"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused(options: dict, said: str) -> None:
+    """Bad input: one line."""
+    with pytest.raises(InputError, match=said) as raised:
+        sd.modes(array(0.5), **options)
+    assert "\n" not in str(raised.value)

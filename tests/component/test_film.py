@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import scissordyn as sd
 from scissordyn.component.film.film import FIRST, MODELS, Film, film_gap, force
@@ -64,6 +65,36 @@ def test_a_long_bearing_by_sums(seed: int) -> None:
     wanted = [np.trapezoid(pressure * g(theta), theta) for g in (np.cos, np.sin)]
     found = long_bearing(e, math.sin(psi), math.cos(psi), False)
     np.testing.assert_allclose(found, wanted, atol=1e-7 * math.hypot(*wanted))
+
+
+@pytest.mark.parametrize("e", [0.99, 0.9999])
+@pytest.mark.parametrize("psi", [0.0, 1e-6, -0.4, 1.5707963, -2.2, 3.1, 3.1415])
+def test_a_long_bearing_near_contact(e: float, psi: float) -> None:
+    """Independent formulation: in Sommerfeld's angle by adaptive quadrature, the end of the film by Brent's method."""
+    side = -1.0 if math.sin(psi) > 0.0 else 1.0  # mirrored, the film begins at theta = 0
+    sine, cosine, root = -abs(math.sin(psi)), math.cos(psi), math.sqrt(1.0 - e * e)
+
+    def pressure(s: float) -> tuple[float, float, float]:
+        below = 1.0 - e * math.cos(s)
+        c, q, h = (math.cos(s) - e) / below, root * math.sin(s) / below, root * root / below
+        wedge = -sine * q * (2.0 + e * c) / (2.0 + e * e)
+        return 6.0 * (wedge + 0.5 * cosine * (1.0 - c) * (2.0 + e + e * c) / (1.0 + e) ** 2) / h**2, c, q
+
+    def share(s: float, which: int) -> float:
+        found = pressure(s)
+        return found[0] * found[which] * root / (1.0 - e * math.cos(s))
+
+    inside = 2.0 * math.pi * np.linspace(0.0, 1.0, 20001)[100:-1] ** 3
+    signs = np.array([pressure(s)[0] > 0.0 for s in inside])
+    last = 2.0 * math.pi
+    if not signs.all():
+        k = int(np.argmin(signs))
+        last = brentq(lambda s: pressure(s)[0], inside[k - 1], inside[k], xtol=1e-15) if k else 0.0
+    marks = [mark for mark in (1e-3, 1e-2, 0.1, 1.0, 5.5, 6.18, 6.27) if mark < last]
+    wanted = [quad(share, 0.0, last, (which,), points=marks or None, epsrel=1e-12, limit=400)[0] for which in (1, 2)]
+    radial, tangential = long_bearing(e, math.sin(psi), math.cos(psi), False)
+    rounding = 10.0 * np.finfo(float).eps / root**5  # the integrals are of order one before they are divided by root^5
+    np.testing.assert_allclose((radial, side * tangential), wanted, rtol=0.0, atol=rounding + 1e-6 * math.hypot(*wanted))
 
 
 @pytest.mark.parametrize("e", [0.1, 0.5, 0.9])
@@ -133,7 +164,7 @@ def test_a_film_only_loses_energy_and_knows_no_direction(model: str) -> None:
     for _ in range(200):
         place = rng.uniform(-0.69, 0.69, 2) * one.clearance
         rate, speed = rng.normal(size=2) * 0.1, rng.normal() * 30.0
-        fx, fy, torque, _, lost, thickness, pressure, _ = acting(one, *place, *rate, speed)
+        fx, fy, torque, _, lost, thickness, pressure, *_ = acting(one, *place, *rate, speed)
         assert lost >= 0.0
         assert lost == pytest.approx(-(fx * rate[0] + fy * rate[1] + torque * speed), rel=1e-12)
         assert thickness == pytest.approx(one.clearance - math.hypot(*place))
@@ -209,6 +240,20 @@ def test_the_energy_balance_closes(model: str) -> None:
     assert float(run["damper_loss"].values[-1]) > 1e-3
 
 
+def test_several_oils_beside_several_laws() -> None:
+    """Identity: two joints, each with its oil, contact and friction law: the balance closes; each its viscosity."""
+    first = sd.Clearance(2e-4, friction=sd.LuGre(0.05), lubrication=sd.Lubrication("ISO VG 32", bearing="long"))
+    damping = sd.LankaraniNikravesh()
+    oil = sd.Lubrication(viscosity=0.1, roughness=5e-6)
+    second = sd.Clearance(1e-4, stiffness=sd.Hertz(), damping=damping, friction=sd.Ambrosio(0.1), lubrication=oil)
+    arm = LOOSE.with_clearance("A", first).with_clearance("unit 1/pivot", second)
+    assert [film.viscosity for film in arm.exerting] == [pytest.approx(871.0 * 31.5e-6), 0.1]
+    run = sd.simulate(arm, until=0.01, rtol=1e-10, atol=1e-10)
+    assert run["film"].values.tolist() == ["A", "unit 1/pivot"]
+    assert np.all(run["film_peak_force"].values > 0.0)
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * float(np.abs(run["drive_work"]).max())
+
+
 def test_two_methods_agree() -> None:
     """Independent formulation: the stiff method with its step matrix, and the explicit one."""
     smooth = LOOSE.with_clearance("A", sd.Clearance(2e-4, lubrication=sd.Lubrication(viscosity=0.02)))
@@ -228,6 +273,61 @@ def test_oil_softens_the_first_touch_and_is_said_to_be_thin() -> None:
     shares = [run[f"film_{name}_share"].item() for name in ("dry", "mixed", "full")]
     assert sum(shares) == pytest.approx(1.0)
     assert shares[0] == pytest.approx(np.mean(run["film_thickness"].values <= 0.0))
+
+
+def test_peaks_are_found_within_the_steps() -> None:
+    """Identity: with few samples and with many the largest pressure, the least thickness and their instants are the same."""
+    few, many = (sd.simulate(oiled(), until=0.01, samples=samples) for samples in (5, 20001))
+    for name in ("film_least_thickness", "film_least_thickness_time", "film_peak_pressure", "film_peak_tension_time"):
+        assert few[name].item() == pytest.approx(many[name].item(), rel=1e-6)
+    assert many["film_least_thickness"].item() == pytest.approx(many["film_thickness"].min().item(), abs=1e-9)
+    assert many["film_peak_pressure"].item() == pytest.approx(many["film_pressure"].max().item(), rel=1e-3)
+    at = int(np.argmin(many["film_thickness"].values[:, 0]))
+    x, y = many["film_displacement"].values[at, 0]
+    assert many["film_least_thickness_angle"].item() == pytest.approx(math.atan2(y, x), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"ambient_pressure": 0.0}, "evaporates in a vacuum"),
+        ({"ambient_pressure": 2e3, "vapour_pressure": 2.3e3}, "the oil boils at the 2e+03 Pa around it"),
+        ({}, "cavitates beyond the model"),
+        ({"bearing": "short", "full": True}, "full = true is not possible there"),
+        ({"viscosity": 1e-3}, "squeeze Reynolds number"),
+        ({"viscosity": None, "oil": "ISO VG 46"}, "peaks carry"),
+    ],
+)
+def test_a_film_beyond_its_model_is_said(given: dict, said: str) -> None:
+    """Limit: each with its own line; a vacuum for which the oil is made, and surroundings that press enough, are not named."""
+    run = sd.simulate(oiled(**given), until=0.008)
+    assert any(said in text for text in json.loads(run.attrs["warnings"]))
+    many = sd.simulate_many(oiled(**given), {"A.clearance": [2e-4]}, until=0.008)
+    if "vacuum" in said or "boils" in said or "peaks" in said:  # what needs no samples
+        assert any(said.replace("peaks carry", "thinner than three") in text for text in many["warnings"].item().splitlines())
+    calm = sd.simulate(oiled(ambient_pressure=1e9, vapour_pressure=1e-9), until=0.001)
+    assert not any("evaporates" in text or "cavitates" in text for text in json.loads(calm.attrs["warnings"]))
+
+
+def test_a_squeeze_needs_the_tension_of_the_opposite_approach() -> None:
+    """Identity: Reynolds' equation without cavities is odd in the velocity."""
+    one = film("short", full=True)
+    away, near = (acting(one, 0.5 * one.clearance, 0.0, x_rate=rate) for rate in (-0.1, 0.1))
+    assert away[9] == pytest.approx(near[6], rel=1e-12)
+    assert away[6] == pytest.approx(near[9], rel=1e-12)
+    assert near[10] == 0.1
+    assert near[8] == pytest.approx(0.5 * one.clearance)
+
+
+def test_a_shaft_that_heats_its_oil_is_said() -> None:
+    """Closed form: a concentric shaft loses 2 pi mu w^2 R^3 L/c, which warms 2 pi R c L of oil; so does its Reynolds number."""
+    oil = sd.Lubrication("ISO VG 46", temperature=313.15)
+    run = sd.simulate(turning(1e-3, oil).driven(speed=300.0, body="shaft"), until=1.0, samples=201)
+    mu, density = oil.dynamic_viscosity, 876.0
+    rise = mu * 300.0**2 * 0.02**2 / (4e-5) ** 2 / (2000.0 * density)
+    assert run["film_heating"].item() == pytest.approx(rise, rel=1e-3)
+    assert run["film_reynolds_number"].item() == pytest.approx(density * 300.0 * 0.02 * 4e-5 / mu, rel=1e-6)
+    assert any("would warm the oil" in text and "evaporate and boil" in text for text in json.loads(run.attrs["warnings"]))
 
 
 def test_a_batch_and_a_replay_have_the_film(tmp_path) -> None:
@@ -267,6 +367,7 @@ def test_a_case_file(tmp_path) -> None:
         ('"ISO VG 46"', 876.0 * 44.2e-6),
         ('{ oil = "ISO VG 46", temperature = "100 degC", roughness = "0.5 um" }', 876.0 * 6.65e-6),
         ('{ viscosity = "20 mPa s" }', 0.02),
+        ('{ viscosity = "20 mPa s", density = "1800 kg/m^3", ambient_pressure = "0 Pa", vapour_pressure = "1e-3 Pa" }', 0.02),
         (own, 870.0 * 46e-6),
     ):
         path.write_text(CASE.replace("{oil}", text), encoding="utf-8")
@@ -281,6 +382,9 @@ def test_a_case_file(tmp_path) -> None:
     ("text", "said"),
     [
         ('"ISO VG 47"', "did you mean 'ISO VG 46'"),
+        ('"grease"', "a grease does not flow below its yield stress"),
+        ('{ viscosity = "0 Pa s" }', "viscosity"),
+        ("{ }", "neither oil nor viscosity"),
         ('{ bearing = "short" }', "neither oil nor viscosity"),
         ('{ viscosity = "0.1 Pa s", oil = "ISO VG 46" }', "an oil and a viscosity"),
         ('{ viscosity = "0.1 Pa s", roughness = "0.3 mm" }', "a roughness below the clearance"),

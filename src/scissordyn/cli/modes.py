@@ -1,4 +1,4 @@
-"""``scissordyn modes``: natural frequencies of a case, drives locked, at its start or along its motion."""
+"""``scissordyn modes``: natural frequencies of a case, at its start or along its motion."""
 
 from __future__ import annotations
 
@@ -24,6 +24,12 @@ def modes(
     position: Annotated[
         str, typer.Option(help="static: bent by the loads, in equilibrium; concentric: as assembled, bars unbent.")
     ] = "static",
+    joints: Annotated[
+        str, typer.Option(help="ideal; contact: clearance joints with the stiffness of their contact at the static force.")
+    ] = "ideal",
+    drive: Annotated[
+        str, typer.Option(help="locked; released: driven bodies move, under the constant torque that holds the position.")
+    ] = "locked",
     until: Annotated[
         str | None, typer.Option(metavar="TIME", help="Along the motion of the drive up to this instant, as in '50 ms'.")
     ] = None,
@@ -33,7 +39,7 @@ def modes(
     mode: Annotated[int, typer.Option(help="Number of the mode that is animated.", min=1)] = 1,
     change: Changes = None,
 ) -> int:
-    """Natural frequencies and mode shapes at the start or along the motion, drives locked, clearance joints ideal."""
+    """Natural frequencies and mode shapes at the start or along the motion."""
     import numpy as np
 
     from scissordyn.cli.saved import seconds
@@ -42,8 +48,13 @@ def modes(
     from scissordyn.run.modes import modes as compute
     from scissordyn.run.store import save
 
-    if position not in ("static", "concentric"):
-        raise InputError(f"--position {position}", "static, concentric", "--position static")
+    for option, given, allowed in (
+        ("--position", position, ("static", "concentric")),
+        ("--joints", joints, ("ideal", "contact")),
+        ("--drive", drive, ("locked", "released")),
+    ):
+        if given not in allowed:
+            raise InputError(f"{option} {given}", ", ".join(allowed), f"{option} {allowed[0]}")
     if film is not None:
         from scissordyn.plot.animation import check_film
 
@@ -54,9 +65,9 @@ def modes(
     last = seconds(until, "--until")
     times = None if last is None else np.linspace(0.0, last, points)
     mechanism = read_case(case, change or []).mechanism
-    found = compute(mechanism, count=count, position=position, times=times)  # type: ignore[arg-type]
+    found = compute(mechanism, count=count, position=position, joints=joints, drive=drive, times=times)  # type: ignore[arg-type]
     to = console()
-    for line in _table(found) if times is not None else _list(found):
+    for line in (_table(found) if times is not None else _list(found)) + _contacts(found):
         to.print(line, markup=False)
     written = []
     if output is not None:
@@ -91,6 +102,20 @@ def _list(found: xr.Dataset) -> list[str]:
         most = found["body"].values[int((moved[k] ** 2).sum(axis=-1).argmax())]
         text = f"{frequency:12.6g} Hz" if frequency >= 0.0 else f"unstable, grows with {-angular[k]:.6g} 1/s"
         lines.append(f"mode {k + 1:3d}  {text}   moves '{most}' most")
+    return lines
+
+
+def _contacts(found: xr.Dataset) -> list[str]:
+    """A line for each contact: what it carries, at the first position, and its stiffness."""
+    if "contact" not in found.dims:
+        return []
+    first = found.isel(time=0) if "time" in found.dims else found
+    lines = []
+    for name, force, stiffness in zip(
+        first["contact"].values, first["contact_force"].values, first["contact_stiffness"].values, strict=True
+    ):
+        carries = f"carries {force:.6g} N with {stiffness:.6g} N/m" if force > 0.0 else "carries nothing: it is free"
+        lines.append(f"joint '{name}' {carries}")
     return lines
 
 

@@ -122,6 +122,11 @@ class Declaration:
         own = tuple(dataclasses.replace(output, first=first + k) for k, output in enumerate(self.outputs))
         return (*self.port.outputs, *energy, *own)
 
+    @property
+    def outputs_monitored(self) -> tuple[Output, ...]:
+        """Those whose largest values are looked for within the steps."""
+        return tuple(output for output in self.reported if output.monitored)
+
 
 @runtime_checkable
 class Component(Protocol):

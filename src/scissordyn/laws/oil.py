@@ -90,6 +90,12 @@ def oil_of(name: str) -> Oil:
     InputError
         If there is none; names the nearest.
     """
+    if "grease" in name.lower():
+        raise InputError(
+            f"'{name}' as an oil: a grease does not flow below its yield stress, which the film does not describe",
+            ", ".join(OILS) + ", or the viscosity of the grease's base oil for a joint that is full of it",
+            "viscosity=0.1",
+        )
     if name not in OILS:
         known = ", ".join(OILS) + ", or one of your own"
         raise InputError(f"unknown oil '{name}'{did_you_mean(name, OILS)}", known, 'oil="ISO VG 46"')

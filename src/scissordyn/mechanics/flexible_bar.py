@@ -186,7 +186,7 @@ def derivatives(table, first, apart, count, x, y, vx, vy):
 
 @kernel()
 def linearise_flexible_bar(t, i, S, dt):
-    """Write the derivatives of a bar's generalized forces to Work.block_x and Work.block_v; add what time alone changes to dt."""
+    """Write the derivatives of a bar's generalized forces to Work.block_x and Work.block_v; what time alone changes to dt."""
     M, W, p = S.model, S.work, S.parameters.component[i]
     element, bar = S.parameters.contact.size + i, M.bar_of[i]
     count, points, table = M.bar[bar, 1], M.bar[bar, 2], M.bar_table

@@ -12,12 +12,14 @@ from scissordyn.laws.evaluate import friction_limit
 from scissordyn.mechanics.constraint_solver import expand_track
 from scissordyn.mechanics.contact import contact_at
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.system import RESULTS
 
 if TYPE_CHECKING:
     from scissordyn.mechanics.system import Model
 
 __all__ = [
     "COMPONENT_FORCE",
+    "COMPONENT_OUTPUT",
     "DRIVE_TORQUE",
     "EXCEEDED",
     "FRICTION_RATIO",
@@ -38,8 +40,11 @@ POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_lo
 
 DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
 
-DRIVE_TORQUE, COMPONENT_FORCE, PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, TRACK_DEVIATION = range(6)
-"""Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index."""
+DRIVE_TORQUE, COMPONENT_FORCE, PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, TRACK_DEVIATION, COMPONENT_OUTPUT = range(7)
+"""Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index; that of a component's output is
+the component times `RESULTS` and its place among the results."""
+
+_RESULTS = RESULTS
 
 EXCEEDED = 1.05
 """Friction over its static limit above which the limit counts as exceeded."""
@@ -184,6 +189,8 @@ def write_row(t, row, S, out):
         size = component_size(which, S)
     elif kind == TRACK_DEVIATION:
         size = track_deviation(t, which, S)
+    elif kind == COMPONENT_OUTPUT:
+        size = W.result[which // _RESULTS, which % _RESULTS]
     elif mode[which] == 1:
         if kind == PRESSURE_VELOCITY:
             size = W.contact[which].normal * abs(W.contact[which].slip) / S.parameters.contact[which].area

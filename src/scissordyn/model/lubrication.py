@@ -9,7 +9,7 @@ from scissordyn.component.film.film import Film
 from scissordyn.component.place import BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
-from scissordyn.units import Meaning, Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, quantities
 
 __all__ = ["Lubrication"]
 
@@ -31,12 +31,18 @@ class Lubrication:
         mu [Pa s].
     temperature : float
         Of the oil [K].
+    density : float
+        With a viscosity in place of an oil, for Reynolds numbers [kg/m^3].
     roughness : float
         Combined roughness of both surfaces [m]; the film gets no thinner.
     bearing : {"finite", "short", "long"}
         How the pressure is found; finite: for lengths of a quarter to four diameters.
     full : bool
         Whether negative pressures of a short or a long bearing count, too, as under a high ambient pressure.
+    ambient_pressure : float
+        Around the joint [Pa]; 0 in a vacuum.
+    vapour_pressure : float
+        Of the oil at its temperature [Pa]; 0 if it is not known.
 
     Raises
     ------
@@ -50,6 +56,9 @@ class Lubrication:
     roughness: Annotated[float, THICK] = 1e-6
     bearing: Literal["finite", "short", "long"] = "finite"
     full: bool = False
+    density: Annotated[float, quantities(Oil)["density"]] = 870.0
+    ambient_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e9, help="pressure around the joint")] = 101325.0
+    vapour_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e7, help="vapour pressure, 0 if unknown")] = 0.0
 
     def __post_init__(self) -> None:
         given: object = self.oil
@@ -71,6 +80,11 @@ class Lubrication:
             return self.oil.viscosity(self.temperature)
         assert self.viscosity is not None
         return self.viscosity
+
+    @property
+    def mass_density(self) -> float:
+        """Rho [kg/m^3]."""
+        return self.density if self.oil is None else self.oil.density
 
     def check(self, clearance: float, radius: float, length: float) -> None:
         """Raise `InputError` where a joint is too rough, too short or too long for the film."""

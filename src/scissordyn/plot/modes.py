@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
@@ -56,6 +57,8 @@ def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
     drawn.set_ylabel("natural frequency [Hz]")
     if float(found["frequency"].min()) > 0.0:
         drawn.set_yscale("log")
+        for place in (drawn.yaxis.set_major_formatter, drawn.yaxis.set_minor_formatter):
+            place(ScalarFormatter())
     legend([drawn])
     return drawn
 

@@ -186,17 +186,17 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
             ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
         )
     bars = {
-        "bar": (np.array([axis.bar.name for axis in axes], dtype=str), {"long_name": "bar"}),
-        "bar_modes": (
+        "flexible_bar": (np.array([axis.bar.name for axis in axes], dtype=str), {"long_name": "flexible bar"}),
+        "flexible_bar_modes": (
             np.array([axis.shapes.modes for axis in axes]),
             {"units": "1", "long_name": "bending modes with the cross-sections held"},
         ),
-        "bar_frequency": (
+        "flexible_bar_frequency": (
             np.array([axis.highest_frequency for axis in axes]),
             {"units": "Hz", "long_name": "frequency of the highest of them, with the cross-sections held"},
         ),
     }
-    return variables | {name: xr.Variable(("bar",), values, attributes) for name, (values, attributes) in bars.items()}
+    return variables | {name: xr.Variable(("flexible_bar",), values, attributes) for name, (values, attributes) in bars.items()}
 
 
 def _table(bar: FlexibleBar, has: Carried) -> dict[str, np.ndarray]:

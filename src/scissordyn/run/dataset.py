@@ -20,6 +20,7 @@ from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
+    COMPONENT_OUTPUT,
     DRIVE_TORQUE,
     EXCEEDED,
     FRICTION_RATIO,
@@ -28,6 +29,7 @@ from scissordyn.mechanics.monitored import (
 )
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
 from scissordyn.run.bars import bar_variables
 from scissordyn.run.configuration import TITLE
@@ -35,6 +37,8 @@ from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
+from scissordyn.run.internal_forces import largest_variables
+from scissordyn.run.peak_estimate import peak_forces
 from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
@@ -95,6 +99,7 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
     for name in components.keys() & variables.keys():
         raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
     variables |= components
+    variables |= largest_variables(plan.mechanism, variables, path.samples.time)
     attributes = {
         "title": TITLE,
         "status": path.status,
@@ -214,6 +219,8 @@ def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
         variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
+        if joint.clearance.contact == "hard":
+            continue
         first = 2 * path.plan.coordinates.free + int(path.system.content.model.state_start[j])
         for s, declared in enumerate(joint.clearance.friction.states):
             name = declared.name
@@ -255,6 +262,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
     """What the components declare, along one dimension for each kind."""
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
+    largest_outputs = dict(zip(path.monitored(COMPONENT_OUTPUT).tolist(), path.peaks(COMPONENT_OUTPUT), strict=True))
     kinds: dict[str, list[int]] = {}
     controlled = dict(plan.actuators)
     for i, component in enumerate(plan.acting):
@@ -284,6 +292,13 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             dims = ("time", section, "axis") if output.components > 1 else ("time", section)
             text = f"{output.help} ({declared.label})"
             variables[f"{section}_{output.name}"] = _described(dims, np.ascontiguousarray(values), output.unit, text)
+        for output in declared.outputs_monitored:
+            found_peaks = [largest_outputs[i * RESULTS + output.first] for i in index]
+            for name, column, unit, text in (
+                (f"{section}_peak_{output.name}", "largest", output.unit, f"largest value: {output.help}"),
+                (f"{section}_peak_{output.name}_time", "largest_time", "s", f"when it is largest: {output.help}"),
+            ):
+                variables[name] = _described((section,), np.array([peak[column] for peak in found_peaks]), unit, text)
         first = 2 * path.plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
         for s, state in enumerate(declared.states):
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
@@ -385,12 +400,32 @@ def _drive_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     return variables
 
 
+def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
+    """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
+    hard = plan.hard_places
+    if not hard:
+        return {}
+    estimate = np.full(table["joint"].size, np.nan)
+    for j in hard:
+        own, clearance = table["joint"] == j, plan.contacts[j].clearance
+        assert clearance is not None
+        estimate[own] = peak_forces(clearance, table["approach_speed"][own], table["effective_mass"][own])
+        table["peak_force"][own] = table["peak_time"][own] = np.nan
+    text = "estimated largest normal force of the compliant law in a hard contact"
+    mass = "effective mass along the normal at the start of a hard contact"
+    return {
+        "peak_force_estimate": _described(("contact",), estimate, "N", text),
+        "effective_mass": _described(("contact",), table["effective_mass"], "kg", mass),
+    }
+
+
 def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
     table = columns(contacts(path.log, path.peak[: len(plan.contacts)]))
     names = np.array([joint.name for joint in plan.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
     return {
+        **_impact_variables(plan, table),
         "contact_joint": xr.Variable(along, joint.astype(str), {"long_name": "joint"}),
         "contact_start": _described(along, table["start"], "s", "start of the contact"),
         "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),

@@ -1,4 +1,4 @@
-"""What the films of lubricated joints have come to: thickness, shares of time, and where their model ends."""
+"""What the films of lubricated joints have come to: thickness, pressures, shares of time, Reynolds numbers."""
 
 from __future__ import annotations
 
@@ -11,20 +11,17 @@ import xarray as xr
 from scissordyn.plan.plan import Plan
 from scissordyn.run.spacing import time_mean
 
-__all__ = ["film_variables", "film_warnings"]
+__all__ = ["HEAT_CAPACITY", "MIXED", "film_variables"]
 
 MIXED = 3.0
 """Film thickness in roughnesses below which peaks touch (a lambda ratio of 3)."""
 
-THICKENS = 1e8
-"""Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film."""
-
-TURBULENT = 41.2
-"""Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c."""
+HEAT_CAPACITY = 2000.0
+"""Of mineral oils, typical [J/(kg K)]."""
 
 
 def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
-    """Least thickness, when, largest pressure, and shares of time, from the samples.
+    """Least thickness, when and where, shares of time, Reynolds numbers and warming.
 
     Parameters
     ----------
@@ -42,61 +39,58 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Vari
     joints = plan.lubricated
     if not joints:
         return {}
-    thickness, pressure = (variables[name].values for name in ("film_thickness", "film_pressure"))
+    values = {
+        name: variables[f"film_{name}"].values
+        for name in (
+            "thickness",
+            "displacement",
+            "tension",
+            "squeeze_speed",
+            "sliding_speed",
+            "power_lost",
+            "peak_eccentricity",
+            "peak_eccentricity_time",
+        )
+    }
+    clear = np.array([gap.clearance for _, gap, _ in joints])
     rough = np.array([oil.roughness for _, _, oil in joints])
+    bears = np.array([oil.ambient_pressure - oil.vapour_pressure for _, _, oil in joints])
+    inverse = np.array([oil.mass_density / oil.dynamic_viscosity for _, _, oil in joints])
+    content = np.array([2.0 * math.pi * gap.journal_radius * gap.clearance * gap.bearing_length for _, gap, _ in joints])
+    capacity = HEAT_CAPACITY * content * np.array([oil.mass_density for _, _, oil in joints])
+    thickness, when = values["thickness"], values["peak_eccentricity_time"]
     dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED * rough)
-    dry, mixed = (time_mean(each, time) if len(time) else np.full(len(joints), math.nan) for each in (dry, mixed))
-    at = np.argmin(thickness, axis=0) if len(time) else np.zeros(len(joints), int)
-    least = thickness[at, np.arange(len(joints))] if len(time) else np.full(len(joints), math.nan)
-    when = time[at] if len(time) else np.full(len(joints), math.nan)
+    missing = np.full(len(joints), math.nan)
+    dry, mixed, torn = (
+        time_mean(each, time) if len(time) else missing for each in (dry, mixed, values["tension"] > np.maximum(bears, 0.0))
+    )
+    heat = np.trapezoid(values["power_lost"], time, axis=0) if len(time) else missing
+    direction = missing
+    if len(time):
+        at = np.argmin(np.abs(time[:, None] - when), axis=0)
+        direction = np.arctan2(*values["displacement"][at, np.arange(len(joints))].T[::-1])
+    sliding, squeezing = (np.max(np.abs(values[f"{name}_speed"]), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
 
     def described(values: np.ndarray, unit: str, text: str) -> xr.Variable:
         return xr.Variable(("film",), values, {"units": unit, "long_name": text})
 
-    largest = np.max(pressure, axis=0, initial=0.0)
     return {
-        "film_least_thickness": described(least, "m", "least film thickness among the samples, negative in contact"),
+        "film_least_thickness": described(
+            clear - values["peak_eccentricity"], "m", "least film thickness, negative in contact"
+        ),
         "film_least_thickness_time": described(when, "s", "instant of the least film thickness"),
-        "film_peak_pressure": described(largest, "Pa", "largest pressure of the film among the samples"),
+        "film_least_thickness_angle": described(
+            direction, "rad", "where the film is thinnest then: direction in the bearing's body, of the sample nearest to it"
+        ),
         "film_dry_share": described(dry, "1", "part of the time in which the surfaces touch"),
         "film_mixed_share": described(mixed, "1", "part of the time with a film below three roughnesses"),
         "film_full_share": described(1.0 - dry - mixed, "1", "part of the time with a full film"),
+        "film_torn_share": described(torn, "1", "part of the time in which the journal leaves faster than oil can follow"),
+        "film_reynolds_number": described(
+            inverse * clear * sliding, "1", "largest rho U c/mu of the sliding surfaces, among the samples"
+        ),
+        "film_squeeze_reynolds_number": described(
+            inverse * clear * squeezing, "1", "largest rho c |e'|/mu of the journal's approach and leave, among the samples"
+        ),
+        "film_heating": described(heat / capacity, "K", "how much the power lost would warm the oil in the joint"),
     }
-
-
-def film_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
-    """Where films left the range of their model: too thin, too high a pressure, vortices.
-
-    Parameters
-    ----------
-    plan : Plan
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-    """
-    found = []
-    for k, (joint, clearance, oil) in enumerate(plan.lubricated):
-        label = f"joint '{joint.name}'"
-        least, when = (float(run.variables[name].values[k]) for name in ("film_least_thickness", "film_least_thickness_time"))
-        if least < MIXED * oil.roughness:
-            part = float(run.variables["film_dry_share"].values[k] + run.variables["film_mixed_share"].values[k])
-            found.append(
-                f"{label}: the film is thinner than three roughnesses of {oil.roughness:.3g} m for {part:.2g} of the run, "
-                f"least {least:.3g} m at t = {when:.6g} s; peaks carry there, which the film's force does not know"
-            )
-        pressure = float(run.variables["film_peak_pressure"].values[k])
-        if pressure > THICKENS:
-            found.append(
-                f"{label}: film pressures reach {pressure:.2g} Pa; above {THICKENS:.0e} Pa oil thickens and surfaces yield: "
-                "its forces are those of rigid surfaces"
-            )
-        if oil.oil is not None:
-            turn = run.variables["film_angle"].values[:, k]
-            speed = float(np.max(np.abs(np.gradient(turn, run["time"].values)), initial=0.0)) if turn.size > 1 else 0.0
-            number = oil.oil.density * speed * clearance.journal_radius * clearance.clearance / oil.dynamic_viscosity
-            limit = TURBULENT * math.sqrt(clearance.journal_radius / clearance.clearance)
-            if number > limit:
-                found.append(f"{label}: Reynolds' number {number:.3g} exceeds {limit:.3g}, above which the film has vortices")
-    return found

@@ -16,7 +16,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 
-__all__ = ["count_turns", "equilibrium", "turns"]
+__all__ = ["count_turns", "equilibrium", "touch_closed", "turns"]
 
 AT_REST = 1e-9
 """Unbalanced force, relative to the load, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
@@ -167,7 +167,7 @@ class _Descent:
         n, state, answer = self.free, self.state, np.zeros(2)
         rate, by_time = np.zeros(state.size), np.zeros(state.size)
         functions.accept(0.0, state, self.handle.address, answer)
-        _touch(self.handle, state)
+        touch_closed(self.handle, state)
         functions.linearise(0.0, state, self.handle.address, rate, by_time)
         self.force = float(np.linalg.norm(rate[n : 2 * n]))
         # only what is tangent to the constraints: a correction across them would be undone, and spoil convergence
@@ -262,8 +262,8 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
             state.reference[model.reference_of[i]] += turned[body] - turned[base]
 
 
-def _touch(handle: Handle, state: np.ndarray) -> None:
-    """Let every contact and component act that is past its gap, but for latches."""
+def touch_closed(handle: Handle, state: np.ndarray) -> None:
+    """Let every contact and component act that is past its gap at rest, but for latches."""
     system: System = handle.content
     value, rate = np.zeros(system.state.mode.size), np.zeros(system.state.mode.size)
     functions.guards(0.0, state, handle.address, value, rate)

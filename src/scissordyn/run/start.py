@@ -33,7 +33,7 @@ from scissordyn.run.options import StartKind
 from scissordyn.run.reaction import ideal_reactions
 from scissordyn.run.rest import count_turns, equilibrium, turns
 
-__all__ = ["Prepared", "assembled_near", "prepare_start"]
+__all__ = ["Prepared", "assembled_near", "prepare_start", "rest_with_clearances"]
 
 MOVED = 1e-3
 """An assembly that moves a point of a body by more than this fraction of the mechanism's size is said."""
@@ -158,24 +158,47 @@ def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float]]:
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
     place, load = equilibrium(ideal, system, first.position)
-    rest = Start(place, np.zeros(ideal.coordinates.free))
-    turned = turns(ideal, system.content)
     if not plan.contacts:
-        return rest.position, turned
+        return place, turns(ideal, system.content)
+    handle, place = rest_with_clearances(still, system, place, load)
+    return place, turns(still, handle.content)
+
+
+def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, np.ndarray]:
+    """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints.
+
+    Parameters
+    ----------
+    still : Plan
+        Of a mechanism with constant drives and clearances.
+    system : Handle
+        Of `still.ideal`, in equilibrium.
+    place : ndarray
+        Its free coordinates there.
+    load : float
+        As for `equilibrium`.
+
+    Returns
+    -------
+    system : Handle
+        Of `still`; its contacts are closed where they carry.
+    place : ndarray
+        Its free coordinates.
+    """
+    ideal, rest = still.ideal, Start(place, np.zeros_like(place))
     handle = make_system(still)
-    count_turns(still, handle.content, turned)
+    count_turns(still, handle.content, turns(ideal, system.content))
     b, rate = basis_at_start(handle.content)
     position, velocity = natural_state(ideal, system.content, rest)
     start = Start(still.coordinates.nearest(b, position), still.coordinates.nearest(rate, velocity))
     forces = ideal_reactions(still, rest.position, system.content.state.reference)
-    with_clearance = [joint.clearance is not None for joint in plan.joints]
+    with_clearance = [joint.clearance is not None for joint in still.joints]
     if np.all(np.isfinite(forces[with_clearance])):
         offsets, held = _resting_offsets(still, handle.content, forces), Held()
         for j, joint in enumerate(still.clearance_joints):
             held.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
         start = assemble(still, handle.content, start, held)
-    place, _ = equilibrium(still, handle, start.position, load)
-    return place, turns(still, handle.content)
+    return handle, equilibrium(still, handle, start.position, load)[0]
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
@@ -199,9 +222,9 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
 
 def _indentation(system: System, j: int, force: float) -> float:
     """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
-    if force == 0.0:
-        return 0.0
     numbers = system.parameters
+    if force == 0.0 or numbers.law["stiffness"][j] == 0:  # a hard contact
+        return 0.0
     kind, row = numbers.law["stiffness"][j], numbers.elastic[j]
     low, high = 0.0, float(numbers.contact["clearance"][j])
     while elastic_force(kind, high, row) < force and high < numbers.contact["radius"][j]:

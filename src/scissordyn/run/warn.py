@@ -10,9 +10,10 @@ import xarray as xr
 
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.validity import contact_failure, contact_warnings
-from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
+from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
-from scissordyn.run.film import film_warnings
+from scissordyn.run.film_range import film_peak_warnings, film_warnings
 from scissordyn.run.spacing import time_mean
 
 if TYPE_CHECKING:
@@ -107,6 +108,7 @@ class Extremes:
         self._indentation = np.zeros(len(plan.contacts))
         self._friction = dict[int, tuple[float, float]]()
         self._effort = np.zeros(len(plan.components))
+        self._outputs = dict[int, float]()
 
     def add(self, driver: Driver) -> None:
         """Add what a driver has accumulated since it last began to count.
@@ -126,6 +128,9 @@ class Extremes:
             self._friction[joint] = max(ratio, float(peak["largest"][row])), lasting + float(peak["excess_time"][row])
         if self._effort.size:
             np.maximum(self._effort, peak["largest"][driver.rows(COMPONENT_FORCE)[: self._effort.size]], out=self._effort)
+        for row in driver.rows(COMPONENT_OUTPUT).tolist():
+            which = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
+            self._outputs[which] = max(self._outputs.get(which, 0.0), float(peak["largest"][row]))
 
     def warnings(self) -> list[str]:
         """The warnings that follow, without samples: of contact laws, friction and controllers.
@@ -135,7 +140,8 @@ class Extremes:
         plan, depth, found = self.plan, self._indentation.tolist(), list[str]()
         for number, joint in enumerate(plan.contacts):
             assert joint.clearance is not None
-            failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
+            hard = joint.clearance.contact == "hard"
+            failed = "" if hard else contact_failure(joint.name, joint.clearance.surfaces, depth[number])
             found += [f"the contact model has failed: {failed}"] if failed else []
             found += _of_contact(plan, number, self._speeds[number], depth[number])
         for number, (ratio, lasting) in self._friction.items():
@@ -145,15 +151,28 @@ class Extremes:
             limit = getattr(part.controller, "limit", None)
             if limit is not None and self._effort[number] >= AT_LIMIT * limit:
                 found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
+        if self._outputs:
+            found += self._of_films()
         return list(dict.fromkeys(found))
+
+    def _of_films(self) -> list[str]:
+        plan, found = self.plan, list[str]()
+        first = len(plan.components) - len(plan.lubricated)
+        for k, (joint, gap, oil) in enumerate(plan.lubricated, first):
+            outputs = plan.components[k].declaration.outputs_monitored
+            largest = {each.name: self._outputs.get(k * RESULTS + each.first, 0.0) for each in outputs}
+            found += film_peak_warnings(joint.name, oil, gap, largest)
+        return found
 
 
 def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[str]:
     joint = plan.contacts[number]
     assert joint.clearance is not None
     laws = joint.clearance
+    if laws.contact == "hard":  # the laws serve an estimate only
+        return []
     return contact_warnings(
-        joint.name, laws.contact, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
+        joint.name, laws.surfaces, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
     )
 
 
@@ -162,10 +181,12 @@ def contact_failures(plan: Plan, run: xr.Dataset) -> list[str]:
     found = []
     for joint in plan.contacts:
         assert joint.clearance is not None
+        if joint.clearance.contact == "hard":
+            continue
         at = plan.joint_names.index(joint.name)
-        text = contact_failure(joint.name, joint.clearance.contact, float(_values(run, "peak_indentation")[at]))
+        text = contact_failure(joint.name, joint.clearance.surfaces, float(_values(run, "peak_indentation")[at]))
         if text:
-            beyond = _values(run, "indentation")[:, at] > joint.clearance.contact.journal_radius
+            beyond = _values(run, "indentation")[:, at] > joint.clearance.surfaces.journal_radius
             largest = float(_values(run, "peak_indentation_time")[at])
             first = min(largest, _values(run, "time")[int(np.argmax(beyond))]) if beyond.any() else largest
             found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")

@@ -6,7 +6,15 @@ import math
 from typing import Annotated
 
 from scissordyn.component.declaration import check_attachment, component
-from scissordyn.component.film.impedance import finite_table, long_bearing, pressure_table, short_bearing, tabulated
+from scissordyn.component.film.impedance import (
+    finite_table,
+    long_bearing,
+    padded,
+    pressure_table,
+    short_bearing,
+    tabulated,
+    tabulated_pressure,
+)
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.jit import kernel
@@ -31,9 +39,8 @@ def film_gap(gap, thinnest):
     return thinnest + bend * math.log1p(math.exp(reach))
 
 
-@kernel()
 def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
-    """Force [N], torque [N m] on the journal, energy [J], power lost [W], thickness [m], largest pressure [Pa], power lost."""
+    """Force [N] and torque [N m] on the journal, energy [J], power lost [W], then the outputs."""
     ex, ey = x / clearance, y / clearance
     eccentricity = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)
@@ -48,19 +55,28 @@ def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, leng
     if model == 1.0:
         radial, tangential = short_bearing(e, sine, cosine, full == 1.0)
         radial, tangential = ratio * ratio * radial, ratio * ratio * tangential
+        pressure = tabulated_pressure(table, FIRST, gap, direction)
     elif model == 2.0:
         radial, tangential = long_bearing(e, sine, cosine, full == 1.0)
+        pressure = tabulated_pressure(table, FIRST, gap, direction)
     else:
-        radial = tabulated(table, FIRST, 0, gap, direction)
-        tangential = math.copysign(1.0, sine) * tabulated(table, FIRST, 1, gap, direction)
+        radial, tangential, pressure = tabulated(table, FIRST, gap, direction)
+        tangential = math.copysign(1.0, sine) * tangential
     stiff = viscosity * (radius / clearance) * (radius / clearance) * size
-    pressure = max(stiff * tabulated(table, FIRST, 2, gap, direction), 0.0)
+    # Reynolds' equation without a condition on p is odd in the velocity; the cavity of a wedge is in the model of p >= 0,
+    # the one that a journal leaves behind is not
+    if full == 1.0:
+        tension = max(stiff * tabulated_pressure(table, FIRST, gap, math.pi - direction), 0.0)
+    else:
+        tension = max(-cosine * stiff * tabulated_pressure(table, FIRST, gap, 0.0), 0.0) if cosine < 0.0 else 0.0
+    pressure = max(stiff * pressure, 0.0)
     stiff *= radius * length
     fx, fy = stiff * (radial * nx - tangential * ny), stiff * (radial * ny + tangential * nx)
     shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))
     torque = -shear - 0.5 * (x * fy - y * fx)
     lost = -(fx * x_rate + fy * y_rate + torque * speed)
-    return fx, fy, torque, 0.0, lost, clearance * (1.0 - eccentricity), pressure, lost
+    away, squeeze = clearance * eccentricity, nx * x_rate + ny * y_rate
+    return fx, fy, torque, 0.0, lost, clearance - away, pressure, lost, away, tension, squeeze, radius * abs(speed)
 
 
 LENGTH = {"above": 0.0, "maximum": 10.0}
@@ -73,8 +89,14 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
     label="film",
     outputs=(
         Output("thickness", "m", "least distance of the surfaces, negative where they touch"),
-        Output("pressure", "Pa", "largest pressure of the film"),
+        Output("pressure", "Pa", "largest pressure of the film", monitored=True),
         Output("power_lost", "W", "power lost by shear and by flow"),
+        Output("eccentricity", "m", "distance of the journal from the centre of its bearing", monitored=True),
+        Output(
+            "tension", "Pa", "how far the film behind a journal that leaves would fall below the surroundings", monitored=True
+        ),
+        Output("squeeze_speed", "m/s", "how fast the film gets thinner"),
+        Output("sliding_speed", "m/s", "of the surfaces past each other"),
     ),
     example={"start": "crank.end", "end": "rod.start", "viscosity": "50 mPa s", "clearance": "0.2 mm"},
 )
@@ -129,4 +151,4 @@ class Film:
         table = pressure_table(self.model, ratio) if model else finite_table(ratio)
         thinnest = self.roughness / self.clearance
         own = (self.viscosity, self.clearance, self.radius, self.length, thinnest, float(model), float(self.full))
-        return (*own, *table.ravel().tolist())
+        return (*own, *padded(table).ravel().tolist())

@@ -25,15 +25,19 @@ from scissordyn.component.film.grid import (
 )
 from scissordyn.jit import kernel
 
-__all__ = ["finite_table", "long_bearing", "looked_up", "pressure_table", "short_bearing"]
+__all__ = ["finite_table", "long_bearing", "looked_up", "padded", "pressure_table", "short_bearing"]
 
 TABLE = Path(__file__).parent / "finite.npz"
 
 ROOT = math.sqrt(NEAREST)
 
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(24)
+WIDTH = DIRECTIONS + 2
+"""Columns of a table with its neighbours on both sides."""
+
+STEPS = 4
+"""Of Newton's method for the end of a long bearing's film, more than any needs."""
+
 _POWERS = POWERS
-_POINTS, _WEIGHTS = tuple(POINTS.tolist()), tuple(WEIGHTS.tolist())
 
 
 @kernel()
@@ -68,123 +72,123 @@ def short_bearing(eccentricity, sine, cosine, full):
 
 
 @kernel()
-def long_pressure(e, sine, cosine, s, c):
-    """Pressure of a long bearing at theta by its sine and cosine, 0 at theta = 0 (Sommerfeld 1904; squeeze beside it)."""
-    h = 1.0 + e * c
-    wedge = -sine * s * (2.0 + e * c) / (2.0 + e * e)
-    squeeze = 0.5 * cosine * (1.0 - c) * (2.0 + e + e * c) / ((1.0 + e) * (1.0 + e))
-    return 6.0 * (wedge + squeeze) / (h * h)
-
-
-@kernel()
 def long_end(e, sine, cosine):
-    """Where the pressure that begins at theta = 0 ends: t = tan(theta/2), the root of a cubic, by bisection.
+    """Where the pressure that begins at theta = 0 ends, for sin psi <= 0: in Sommerfeld's angle, from 0 to 2 pi.
 
-    For sin psi <= 0 the film lies between theta = 0 and that root, over the thin side where it is approached.
+    With t = tan(theta/2) the pressure has the factor a t^3 - b (2-e) t^2 + a (1+e) t - b (2+e). Its one real root has the size
+    k g(t), k = |b/a|, g = ((2-e) t^2 + 2+e)/(t^2 + 1+e): g falls from (2+e)/(1+e) to 2-e, so that Newton's method for
+    log t - log g needs few steps.
     """
-    a, b = cosine / ((1.0 + e) * (1.0 + e)), sine / (2.0 + e * e)
-    # over x = atan t, from -pi/2 to pi/2: multiplied by cos^3
-    low, high = (-0.5 * math.pi, 0.0) if cosine > 0.0 else (0.0, 0.5 * math.pi)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        s, c = math.sin(middle), math.cos(middle)
-        value = a * s * (s * s + (1.0 + e) * c * c) - b * c * ((2.0 - e) * s * s + (2.0 + e) * c * c)
-        if (value > 0.0) == (cosine > 0.0):
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
+    b, a = -sine / (2.0 + e * e), abs(cosine) / ((1.0 + e) * (1.0 + e))
+    k = b / max(a, 1e-100)
+    t = k * (2.0 - e)
+    for _ in range(STEPS):
+        top, bottom = (2.0 - e) * t * t + 2.0 + e, t * t + 1.0 + e
+        slope = 2.0 * t * t * e * e / top / bottom
+        t = (t * slope + k * top / bottom) / (1.0 + slope)
+    half = math.atan(t * math.sqrt((1.0 - e) / (1.0 + e)))
+    return 2.0 * (math.pi - half) if cosine > 0.0 else 2.0 * half
 
 
 @kernel()
 def long_bearing(eccentricity, sine, cosine, full):
-    """Impedance of a long bearing, for the direction psi by its sine and cosine, its pressure integrated by Gauss' rule.
+    """Impedance of a long bearing, for the direction psi by its sine and cosine.
 
-    The pressure counts where it is positive (Guembel), with `full` everywhere.
+    The pressure counts where it is positive (Guembel), with `full` everywhere. It is zero at both ends of that part, so that
+    its integrals over cos and sin are those of sin and cos with dp/dtheta = 6 (sin(theta - psi) + K)/h^3: trigonometric
+    polynomials in Sommerfeld's angle.
     """
     e, side = eccentricity, 1.0
     if sine > 0.0:
         sine, side = -sine, -1.0
+    last = 2.0 * math.pi if full else long_end(e, sine, cosine)
     root = math.sqrt(1.0 - e * e)
-    last = 2.0 * math.pi
-    if not full:
-        half = long_end(e, sine, cosine)
-        theta = 2.0 * half
-        last = sommerfeld_angle(e, math.sin(theta), math.cos(theta))
-        if last <= 0.0:
-            last += 2.0 * math.pi
-    radial = tangential = 0.0
-    panels = 2
-    for panel in range(panels):
-        low, wide = last * panel / panels, last / panels
-        for k in range(24):
-            s = low + 0.5 * wide * (1.0 + _POINTS[k])
-            below = 1.0 - e * math.cos(s)
-            c, q = (math.cos(s) - e) / below, root * math.sin(s) / below
-            weight = 0.5 * wide * _WEIGHTS[k] * root / below * long_pressure(e, sine, cosine, q, c)
-            radial += weight * c
-            tangential += weight * q
+    s, c = math.sin(last), math.cos(last)
+    constant = -3.0 * e * sine / (2.0 + e * e)
+    across = 0.5 * (last - s * c)  # of sin^2 in Sommerfeld's angle, and so on
+    along = last - across
+    mixed = 0.5 * s * s
+    sine_sine = across * root * root
+    sine_cosine = root * (mixed - e * (1.0 - c))
+    cosine_cosine = along - 2.0 * e * s + e * e * last
+    sine_one = root * (1.0 - c - e * mixed)
+    cosine_one = (1.0 + e * e) * s - e * (along + last)
+    factor = 6.0 / root**5
+    radial = -factor * (cosine * sine_sine - sine * sine_cosine + constant * sine_one)
+    tangential = factor * (cosine * sine_cosine - sine * cosine_cosine + constant * cosine_one)
     return radial, side * tangential
 
 
 @kernel()
-def cubic(f, a, b, c, d):
-    """Between b and c at f in (0, 1): through both, with slopes that continue (Catmull and Rom)."""
-    return b + 0.5 * f * (c - a + f * (2.0 * a - 5.0 * b + 4.0 * c - d + f * (3.0 * (b - c) + d - a)))
+def cubic_weights(f):
+    """Of four nodes, at f in (0, 1) between the inner two: through both, with slopes that continue (Catmull and Rom)."""
+    return (
+        f * (f * (1.0 - 0.5 * f) - 0.5),
+        1.0 + f * f * (1.5 * f - 2.5),
+        f * (0.5 + f * (2.0 - 1.5 * f)),
+        0.5 * f * f * (f - 1.0),
+    )
 
 
 @kernel()
-def at_node(table, first, which, row, column):
-    """A number of the table, beyond its edges continued: by symmetry in psi, along a parabola in the film thickness."""
-    sign = 1.0
-    if column < 0:
-        column = -column
-        sign = -1.0 if which == 1 else 1.0
-    elif column >= DIRECTIONS:
-        column = 2 * (DIRECTIONS - 1) - column
-        sign = -1.0 if which == 1 else 1.0
-    width = 3 * DIRECTIONS
-    place = first + 3 * column + which
-    if row < 0:
-        return sign * (3.0 * table[place] - 3.0 * table[place + width] + table[place + 2 * width])
-    if row >= GAPS:
-        end = place + (GAPS - 1) * width
-        return sign * (3.0 * table[end] - 3.0 * table[end - width] + table[end - 2 * width])
-    return sign * table[place + row * width]
-
-
-@kernel()
-def tabulated(table, first, which, gap, direction):
-    """Radial, tangential or pressure of a table at a film thickness over the clearance and a direction from 0 to pi."""
+def cell(gap, direction):
+    """Row and column of a cell of the table, and where in it a film thickness over the clearance and a direction lie."""
     x = (math.sqrt(max(gap, NEAREST)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
     y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / SHARP) / WIDEST + 1.0) * (DIRECTIONS - 1)
     row, column = min(max(int(x), 0), GAPS - 2), min(max(int(y), 0), DIRECTIONS - 2)
-    fx, fy = x - row, y - column
-    v0 = v1 = v2 = v3 = 0.0
+    return row, column, x - row, y - column
+
+
+@kernel()
+def tabulated(table, first, gap, direction):
+    """Radial, tangential and pressure of a table at a film thickness over the clearance and a direction from 0 to pi."""
+    row, column, fx, fy = cell(gap, direction)
+    across, along = cubic_weights(fx), cubic_weights(fy)
+    radial = tangential = pressure = 0.0
     for k in range(4):
-        value = cubic(
-            fy,
-            at_node(table, first, which, row + k - 1, column - 1),
-            at_node(table, first, which, row + k - 1, column),
-            at_node(table, first, which, row + k - 1, column + 1),
-            at_node(table, first, which, row + k - 1, column + 2),
-        )
-        if k == 0:
-            v0 = value
-        elif k == 1:
-            v1 = value
-        elif k == 2:
-            v2 = value
-        else:
-            v3 = value
-    return cubic(fx, v0, v1, v2, v3) / gap ** _POWERS[which]
+        at = first + 3 * ((row + k) * WIDTH + column)
+        for l in range(4):
+            weight, node = across[k] * along[l], at + 3 * l
+            radial += weight * table[node]
+            tangential += weight * table[node + 1]
+            pressure += weight * table[node + 2]
+    return radial / gap ** _POWERS[0], tangential / gap ** _POWERS[1], pressure / gap ** _POWERS[2]
+
+
+@kernel()
+def tabulated_pressure(table, first, gap, direction):
+    """The pressure alone."""
+    row, column, fx, fy = cell(gap, direction)
+    across, along = cubic_weights(fx), cubic_weights(fy)
+    pressure = 0.0
+    for k in range(4):
+        at = first + 3 * ((row + k) * WIDTH + column) + 2
+        for l in range(4):
+            pressure += across[k] * along[l] * table[at + 3 * l]
+    return pressure / gap ** _POWERS[2]
+
+
+def padded(table: np.ndarray) -> np.ndarray:
+    """The table with one more node on each side: by symmetry in psi, along a parabola in the film thickness.
+
+    Parameters
+    ----------
+    table : ndarray, shape (GAPS, DIRECTIONS, 3)
+
+    Returns
+    -------
+    ndarray, shape (GAPS + 2, WIDTH, 3)
+    """
+    odd = np.array([1.0, -1.0, 1.0])
+    wide = np.concatenate([table[:, 1:2] * odd, table, table[:, -2:-1] * odd], axis=1)
+    first, last = (3.0 * a - 3.0 * b + c for a, b, c in (wide[:3], wide[:-4:-1]))
+    return np.concatenate([first[None], wide, last[None]])
 
 
 def looked_up(table: np.ndarray, eccentricity: float, direction: float) -> tuple[float, float, float]:
     """Radial, tangential and pressure of a table at an eccentricity and a direction from 0 to pi [rad]."""
-    flat = np.ascontiguousarray(table).ravel()
-    found = [float(tabulated(flat, 0, k, 1.0 - eccentricity, direction)) for k in range(3)]
-    return found[0], found[1], found[2]
+    radial, tangential, pressure = tabulated(np.ravel(padded(table)), 0, 1.0 - eccentricity, direction)
+    return float(radial), float(tangential), float(pressure)
 
 
 @cache

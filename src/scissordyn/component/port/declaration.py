@@ -78,6 +78,8 @@ class Output:
         1 for a number, 2 for a vector in the plane.
     coordinate : bool
         Whether it is a coordinate of the port rather than a result of the kernel.
+    monitored : bool
+        Whether its largest value is looked for within the steps, not among the samples alone.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Output:
     first: int = 0
     components: int = 1
     coordinate: bool = False
+    monitored: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

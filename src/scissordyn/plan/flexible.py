@@ -162,8 +162,8 @@ def contact_frequency(mechanism: Mechanism, mass: float) -> float:
     """
     found = 0.0
     for clearance in {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}:
-        law: Any = clearance.stiffness
-        found = max(found, 1.0 / _impact_duration(law, clearance.contact, mass))
+        if clearance.contact == "compliant":
+            found = max(found, 1.0 / _impact_duration(clearance.stiffness, clearance.surfaces, mass))
     return found
 
 

@@ -224,7 +224,7 @@ def you_pellegrino_ring() -> Values:
 
 
 def woodpecker() -> Values:
-    """By Moreau's time stepping, see test_woodpecker.py."""
+    """By Lagrange's equations, see test_zoo.py."""
     return [None] * 2
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import xarray as xr
 
 import scissordyn as sd
+from benchmarks.drawings import clearance_joint, result
 from scissordyn.config.file import read_case
 from scissordyn.plot.animation import animate, magnified_first
 from scissordyn.plot.animation_film import Film
@@ -142,6 +143,10 @@ def main(wanted: list[str]) -> None:
         gallery()
     if not wanted or "front" in wanted:
         front()
+    if not wanted or "joint" in wanted:
+        print(clearance_joint(DOCS / "clearance_joint.png"), flush=True)
+    if not wanted or "result" in wanted:
+        print(result(DOCS / "result.png"), flush=True)
     for name in sd.zoo:
         if not wanted or name in wanted or "zoo" in wanted:
             zoo(name)

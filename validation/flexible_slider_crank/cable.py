@@ -61,7 +61,7 @@ class Settings:
 
 
 def orbit(step: float, chosen: Settings, *, contact: bool = True) -> tuple[np.ndarray, float]:
-    """Eccentricity of the journal at `TIMES` (samples, 2) [m], and seconds of the solver."""
+    """Eccentricity of the journal at `TIMES` (samples, 2) [m], and processor seconds of the solver."""
     exu, items = library()
     mbs = exu.SystemContainer().AddSystem()
     crank = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[0.0, 0.0, 0.0], initialVelocities=[0.0, 0.0, SPEED]))
@@ -147,9 +147,9 @@ def solved(
     integration.verboseMode = 0
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = 0.0 if chosen.located else step
-    began = time.perf_counter()
+    began = time.process_time()
     mbs.SolveDynamic(settings, showHints=False, showCausingItems=False)
-    seconds = time.perf_counter() - began
+    seconds = time.process_time() - began
     found = []
     for pair in sensors:
         place, velocity = (mbs.GetSensorStoredData(one) for one in pair)

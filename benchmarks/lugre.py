@@ -43,7 +43,7 @@ def variants(kinetic: float) -> dict[str, sd.LuGre]:
 
 def row(law: sd.LuGre) -> np.ndarray:
     """A law's numbers as the kernels read them."""
-    return row_of(law, sd.Clearance(CLEARANCE).contact)
+    return row_of(law, sd.Clearance(CLEARANCE).surfaces)
 
 
 def measure(quick: bool = False) -> str:

@@ -1,4 +1,4 @@
-"""The pictures of the documentation: of each example preview, stills, film and explorer; the gallery; the front page's film.
+"""The pictures of the documentation: of each example preview, stills, film and explorer; gallery, zoo, film of the front page.
 
 ``python -m benchmarks.pictures`` draws all of them, ``python -m benchmarks.pictures lift gallery`` some.
 """
@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 import io
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+import scissordyn as sd
+from benchmarks.drawings import clearance_joint, result
 from scissordyn.config.file import read_case
 from scissordyn.plot.animation import animate, magnified_first
 from scissordyn.plot.animation_film import Film
@@ -32,6 +35,9 @@ WINDOW = 1500, 860
 
 PATIENCE = 600.0
 """Longest time that the run of an example may take on a busy machine [s]."""
+
+FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720
+"""Length of a film of the zoo [s], its frames per second, and its width [pixel]."""
 
 COLOURS = 128
 """Of a screenshot: drawings need no more, and files are a quarter as large."""
@@ -82,6 +88,26 @@ def screenshot(case: Path, browser: Any, target: Path) -> Path:
     return target
 
 
+def smaller(film: Path) -> Path:
+    """The film as wide as a page of the site, in colours that differ little."""
+    made = film.with_suffix(".small.mp4")
+    how = ["-vf", f"scale={FILM_WIDTH}:-2", "-c:v", "libx264", "-preset", "slow", "-crf", "32", "-pix_fmt", "yuv420p"]
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", film, *how, "-movflags", "+faststart", made], check=True)
+    return made.replace(film)
+
+
+def zoo(name: str) -> None:
+    """Draw a mechanism of the zoo, and film it."""
+    entry = sd.zoo[name]
+    run = entry.simulate()
+    figure = structure(run, entry.mechanism, times=3)[0].get_figure(root=True)
+    assert figure is not None
+    target = DOCS / "_static" / "zoo" / f"{name}.mp4"
+    print(write(figure, DOCS / "zoo" / f"{name}.png"), flush=True)
+    film = smaller(animate(run, entry.mechanism, target, seconds=FILM, rate=FILM_RATE))
+    print(film, f"{film.stat().st_size / 1e3:.0f} kB", flush=True)
+
+
 def gallery() -> None:
     """Draw every picture of the paper's case."""
     case = read_case(ROOT / "examples" / "paper.toml")
@@ -113,6 +139,13 @@ def main(wanted: list[str]) -> None:
         gallery()
     if not wanted or "front" in wanted:
         front()
+    if not wanted or "joint" in wanted:
+        print(clearance_joint(DOCS / "clearance_joint.png"), flush=True)
+    if not wanted or "result" in wanted:
+        print(result(DOCS / "result.png"), flush=True)
+    for name in sd.zoo:
+        if not wanted or name in wanted or "zoo" in wanted:
+            zoo(name)
     if missing():
         print(f"without the explorer: {missing()}")
         for name in names:

@@ -186,7 +186,7 @@ class Draft:
                 else:
                     made = sd.Clearance(size, journal_radius=radius, bearing_length=radius, material=material, **laws)
                 for law in laws.values():
-                    law.parameters(made.contact)
+                    law.parameters(made.surfaces)
             except sd.InputError:  # laws say for which geometry they are
                 continue
             self.contents += [f"{kind} {law.name}" for kind, law in laws.items()]

@@ -17,6 +17,7 @@ __all__ = ["GROUPS", "MODULES", "fields", "laws_page", "write"]
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "Structures": (
+        "zoo",
         "scissor",
         "mast",
         "polar_scissor",

@@ -1,4 +1,4 @@
-"""Tables of the pages that are made from declarations: keys of components, parameters of laws and controllers.
+"""Tables of the pages that are made from declarations: keys of components, parameters of laws, controllers; zoo; bibliography.
 
 Each stands in a page between two comments, which say what it is of. ``python docs/_tables.py`` writes them anew, and with
 ``--check`` only names the pages that are not up to date.
@@ -18,9 +18,12 @@ from scissordyn.config.table import Table, key_help, quantity_of, table_of
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
 
+sys.path.insert(0, str(Path(__file__).parent))
+from _zoo import bibliography_list, zoo_pages, zoo_table
+
 __all__ = ["PAGES", "component_keys", "component_outputs", "filled", "refresh"]
 
-PAGES = ("components.md", "control.md", "laws.md")
+PAGES = ("components.md", "control.md", "laws.md", "zoo.md", "references.md")
 
 BLOCK = re.compile(r"(<!-- made from declarations: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -104,6 +107,10 @@ def _states(kinds: dict[str, Any]) -> list[str]:
 def filled(what: str) -> list[str]:
     """The lines of a table by what its comment says: "components", "component spring", "laws friction", "states friction"."""
     kind, _, name = what.partition(" ")
+    if kind == "zoo":
+        return zoo_table()
+    if kind == "bibliography":
+        return bibliography_list()
     if kind == "component":
         return [*component_keys(name), "", component_outputs(name)]
     known: dict[str, Any] = dict(CONTROLLERS if name == "controllers" else BY_KIND.get(name, {}))
@@ -119,6 +126,11 @@ def refresh(docs: Path, *, write: bool = True) -> list[str]:
         new = BLOCK.sub(lambda found: found[1] + "\n".join(filled(found[2])) + "\n" + found[3], text)
         if new != text:
             old.append(page)
+            if write:
+                path.write_text(new, encoding="utf-8")
+    for path, new in zoo_pages(docs).items():
+        if not path.exists() or path.read_text(encoding="utf-8") != new:
+            old.append(f"zoo/{path.name}")
             if write:
                 path.write_text(new, encoding="utf-8")
     return old

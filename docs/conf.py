@@ -16,7 +16,9 @@ sys.path.insert(0, str(HERE))
 
 import _generate  # noqa: E402
 import _tables  # noqa: E402
+import nbformat  # noqa: E402
 from docutils import nodes  # noqa: E402
+from myst_nb.core.read import read_myst_markdown_notebook  # noqa: E402
 
 import scissordyn as sd  # noqa: E402
 
@@ -34,6 +36,9 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
 suppress_warnings = ["config.cache"]
+
+NOTEBOOKS = "_static/notebooks"
+"""Where the site has the tutorials as notebooks."""
 
 # equations are rendered by a copy of MathJax beside the pages, so that they can be read without a network
 MATHJAX = "tex-svg-full.js"
@@ -86,6 +91,26 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
 
 
+def _offer_notebook(_app: Any, docname: str, source: list[str]) -> None:
+    """A link to the page as a Jupyter notebook, below its title."""
+    if docname.startswith("tutorials/") and "{code-cell}" in source[0]:
+        name = docname.removeprefix("tutorials/")
+        link = f'<p><a href="../{NOTEBOOKS}/{name}.ipynb" download>Download this page as a notebook</a></p>'
+        source[0] = re.sub(r"^(# .*)$", rf"\1\n\n```{{raw}} html\n{link}\n```", source[0], count=1, flags=re.MULTILINE)
+
+
+def _write_notebooks(app: Any, failure: Exception | None) -> None:
+    """Each tutorial as a notebook of Jupyter, without results."""
+    if failure is not None:
+        return
+    target = Path(app.outdir) / NOTEBOOKS
+    target.mkdir(parents=True, exist_ok=True)
+    for page in (HERE / "tutorials").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        if "{code-cell}" in text:
+            nbformat.write(read_myst_markdown_notebook(text), target / f"{page.stem}.ipynb")
+
+
 def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, lines: list[str]) -> None:
     """Sections that numpydoc leaves are plain paragraphs; a class without parameters lists its fields."""
     if (
@@ -125,6 +150,8 @@ def setup(app: Any) -> None:
     _tables.refresh(HERE)
     app.connect("doctree-read", _keep_tags)
     app.connect("build-finished", _copy_mathjax)
+    app.connect("build-finished", _write_notebooks)
     app.connect("source-read", _rewrite_links)
+    app.connect("source-read", _offer_notebook)
     app.connect("autodoc-process-docstring", _literal_formulas, priority=400)  # before numpydoc
     app.connect("autodoc-process-docstring", _plain_docstring)

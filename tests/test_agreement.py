@@ -97,7 +97,7 @@ def assert_same_motion(run: xr.Dataset, reference: March, joints: Sequence[str])
 def test_normal_laws_agree(pair: str) -> None:
     """Cross-check: the kernels against plain Python, from light to heavy contacts."""
     clearance = pin_clearance(pair)
-    described, other = clearance.contact, clearance_joint(clearance)
+    described, other = clearance.surfaces, clearance_joint(clearance)
     kernel = {"liu": liu.force, "hertz": hertz.force}[pair]
     parameters = clearance.stiffness.parameters(described)
     for depth in np.geomspace(1e-9, 1e-3, 13).tolist():
@@ -113,7 +113,7 @@ def test_normal_laws_agree(pair: str) -> None:
 def test_lugre_agrees(kinetic: float) -> None:
     """Cross-check: force, bristle rate and first deflection, also about the Stribeck speed, where runs hardly stay."""
     clearance = pin_clearance(kinetic=kinetic)
-    parameters = clearance.friction.parameters(clearance.contact)
+    parameters = clearance.friction.parameters(clearance.surfaces)
     other = clearance_joint(clearance).friction
     assert other is not None
     z, dz, row, at = np.zeros(1), np.zeros(1), np.array(parameters), addresses(clearance.friction)

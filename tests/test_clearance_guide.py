@@ -209,10 +209,10 @@ def test_laws_for_a_bearing_only(name):
 def test_hertz_at_a_flat_wall():
     """Closed form: a ball of radius R on a plane, 4/3 E* sqrt(R) (Hertz); and the limit of ever wider bearings."""
     plane = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
-    (found,) = Hertz().parameters(plane.contact)
+    (found,) = Hertz().parameters(plane.surfaces)
     modulus = STEEL.youngs_modulus / (2.0 * (1.0 - STEEL.poisson_ratio**2))
     assert found == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(RADIUS), rel=1e-14)
-    (wide,) = Hertz().parameters(dataclasses.replace(plane.contact, clearance=1e6))
+    (wide,) = Hertz().parameters(dataclasses.replace(plane.surfaces, clearance=1e6))
     assert wide == pytest.approx(found, rel=1e-8)
 
 

@@ -143,6 +143,8 @@ def run_all(page: Path, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     [
         pytest.param("docs/howto/export.md", 6, id="export"),
         pytest.param("docs/howto/checkpoints.md", 2, id="checkpoints"),
+        pytest.param("docs/import.md", 3, id="import"),
+        pytest.param("docs/export.md", 9, id="export_others", marks=pytest.mark.slow),
         pytest.param("docs/howto/self_deploying.md", 1, id="self_deploying", marks=pytest.mark.slow),
         pytest.param("docs/index.md", 2, id="index"),
         pytest.param("docs/howto/cluster.md", 6, id="cluster", marks=pytest.mark.slow),
@@ -159,14 +161,16 @@ def test_commands_run(
 TASK = DOCS / "howto" / "choose_clearance_and_motor.md"
 
 
-def describe_task(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> list[list[str]]:
-    """Write the files of the page on the task of a designer; its other commands."""
+def describe_task(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *changes: str
+) -> list[list[str]]:
+    """Write the files of the page on the task of a designer, with changes of its case; its other commands."""
     monkeypatch.chdir(folder)
     write_tables(TASK, folder)
     new, *others = commands(TASK.read_text(encoding="utf-8"))
     assert new[-2:] == [">", "array.toml"]
     capsys.readouterr()
-    assert status_of(new[1:-2]) == 0
+    assert status_of([*new[1:-2], *(word for change in changes for word in ("--set", change))]) == 0
     (folder / "array.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     return others
 
@@ -189,6 +193,31 @@ def test_task_says_what_its_commands_say(
     mechanism = read_case(tmp_path / "array.toml").mechanism.replace("gravity", 0.0)
     run = sd.simulate(mechanism.ideal(), until=3.0, samples=301)
     assert 111.9 * 2.0 * math.pi * math.radians(50.0) / 3.0**2 == pytest.approx(float(run["peak_control_torque"][0]), rel=0.12)
+
+
+def test_task_of_one_unit_goes_from_new_to_a_design(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cross-check: the commands of the page for one unit and few cases; the proposed point, run anew, meets what it has to."""
+    others = describe_task(tmp_path, monkeypatch, capsys, "structure.units=1", "drive.cycloidal.duration=0.3 s")
+    for path in tmp_path.glob("*.toml"):
+        text = re.sub(r"^samples = \d+$", "samples = 1", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        path.write_text(text.replace("points = 16", "points = 2"), encoding="utf-8")
+    said = {}
+    for words in others:
+        assert status_of(words[1:]) == 0, words
+        said[words[2]] = capsys.readouterr().out
+    assert set(said) >= {"array.toml", "study.toml", "check.toml", "ground.toml"}
+    assert "scissordyn study refine" in said["study.toml"]
+    study = sd.open_study(tmp_path / "study.zarr")
+    chosen = study.recommend().numbers
+    mechanism = read_case(tmp_path / "array.toml").mechanism.replace("gravity", 0.0)
+    for address, value in chosen.items():
+        mechanism = mechanism.replace(address, value)
+    run = sd.simulate(mechanism, until=0.33, samples=51, rtol=1e-5)
+    assert float(run["peak_force"].max()) < 800.0
+    assert float(run["peak_track_deviation"][0]) < 3e-3
+    assert (tmp_path / "study.html").read_text(encoding="utf-8").startswith("<!doctype html>")
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ __all__ = [
     "Printed",
     "Scan",
     "best",
+    "case_file",
     "installed",
     "mechanism",
     "run",
@@ -202,14 +203,23 @@ class Case:
     models: Callable[[], list[Model]] | None = None
 
 
+ZOO = {"pendulum": "a01-pendulum", "n_four_bar": "a02-n-four-bar", "squeezer": "a03-squeezer"}
+"""Cases whose mechanism is in the zoo, by its name there."""
+
+
+def case_file(name: str, file: str = "case.toml") -> Path:
+    """The case file of a case: in its folder, or in the zoo."""
+    return sd.zoo[ZOO[name]].case_file if name in ZOO else HERE / name / file
+
+
 def mechanism(name: str, *changes: str, file: str = "case.toml") -> sd.Mechanism:
     """The mechanism of a case file."""
-    return read_case(HERE / name / file, changes).mechanism
+    return read_case(case_file(name, file), changes).mechanism
 
 
 def run(name: str, *changes: str, file: str = "case.toml", **options: object) -> xr.Dataset:
     """A run of a case file, with other options of `simulate` if they are given."""
-    case = read_case(HERE / name / file, changes)
+    case = read_case(case_file(name, file), changes)
     found = sd.simulate(case.mechanism, **{**case.run.keywords, **options})  # type: ignore[arg-type]
     if found.attrs["status"] != "complete":
         raise RuntimeError(f"{name}: {found.attrs.get('cause', found.attrs['status'])}")
@@ -218,7 +228,7 @@ def run(name: str, *changes: str, file: str = "case.toml", **options: object) ->
 
 def timed(name: str, error: Callable[[xr.Dataset], float], **fixed: object) -> Callable[[float], Measured]:
     """The package at a tolerance: error of the run, seconds of `simulate`."""
-    case = read_case(HERE / name / "case.toml")
+    case = read_case(case_file(name))
 
     def measured(tolerance: float) -> Measured:
         options = {**case.run.keywords, **fixed, "rtol": tolerance, "atol": tolerance}

@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from scissordyn.analysis.classify import classify
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
+    from scissordyn.analysis.measured import Measured
     from scissordyn.analysis.merit import figures_of_merit
     from scissordyn.analysis.motor import MotorCurve, torque_over_speed
     from scissordyn.analysis.section import section
     from scissordyn.analysis.spectrum import spectrum
     from scissordyn.analysis.stroboscope import stroboscopic
     from scissordyn.analysis.zero_one import zero_one_test
+    from scissordyn.collection.catalogue import zoo
     from scissordyn.component.actuator import Actuator
     from scissordyn.component.angle_stop import AngleStop
     from scissordyn.component.beam import Beam
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
+    from scissordyn.config.fits import fit
     from scissordyn.config.least import least_value
     from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
@@ -63,7 +66,14 @@ if TYPE_CHECKING:
     from scissordyn.control.tracking.pid import PID
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
-    from scissordyn.file.export import export
+    from scissordyn.exchange.drawing import Imported
+    from scissordyn.exchange.dxf import read_dxf
+    from scissordyn.exchange.export import export
+    from scissordyn.exchange.forces import pin_forces
+    from scissordyn.exchange.mjcf import read_mjcf
+    from scissordyn.exchange.pmks import read_pmks
+    from scissordyn.exchange.read import read_drawing
+    from scissordyn.identification.prediction import prediction
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
@@ -105,6 +115,7 @@ if TYPE_CHECKING:
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
+    from scissordyn.study.convergence import convergence
     from scissordyn.study.distribution import (
         Beta,
         Empirical,
@@ -159,6 +170,7 @@ __all__ = [
     "GuideClearance",
     "Harmonic",
     "Hertz",
+    "Imported",
     "InputError",
     "Interval",
     "LankaraniNikravesh",
@@ -169,6 +181,7 @@ __all__ = [
     "LuGre",
     "Lubrication",
     "Material",
+    "Measured",
     "Mechanism",
     "Motor",
     "MotorCurve",
@@ -218,6 +231,7 @@ __all__ = [
     "constrain_contact",
     "contact_statistics",
     "controller",
+    "convergence",
     "cycle",
     "degrees",
     "element",
@@ -225,6 +239,7 @@ __all__ = [
     "export",
     "feed_forward",
     "figures_of_merit",
+    "fit",
     "four_bar",
     "hoberman_ring",
     "ideal_kinematics",
@@ -236,11 +251,17 @@ __all__ = [
     "modes",
     "n_four_bar",
     "open_study",
+    "pin_forces",
     "plot",
     "point_mass",
     "polar_scissor",
+    "prediction",
     "preview",
     "read_case",
+    "read_drawing",
+    "read_dxf",
+    "read_mjcf",
+    "read_pmks",
     "replay",
     "rpm",
     "save",
@@ -263,6 +284,7 @@ __all__ = [
     "with_payload",
     "write_case",
     "zero_one_test",
+    "zoo",
 ]
 
 # where each public name lives; it is imported when first used, so that `import scissordyn` costs nothing
@@ -270,12 +292,14 @@ _HOMES = {
     "analysis.classify": ("classify",),
     "analysis.consensus": ("consensus",),
     "analysis.contact": ("contact_statistics",),
+    "analysis.measured": ("Measured",),
     "analysis.merit": ("figures_of_merit",),
     "analysis.motor": ("MotorCurve", "torque_over_speed"),
     "analysis.section": ("section",),
     "analysis.spectrum": ("spectrum",),
     "analysis.stroboscope": ("stroboscopic",),
     "analysis.zero_one": ("zero_one_test",),
+    "collection.catalogue": ("zoo",),
     "config.case": ("Case",),
     "config.case_text": ("case_text",),
     "config.file": ("read_case", "write_case"),
@@ -286,8 +310,16 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
+    "exchange.drawing": ("Imported",),
+    "exchange.dxf": ("read_dxf",),
+    "exchange.export": ("export",),
+    "exchange.forces": ("pin_forces",),
+    "exchange.mjcf": ("read_mjcf",),
+    "exchange.pmks": ("read_pmks",),
+    "exchange.read": ("read_drawing",),
     "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
+    "identification.prediction": ("prediction",),
     "laws.catalogue": ("law",),
     "laws.damping.factors": ("Flores", "LankaraniNikravesh"),
     "laws.elastic.hertz": ("Hertz",),
@@ -345,6 +377,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.section": ("Section", "StructuralMaterial"),
     "model.track": ("Track",),
+    "config.fits": ("fit",),
     "config.least": ("least_value",),
     "config.studies": ("open_study", "study"),
     "study.distribution": (
@@ -359,6 +392,7 @@ _HOMES = {
         "Uniform",
         "Weibull",
     ),
+    "study.convergence": ("convergence",),
     "study.fit": ("Fit",),
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
@@ -366,7 +400,6 @@ _HOMES = {
     "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),
     "periodic.cycles": ("cycle",),
-    "file.export": ("export",),
     "run.feed_forward": ("feed_forward",),
     "run.constrained_contact": ("constrain_contact",),
     "run.ideal": ("ideal_kinematics",),

@@ -87,7 +87,7 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
     table = STRUCTURES[kind]
     assert issubclass(table, BuiltTable)
     parameters = inspect.signature(table.function).parameters
-    assert {name: field.default for name, field in table.model_fields.items() if name not in ("kind", "bars")} == {
+    assert {name: field.default for name, field in table.model_fields.items() if name not in ("kind", "bars", "source")} == {
         name: parameter.default for name, parameter in parameters.items()
     }
     numbers = [name for name, hint in get_type_hints(table.function).items() if hint in (float, float | None)]

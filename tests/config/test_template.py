@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -34,7 +35,8 @@ def test_template_is_the_paper_case(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(template("scissor"), encoding="utf-8")
     changes = ["structure.angle=60 deg", "drive.speed=-150 rpm", "run.samples=auto"]
-    assert read_case(path) == read_case(PAPER, changes)
+    paper = read_case(PAPER, changes)
+    assert read_case(path) == replace(paper, mechanism=replace(paper.mechanism, source=""))
     run = simulate(read_case(path).mechanism.ideal(), until=0.05, samples=2)
     assert run.scissordyn.summary().span.change == "extends"
 

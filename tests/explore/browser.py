@@ -156,6 +156,10 @@ class Tab:
         )
         return self.run
 
+    def fine(self) -> None:
+        """Wait until the curves go through the instants of the contacts of the run."""
+        self.page.locator(".sd-state[data-fine=true]").wait_for(timeout=1e3 * self.patience)
+
     def until(self, condition: Callable[[], bool]) -> None:
         """Wait for something that the page shows later."""
         for _ in range(200):

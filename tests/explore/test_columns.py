@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.explore.columns import MOST_POINTS, chosen_torques, columns, scaled
+from scissordyn.explore.columns import MOST_POINTS, chosen_torques, columns, orbit, scaled
 
 
 def test_controller_and_motor_have_torque_and_work() -> None:
@@ -36,3 +36,15 @@ def test_curves_of_the_page_reach_their_peaks(samples: int) -> None:
         scales["torque"].factor * float(run["peak_drive_torque"][0]), rel=1e-12
     )
     assert data["time"].size <= MOST_POINTS + 2
+
+
+def test_long_orbit_keeps_its_outermost_points() -> None:
+    """Identity: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
+    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * MOST_POINTS)
+    drawn = orbit(run, "slider pin", 1.0)
+    place = run["eccentricity"].sel(joint="slider pin")
+    assert np.hypot(drawn["x"], drawn["y"]).max() == np.hypot(*place.transpose("axis", "time").values).max()
+    for axis in "xy":
+        assert (drawn[axis].min(), drawn[axis].max()) == (place.sel(axis=axis).min(), place.sel(axis=axis).max())
+    assert drawn["x"].size <= MOST_POINTS + 2

@@ -6,6 +6,7 @@ import threading
 import time
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,7 @@ def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event,
     early = Session(case, lambda what: None, first)
     assert early.computing
     opened.set()
-    until(lambda: early.good is not None)
+    until(lambda: not early.computing)
     late = Session(case, lambda what: None, first)
     assert late.good is early.good
     assert not late.computing
@@ -160,6 +161,32 @@ def test_long_run_is_preceded_by_a_coarse_one(case: FileCase, monkeypatch: pytes
     runs = [outcome.run for outcome in found if outcome.run is not None]
     tolerances = [options.rtol for options in (read_configuration(run).options for run in runs) if options is not None]
     assert tolerances == [1e-5, 1e-5, case.options.rtol]
+
+
+@pytest.mark.parametrize("samples", [41, "auto"])
+def test_curves_follow_with_the_instants_of_contacts(case: FileCase, samples: int | str) -> None:
+    """Identity: a run is reported once more for its curves, that of `samples = "auto"`, and the session has both."""
+    few = case.changed({})
+    few.options = replace(case.options, samples=samples)
+    found: list[str] = []
+    session = Session(few, found.append)
+    until(lambda: session.fine is not None)
+    assert session.good is not None
+    assert session.good.run is not None
+    assert session.fine is not None
+    wanted = simulate(case.mechanism, until=case.options.until, samples="auto")
+    assert session.good.run.sizes["time"] == few.options.count
+    common = np.intersect1d(session.fine["time"], wanted["time"])  # all but those that round otherwise
+    assert common.size >= wanted.sizes["time"] - 4
+    np.testing.assert_array_equal(*(run["eccentricity"].sel(time=common) for run in (session.fine, wanted)))
+    assert float(session.fine["normal_force"].max()) == pytest.approx(float(wanted["peak_force"].max()), rel=1e-6)
+    configured = read_configuration(session.fine).options
+    assert configured is not None
+    assert configured.samples == samples
+    session.change("drive.speed", "120 rpm")
+    until(lambda: not session.computing)
+    assert found.index("fine") > found.index("run")
+    session.close()
 
 
 def test_saved_run_is_shown_without_computing(case: FileCase, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:

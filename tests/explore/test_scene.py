@@ -36,10 +36,12 @@ def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
 
 
 def test_short_contacts_have_digits_beside_long_ones() -> None:
-    """Limit: of contacts of 0.4 ms and 2 s, both durations can be read from the table, which has three decimals."""
+    """Limit: of contacts of 0.4 ms and 2 s, both durations can be read from the table: two digits or more of each."""
     number = xr.Variable("contact", [0.0004, 2.0])
     names = ("contact_start", "approach_speed", "peak_force", "contact_duration", "rebound_speed")
     run = xr.Dataset({**dict.fromkeys(names, number), "contact_joint": ("contact", ["A", "A"])})
-    titles = {column["title"]: column["values"].tolist() for column in contact_table(run)["columns"]}
+    columns = contact_table(run)["columns"]
+    titles = {column["title"]: column["values"].tolist() for column in columns}
+    assert [column["digits"] for column in columns if column["title"] == "duration [ms]"] == [2]
     assert titles["duration [ms]"] == [0.4, 2000.0]
     assert "peak force [N]" in titles

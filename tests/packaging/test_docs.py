@@ -31,8 +31,8 @@ def name(path: Path) -> str:
 
 
 def blocks(text: str, language: str) -> list[str]:
-    """The blocks of code in a language."""
-    return re.findall(rf"^```{re.escape(language)}[^\n]*\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    """The blocks of code in a language, without the tags of cells."""
+    return re.findall(rf"^```{re.escape(language)}[^\n]*\n(?::tags:[^\n]*\n)?(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

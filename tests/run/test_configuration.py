@@ -173,7 +173,7 @@ def test_a_description_holds_the_digest_of_its_file(tmp_path: Path) -> None:
     assert law.digest == sd.UserElastic(f"{file}:other", (1e8,)).digest != ""
     file.write_text(LAWS.replace("2.0", "3.0"))
     with pytest.raises(sd.InputError, match="has changed"):
-        law.parameters(sd.Clearance(0.5e-3).contact)
+        law.parameters(sd.Clearance(0.5e-3).surfaces)
 
 
 def test_facts_are_read_without_code(own_run: xr.Dataset) -> None:

@@ -119,7 +119,7 @@ def test_what_fast_contacts_mean() -> None:
 
 def test_laws_at_equal_energy() -> None:
     """Closed form: forces K delta and 4 K delta of equal energy differ by 2; a law is equal to itself."""
-    contact = sd.Clearance(1e-4).contact
+    contact = sd.Clearance(1e-4).surfaces
     soft, hard = (sd.law("stiffness", "linear")(stiffness) for stiffness in (1e8, 4e8))
     assert force_at_equal_energy(soft, hard, contact, 1e-5) == pytest.approx(2.0, rel=1e-4)
     assert force_at_equal_energy(hard, soft, contact, 1e-5) == pytest.approx(0.5, rel=1e-4)

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from validation.case import HERE, Case
+from validation.case import HERE, Case, case_file
 from validation.catalogue import CASES
 from validation.page import checks_table, parts, summary_row, whole
 
@@ -32,7 +32,7 @@ def test_checks(case: Case) -> None:
 def test_page_of_a_case(case: Case) -> None:
     """Identity: each case has a case file that can be read, and a page with what it is, source and reference."""
     folder = HERE / case.name
-    assert read_case(folder / "case.toml").mechanism.bodies
+    assert read_case(case_file(case.name)).mechanism.bodies
     text = (folder / "README.md").read_text(encoding="utf-8")
     assert text.startswith("# ")
     assert "*Source:*" in text

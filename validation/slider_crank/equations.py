@@ -36,7 +36,7 @@ SPEED, CLEARANCE, JOURNAL, RESTITUTION = 5000.0 * math.pi / 30.0, 0.5e-3, 9.5e-3
 UNTIL, SAMPLES = 0.012, 2001
 """One revolution [s]."""
 
-STIFFNESS = float(sd.Hertz().parameters(sd.Clearance(CLEARANCE, journal_radius=JOURNAL).contact)[0])
+STIFFNESS = float(sd.Hertz().parameters(sd.Clearance(CLEARANCE, journal_radius=JOURNAL).surfaces)[0])
 LOSS = 0.75 * (1.0 - RESTITUTION**2)
 TIMES = np.linspace(0.0, UNTIL, SAMPLES)
 

@@ -1,7 +1,7 @@
 """Andrews' mechanism in seven angles: Lagrange's equations of the first kind with the constraints differentiated twice.
 
 Angles beta, Theta, gamma, Phi, delta, Omega, epsilon and parameters as in Hairer and Wanner, Solving Ordinary Differential
-Equations II, section VII.7. Body k has the direction of its own frame in `validation/squeezer/case.toml`.
+Equations II, section VII.7. Body k has the direction of its own frame in `a03-squeezer` of the zoo.
 """
 
 from __future__ import annotations

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 
@@ -26,6 +28,10 @@ def check(
     change: Changes = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    converge: Annotated[
+        str | None,
+        typer.Option(metavar="MEASURE", help="Also run with several tolerances: which one 'tip.error within 1 %' needs."),
+    ] = None,
 ) -> int:
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.record import print_json
@@ -64,6 +70,14 @@ def check(
     lines.append(f"Run: {short(read.run.until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
     warnings = [*prepared.warnings, *drive_warnings(made, read.run.until)]
     lines += [f"Warning: {text}." for text in warnings]
+    converged = None
+    if converge is not None:
+        from scissordyn.cli.converge import converged_lines, plain
+        from scissordyn.study.convergence import convergence, read_wanted
+
+        response, within = read_wanted(converge)
+        converged = convergence(mechanism, read.run, response, within=within)
+        lines += converged_lines(converged, str(case))
     if as_json:
         print_json(
             {
@@ -78,6 +92,7 @@ def check(
                 "span": None if span is None else span.plain(),
                 "drive_inertia": None if inertia is None else inertia.plain(),
                 "method": choice.method,
+                **({} if converged is None else {"convergence": plain(converged)}),
                 "warnings": warnings,
             }
         )
@@ -90,12 +105,18 @@ def check(
 
 def _clearances(kind: str, parts: Iterable[Any]) -> list[str]:
     """A line for each clearance and its laws, with the names of all parts that have it."""
+    from scissordyn.model.hard_contact import hard_numbers
+
     found: dict[str, list[str]] = {}
     for part in parts:
         if part.clearance is not None:
             gap = part.clearance
             laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
-            found.setdefault(f"clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.", []).append(part.name)
+            if gap.contact == "hard":
+                e, kinetic, static = hard_numbers(gap)
+                laws = f"hard contact, restitution {e:g}, friction {kinetic:g} ({static:g} at rest)"
+            text = f"clearance {1e3 * gap.clearance:g} mm, {gap.surfaces.journal.name}, {laws}."
+            found.setdefault(text, []).append(part.name)
     return [f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}: {said}" for said, names in found.items()]
 
 

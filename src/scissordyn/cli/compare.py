@@ -1,4 +1,4 @@
-"""``scissordyn compare``: two saved runs side by side."""
+"""``scissordyn compare``: two saved runs side by side, or a run and measured curves."""
 
 from __future__ import annotations
 
@@ -25,13 +25,11 @@ MULTIPLE = 10.0
 
 def compare(
     run: SavedRun,
-    other: Annotated[Path, typer.Argument(help="Another one.")],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw both runs into comparison.png in this folder.")
-    ] = None,
+    other: Annotated[Path, typer.Argument(help="Another one, or measured curves as CSV: 'time [s], angle of arm [deg]'.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw both into this folder.")] = None,
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png, svg or pdf.")] = "png",
 ) -> int:
-    """Show how two saved runs differ: entries of their cases, then largest forces, contacts, energies."""
+    """Show how two saved runs differ, or how well a run agrees with measured curves."""
     from rich import box
     from rich.table import Table
 
@@ -45,6 +43,10 @@ def compare(
     check_format(form)
     if output is not None:
         check_folder(output, "-o figures")
+    if other.suffix.lower() == ".csv":
+        from scissordyn.cli.agreement import compare_with_data
+
+        return compare_with_data(read_run(run), other, output, form)
     first, second = read_run(run), read_run(other)
     to = console()
     names = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))

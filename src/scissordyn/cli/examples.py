@@ -7,18 +7,11 @@ from typing import Annotated
 
 import typer
 
-import scissordyn
 from scissordyn.cli.output import check_folder
+from scissordyn.config.examples import folder_of_examples
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["examples", "folder_of_examples"]
-
-
-def folder_of_examples() -> Path:
-    """Where they are: beside the package's modules in an installation, in the root of its repository otherwise."""
-    package = Path(scissordyn.__file__).parent
-    installed = package / "examples"
-    return installed if installed.is_dir() else package.parents[1] / "examples"
+__all__ = ["examples"]
 
 
 def examples(

@@ -20,11 +20,14 @@ from scissordyn.cli.animate import animate
 from scissordyn.cli.bifurcation import bifurcation
 from scissordyn.cli.cache import cache
 from scissordyn.cli.check import check
+from scissordyn.cli.cite import cite
 from scissordyn.cli.compare import compare
 from scissordyn.cli.controllers import controllers
 from scissordyn.cli.examples import examples
 from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
+from scissordyn.cli.fit import fit
+from scissordyn.cli.import_ import import_drawing
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.modes import modes
@@ -34,10 +37,12 @@ from scissordyn.cli.paper import paper
 from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
+from scissordyn.cli.schema import schema
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.cli.study import study
 from scissordyn.cli.sweep import sweep
+from scissordyn.cli.zoo import zoo
 from scissordyn.errors import ScissordynError, printable, shortened
 
 __all__ = ["app", "run", "status_of"]
@@ -106,9 +111,14 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "plot": plot,
     "animate": animate,
     "compare": compare,
+    "import": import_drawing,
+    "cite": cite,
+    "fit": fit,
     "export": export,
     "new": new,
     "examples": examples,
+    "zoo": zoo,
+    "schema": schema,
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
@@ -126,11 +136,16 @@ EXAMPLES: dict[str, str] = {
     "plot": "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
+    "import": "scissordyn import linkage.dxf --unit mm -o case.toml",
+    "cite": "scissordyn cite run.nc -o references.bib",
+    "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     "export": "scissordyn export run.nc table.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor --with servo,tip > case.toml",
     "examples": "scissordyn examples paper > case.toml",
+    "zoo": "scissordyn zoo peaucellier --case > case.toml",
+    "schema": "scissordyn schema case -o case.json",
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",
     "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",

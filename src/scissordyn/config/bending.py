@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, ValidationInfo
+from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.table import Call, table_of_call, toml
+from scissordyn.config.shape import accepting
+from scissordyn.config.table import Call, Table, table_of_call, toml
 from scissordyn.config.time_function import TIME_FUNCTION
 from scissordyn.errors import InputError
 from scissordyn.model.bending import with_bending
@@ -37,6 +38,13 @@ BendingTable = table_of_call(
 BARS_SAMPLE = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
 
+def _of_all_bars() -> type[Table]:
+    """The table of some bars without the key that says which."""
+    keys = {key: (field.annotation, field) for key, field in BendingTable.model_fields.items() if key != "bars"}
+    return create_model("bars", __base__=Table, __doc__="Section and material of all bars.", **keys)  # type: ignore[call-overload, no-any-return]
+
+
+@accepting(_of_all_bars)
 def _all_bars(given: Any, info: ValidationInfo) -> Any:
     """Of all bars; their mass is that of a section unless the table says otherwise."""
     if not isinstance(given, Mapping):

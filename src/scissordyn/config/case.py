@@ -13,6 +13,7 @@ from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
+from scissordyn.config.shape import accepting
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, placed
 from scissordyn.config.time_function import DriveTable
@@ -45,6 +46,7 @@ _DRIVES = TypeAdapter(list[DriveTable])
 _CONTROLS = TypeAdapter(list[ControlTable])
 
 
+@accepting(lambda: {"anyOf": [DriveTable, {"type": "array", "items": DriveTable}]})
 def _read_drives(given: Any, info: ValidationInfo) -> list[DriveTable]:
     """One drive as a table, several as a list of tables."""
     if isinstance(given, list):
@@ -52,6 +54,7 @@ def _read_drives(given: Any, info: ValidationInfo) -> list[DriveTable]:
     return [DriveTable.model_validate(given, context=info.context)]
 
 
+@accepting(lambda: {"anyOf": [ControlTable, {"type": "array", "items": ControlTable}]})
 def _read_controls(given: Any, info: ValidationInfo) -> list[ControlTable]:
     """One controller as a table, several as a list of tables."""
     if isinstance(given, list):
@@ -92,7 +95,7 @@ class _CaseTable(Table):
     bending: list[Annotated[Any, BendingTable.reader()]] = _listed("bars that bend; one table for each kind")
     run: Annotated[
         Options,
-        described(Options, until="50 ms"),
+        described(Options, until="50 ms", step="0.1 ms"),
         Field(description="options of the simulation", examples=[{"until": "50 ms"}]),
     ]
 

@@ -105,7 +105,7 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
 def _tables(mechanism: Mechanism, options: Options, folder: Path | None) -> list[str]:
     """All tables in the order of a case file."""
     fields, structure = declared(Mechanism), {"kind": '"mechanism"'}
-    for name in ("gravity", "gravity_direction", "input_body", "output_body"):
+    for name in ("gravity", "gravity_direction", "input_body", "output_body", "source"):
         value = getattr(mechanism, name)
         if value not in (None, ""):
             structure[name] = _value(value, fields[name], Mechanism, folder)

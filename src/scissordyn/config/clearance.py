@@ -9,10 +9,12 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, PlainValidator, ValidationInfo, create_model, field_validator
 
 from scissordyn.component.place import Point
-from scissordyn.config.law import law_of, material_of, read_law
+from scissordyn.config.law import law_of, law_shape, material_of, read_law
 from scissordyn.config.lubrication import lubrication_of
 from scissordyn.config.quantity import read_numbers
+from scissordyn.config.shape import Accepts, accepting
 from scissordyn.config.table import Hints, Table, keys_of
+from scissordyn.config.unit_pattern import numbers_pattern
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
@@ -33,6 +35,7 @@ def _damping_with_restitution(given: Any, info: ValidationInfo) -> Any:
     return read_law(given, "damping", folder, restitution=info.data["restitution"])
 
 
+@accepting(lambda: {"type": "array", "items": {"type": "string", "pattern": numbers_pattern("m", 2)}})
 def _read_corners(given: Any) -> tuple[Point, ...]:
     if not isinstance(given, list):
         raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
@@ -53,9 +56,13 @@ _RESTITUTION = Annotated[
     float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
 ]
 _FRICTION = Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}])
+_DAMPING = Accepts(lambda: law_shape("damping"))
 _LAWS: Hints = (
     ("stiffness", Annotated[Elastic, law_of("stiffness"), Field(description="elastic part of the normal force")]),
-    ("damping", Annotated[Damping, Field(description="damping part of the normal force")]),
+    (
+        "damping",
+        Annotated[Damping, _DAMPING, Field(description="damping part of the normal force")],
+    ),
     ("friction", Annotated[Friction, law_of("friction"), _FRICTION]),
 )
 _CORNERS = Annotated[

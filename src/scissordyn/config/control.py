@@ -10,9 +10,12 @@ from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
+from scissordyn.config.law import named_tables
 from scissordyn.config.quantity import read_numbers
+from scissordyn.config.shape import Shape, accepting
 from scissordyn.config.table import Table, build, toml
 from scissordyn.config.time_function import ANGLE
+from scissordyn.config.unit_pattern import numbers_pattern
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
 from scissordyn.control.user import UserController
@@ -37,6 +40,16 @@ class _UserTable(Table):
     recorded: str = ""
 
 
+def _controllers() -> Shape:
+    own = {
+        "constants": {"type": "array", "items": {"type": "number"}},
+        "delay": {"type": "string"},
+        "recorded": {"type": "string"},
+    }
+    return named_tables("name", CONTROLLERS, own)
+
+
+@accepting(_controllers)
 def _read_controller(given: Any, info: ValidationInfo) -> Controller:
     parameters = dict(given) if isinstance(given, Mapping) else {"name": given}
     name, sample = parameters.pop("name", None), f"controller = {toml(SAMPLE)}"
@@ -59,6 +72,13 @@ CONTROLLER = PlainValidator(_read_controller)
 """For ``Annotated[Controller, CONTROLLER]``: a key whose value is a controller."""
 
 
+def _torques() -> Shape:
+    keys = {name: {"type": "string", "pattern": numbers_pattern(unit)} for name, unit in (("time", "s"), ("torque", "N m"))}
+    table = {"type": "object", "properties": keys, "required": list(keys), "additionalProperties": False}
+    return {"anyOf": [{"const": "ideal"}, table]}
+
+
+@accepting(_torques)
 def _read_torques(given: Any) -> str | Tabulated:
     if given == "ideal":
         return "ideal"

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from pydantic import PlainValidator, ValidationInfo
 
-from scissordyn.config.table import build, toml
+from scissordyn.config.shape import Shape, accepting
+from scissordyn.config.table import build, filled_table, toml, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.material import Material
 from scissordyn.plugin.element import element_class
 from scissordyn.units import Quantity
 
-__all__ = ["law_of", "material_of", "read_law"]
+__all__ = ["law_of", "law_shape", "material_of", "named_tables", "read_law", "table_or_name"]
 
 USER_FILE = "a class or function in a file as my_laws.py:soft"
 
@@ -81,15 +82,46 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     return build(own, parameters, None)
 
 
+def named_tables(key: str, classes: Mapping[str, type], own: Mapping[str, Shape]) -> Shape:
+    """The name of one of several classes, or a table of its parameters; a class or function in a file, with keys of its own.
+
+    Parameters
+    ----------
+    key : str
+        That says which.
+    classes : mapping of str to type
+        By name.
+    own : mapping of str to shape
+        Keys for those in a file of the user's; a class has its own.
+    """
+    in_file = {"type": "string", "pattern": r"\.py:"}
+    known = [with_key(key, {"const": name}, filled_table(kind)) for name, kind in classes.items()]
+    further = {"type": "object", "properties": {key: in_file, **own}, "required": [key]}
+    return {"anyOf": [{"enum": list(classes)}, in_file, *known, further]}
+
+
+def law_shape(kind: str) -> Shape:
+    """What is accepted as a law of a kind."""
+    return named_tables("law", catalogue.BY_KIND[kind], {"constants": {"type": "array", "items": {"type": "number"}}})
+
+
 def law_of(kind: str) -> PlainValidator:
     """For ``Annotated[Elastic, law_of("stiffness")]``: a key whose value is a law."""
 
+    @accepting(lambda: law_shape(kind))
     def read(given: Any, info: ValidationInfo) -> Any:
         return read_law(given, kind, (info.context or {}).get("folder", Path()))
 
     return PlainValidator(read)
 
 
+def table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
+    """A name, one of those that are known unless any text is, or a table whose own name may be left out."""
+    text = {"type": "string"} if names is None else {"enum": list(names)}
+    return {"anyOf": [text, with_key("name", {"type": "string"}, filled_table(kind), required=False)]}
+
+
+@accepting(lambda: table_or_name(Material, catalogue.MATERIALS))
 def _read_material(given: Any, info: ValidationInfo) -> Material:
     if isinstance(given, Mapping):
         material: Material = build(Material, {"name": "custom", **given}, info.context)

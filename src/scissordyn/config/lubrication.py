@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
+from scissordyn.config.law import table_or_name
+from scissordyn.config.shape import accepting
 from scissordyn.config.table import Table, build, table_of
 from scissordyn.errors import InputError
 from scissordyn.laws.oil import OILS, Oil, oil_of
@@ -16,6 +18,7 @@ from scissordyn.model.lubrication import Lubrication
 __all__ = ["lubrication_of"]
 
 
+@accepting(lambda: table_or_name(Oil, None))
 def _read_oil(given: Any, info: ValidationInfo) -> Oil:
     if isinstance(given, Mapping):
         oil: Oil = build(Oil, {"name": "custom", **given}, info.context)
@@ -31,6 +34,7 @@ def _table() -> type[Table]:
     return table_of(Lubrication, (("oil", oil),))
 
 
+@accepting(lambda: {"anyOf": [{"type": "string"}, _table()]})
 def _read(given: Any, info: ValidationInfo) -> Lubrication:
     values = {"oil": given} if isinstance(given, str) else given
     table = _table().model_validate(values, context=info.context)

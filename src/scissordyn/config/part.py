@@ -18,8 +18,10 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
 from scissordyn.config.control import CONTROLLER
 from scissordyn.config.quantity import read_numbers
+from scissordyn.config.shape import Shape, accepting
 from scissordyn.config.table import Hints, Table, filler, located, table_of, toml
 from scissordyn.config.time_function import ANGLE, DISTANCE, TIME_FUNCTION, TORQUE
+from scissordyn.config.unit_pattern import numbers_pattern
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, bar
@@ -37,6 +39,7 @@ def pair(unit: str) -> PlainValidator:
     """For ``Annotated[Point, pair("m")]``: a key whose value is two numbers and their unit."""
     sample = f'"0.1, 0.2 {unit}"'
 
+    @accepting(lambda: {"type": "string", "pattern": numbers_pattern(unit, 2)})
     def read(given: Any) -> Point:
         numbers = read_numbers(given, unit)
         if len(numbers) != 2:
@@ -46,6 +49,12 @@ def pair(unit: str) -> PlainValidator:
     return PlainValidator(read)
 
 
+def _named_places() -> Shape:
+    place = {"type": "string", "pattern": numbers_pattern("m", 2)}
+    return {"type": "object", "additionalProperties": place, "propertyNames": {"pattern": "^[^.]+$"}}
+
+
+@accepting(_named_places)
 def _read_points(given: Any) -> dict[str, Point]:
     if not isinstance(given, Mapping):
         raise InputError("not a table of points", "a name and a place for each point", 'points = { tip = "0.1, 0.2 m" }')
@@ -58,6 +67,7 @@ def _read_points(given: Any) -> dict[str, Point]:
     return points
 
 
+@accepting(lambda: {"type": "string", "pattern": r"^.+\..+$"})
 def _read_body_point(given: Any) -> BodyPoint:
     try:
         return body_point(given if isinstance(given, str) else "")
@@ -132,10 +142,12 @@ class GroundTable(Table):
     position: Annotated[Point, pair("m"), Field(description="its position", examples=["0, 0 m"])]
 
 
+@accepting(lambda: BodyTable)
 def _read_body(given: Any, info: ValidationInfo) -> Body:
     return BodyTable.model_validate(given, context=info.context).body()
 
 
+@accepting(lambda: GroundTable)
 def _read_ground(given: Any, info: ValidationInfo) -> tuple[str, Point]:
     table = GroundTable.model_validate(given, context=info.context)
     return table.name, table.position
@@ -191,10 +203,18 @@ _FUNCTIONS: Mapping[str, Any] = {
 """Readers of fields that are time functions, by name."""
 
 
+def _two_lists(pairs: Pairs) -> Shape:
+    lists = {
+        name: {"type": "string", "pattern": numbers_pattern(unit)} for name, unit in zip(pairs.names, pairs.units, strict=True)
+    }
+    return {"type": "object", "properties": lists, "required": list(pairs.names), "additionalProperties": False}
+
+
 def _pairs_of(pairs: Pairs) -> PlainValidator:
     """For ``Annotated[tuple[Point, ...], Pairs(...)]``: a key whose value is two lists of numbers."""
     sample = {name: f"0, 1 {unit}" for name, unit in zip(pairs.names, pairs.units, strict=True)}
 
+    @accepting(lambda: _two_lists(pairs))
     def read(given: Any) -> tuple[Point, ...]:
         if not isinstance(given, Mapping) or sorted(given) != sorted(pairs.names):
             raise InputError("not a table of two lists", f"the keys {pairs.names[0]} and {pairs.names[1]}", toml(sample))
@@ -254,6 +274,16 @@ class UserComponentTable(Table):
     ]
 
 
+def _any_component() -> Shape:
+    """A component by its section, or one of a class of the user's own, whose keys are not known."""
+    named = {"type": {"type": "string", "pattern": r"\.py:"}}
+    known = [
+        {"properties": {"type": {"const": section}}, "required": ["type"]} for section in COMPONENTS if section not in _LISTED
+    ]
+    return {"type": "object", "anyOf": [*known, {"properties": named, "required": ["type"]}]}
+
+
+@accepting(_any_component)
 def _read_user_component(given: Any, info: ValidationInfo) -> Any:
     keys = dict(given) if isinstance(given, Mapping) else {}
     table = UserComponentTable.model_validate({"type": keys.pop("type")} if "type" in keys else keys, context=info.context)
@@ -297,6 +327,7 @@ class TrackTable(Table):
     tolerance: Annotated[float | None, quantities(Track)["tolerance"]] = None
 
 
+@accepting(lambda: TrackTable)
 def _read_track(given: Any, info: ValidationInfo) -> Track:
     table = TrackTable.model_validate(given, context=info.context)
     place = table.point if "," not in table.point else pair("m").func(table.point)  # type: ignore[call-arg]

@@ -13,6 +13,7 @@ from scissordyn.annotation import plain_hint
 from scissordyn.component.place import Point
 from scissordyn.config.bending import ALL_BARS, BARS_SAMPLE
 from scissordyn.config.part import pair
+from scissordyn.config.shape import accepting
 from scissordyn.config.table import Call, Table, table_of_call
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
@@ -31,6 +32,10 @@ class StructureTable(Table):
 
     bars: Annotated[
         Any, ALL_BARS, Field(description="section and material of all straight bars, which bend", examples=[BARS_SAMPLE])
+    ] = None
+    source: Annotated[
+        str | None,
+        Field(description="who describes it, for `scissordyn cite`", examples=["Li, Wang 2020, doi:10.1177/1369433220971728"]),
     ] = None
 
     @abstractmethod
@@ -52,7 +57,8 @@ class MechanismTable(StructureTable):
 
     def fields(self) -> dict[str, Any]:
         """Gravity and the names of the first and last body."""
-        return {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "bars")}
+        own = {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "bars")}
+        return {**own, "source": self.source or ""}
 
 
 class BuiltTable(Call, StructureTable):
@@ -61,7 +67,8 @@ class BuiltTable(Call, StructureTable):
     def fields(self) -> dict[str, Any]:
         """Every field of the mechanism that is built."""
         mechanism = self.result()
-        return {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
+        built = {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
+        return {**built, "source": self.source or ""}
 
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
@@ -112,6 +119,7 @@ class _Kind(Table):
     kind: Annotated[str, PlainValidator(_known), Field(description="what kind of structure", examples=["scissor"])]
 
 
+@accepting(lambda: {"anyOf": list(STRUCTURES.values())})
 def _read(given: Any, info: ValidationInfo) -> StructureTable:
     # the kind first: it determines the other keys
     alone = {key: value for key, value in given.items() if key == "kind"} if isinstance(given, Mapping) else given

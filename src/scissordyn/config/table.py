@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import (
     BaseModel,
@@ -27,6 +27,7 @@ from pydantic import (
 from scissordyn.annotation import members
 from scissordyn.config.line import Place, address
 from scissordyn.config.quantity import example, read_quantity, written
+from scissordyn.config.shape import Accepts, accepting
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, Sample, extras
 
@@ -38,6 +39,7 @@ __all__ = [
     "Table",
     "build",
     "described",
+    "filled_table",
     "filler",
     "in_a_file",
     "instance",
@@ -50,6 +52,7 @@ __all__ = [
     "table_of",
     "table_of_call",
     "toml",
+    "with_key",
     "words_of",
 ]
 
@@ -114,13 +117,16 @@ def key_sample(table: type[BaseModel], key: str) -> str:
 class Table(BaseModel):
     """A table of a case file: an unknown key is an error, and a quantity is read with its unit."""
 
+    exactly_one: ClassVar[tuple[str, ...]] = ()
+    """Keys of which a file gives one."""
+
     # a validator is built for the tables that a case has when they are read, not for all when they are declared
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True, defer_build=True)
 
     @classmethod
     def reader(cls) -> PlainValidator:
         """For ``Annotated[Any, ClearanceTable.reader()]``: a key whose value is such a table."""
-        return PlainValidator(lambda given, info: cls.model_validate(given, context=info.context))
+        return PlainValidator(accepting(lambda: cls)(lambda given, info: cls.model_validate(given, context=info.context)))
 
     @model_validator(mode="before")
     @classmethod
@@ -259,6 +265,17 @@ def build(described_type: Any, given: Any, context: Context | None) -> Any:
     return _filled(described_type, _table_of(described_type), given, context)
 
 
+def filled_table(described_type: Any) -> type[Table]:
+    """The table that `build` reads."""
+    return _table_of(described_type)
+
+
+def with_key(key: str, value: Any, table: type[Table], *, required: bool = True) -> type[Table]:
+    """A table with one more key, whose schema is given; for editors, which reads nothing."""
+    field = (Annotated[Any, Accepts(lambda: value)], ... if required else None)
+    return create_model(f"{table.__name__}_{key}", __base__=table, __doc__=table.__doc__, **{key: field})  # type: ignore[call-overload, no-any-return]
+
+
 def _filled(described_type: Any, table: type[Table], given: Any, context: Context | None) -> Any:
     values = table.model_validate(given, context=context)
     return described_type(**{key: getattr(values, key) for key in given})
@@ -271,7 +288,7 @@ def described(described_type: type, hints: Hints = (), **examples: Any) -> Plain
 
 def filler(described_type: type, keys: Callable[[], type[Table]]) -> PlainValidator:
     """Reads a table, which is made when the first one is read, and fills a frozen dataclass."""
-    return PlainValidator(lambda given, info: _filled(described_type, keys(), given, info.context))
+    return PlainValidator(accepting(keys)(lambda given, info: _filled(described_type, keys(), given, info.context)))
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)

@@ -30,10 +30,14 @@ LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTab
 WIDE = 44
 """Longer values have their comment on the line above."""
 
+RUN = table_of(Options, until="50 ms", step="0.1 ms")
+"""The table of the options of a run."""
+
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.model_fields),
     ControlTable: tuple(ControlTable.model_fields),
     ClearanceTable: ("bearing_material", "lubrication"),
+    RUN: ("step",),
     **{
         table: tuple(key for key, field in table.model_fields.items() if field.default is None) for table in STRUCTURES.values()
     },
@@ -100,7 +104,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
     ]
     text += [_section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOADS.items()]
     run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {})})
-    text.append(_section("[run]", table_of(Options, until="50 ms"), run))
+    text.append(_section("[run]", RUN, run))
     ordered.check()
     if kind != "mechanism":
         text.append(

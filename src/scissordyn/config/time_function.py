@@ -19,8 +19,10 @@ from scissordyn.component.time_function import (
     Trapezoidal,
 )
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
+from scissordyn.config.shape import Shape, accepting
 from scissordyn.config.table import Hints, Table, described, located, toml
 from scissordyn.config.text import read_text
+from scissordyn.config.unit_pattern import numbers_pattern, quantity_pattern
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
@@ -109,7 +111,17 @@ def _from_file(path: Path, name: str) -> Tabulated:
     return Tabulated(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
 
 
+def _tables(name: str) -> Shape:
+    """The name of a file, or two lists."""
+    listed = {"type": "array", "items": {"type": "number"}}
+    values = listed if name == "factor" else {"type": "string", "pattern": numbers_pattern(TABULATED[name][0])}
+    keys = {"time": {"type": "string", "pattern": numbers_pattern("s")}, name: values}
+    table = {"type": "object", "properties": keys, "required": ["time", name], "additionalProperties": False}
+    return {"anyOf": [{"type": "string"}, table]}
+
+
 def _table_reader(name: str) -> PlainValidator:
+    @accepting(lambda: _tables(name))
     def read(given: Any, info: ValidationInfo) -> Tabulated:
         return read_tabulated(given, (info.context or {}).get("folder", Path()), name)
 
@@ -121,10 +133,17 @@ def powers(unit: str) -> tuple[str, ...]:
     return (unit, f"{unit}/s", *(f"{unit}/s^{power}" for power in range(2, 6)))
 
 
+def _coefficients(units: tuple[str, ...]) -> Shape:
+    number = {"type": "number"}
+    each = [number if unit == "1" else {"type": "string", "pattern": quantity_pattern(unit)} for unit in units]
+    return {"type": "array", "items": each, "additionalItems": False, "minItems": 1, "maxItems": len(units)}
+
+
 def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
     """Coefficients from the constant up, each with the unit of its power of time."""
     units = powers(unit)
 
+    @accepting(lambda: _coefficients(units))
     def read(given: Any) -> Polynomial:
         if not isinstance(given, list) or not 1 <= len(given) <= len(units):
             raise InputError("not a list of one to six coefficients", "coefficients from the constant up", sample)
@@ -196,6 +215,7 @@ class DriveTable(Table):
 
 
 _MOTIONS = tuple(key for key in DriveTable.model_fields if key != "body")
+DriveTable.exactly_one = _MOTIONS
 
 
 def _values(kind: type, unit: str) -> Hints:
@@ -275,7 +295,9 @@ def _the_time_function(table: Table, sample: str) -> TimeFunction:
 
 
 def _time_function_reader(table: type[TimeFunctionTable | DistanceTable | TorqueTable]) -> PlainValidator:
-    return PlainValidator(lambda given, info: table.model_validate(given, context=info.context).motion())
+    table.exactly_one = tuple(table.model_fields)
+    read = accepting(lambda: table)(lambda given, info: table.model_validate(given, context=info.context).motion())
+    return PlainValidator(read)
 
 
 TIME_FUNCTION = _time_function_reader(TimeFunctionTable)
@@ -288,6 +310,7 @@ TORQUE = _time_function_reader(TorqueTable)
 """For ``Annotated[TimeFunction | None, TORQUE]``: a key whose value is a torque over time."""
 
 
+@accepting(lambda: DriveTable)
 def _read_angle(given: Any, info: ValidationInfo) -> TimeFunction:
     if isinstance(given, Mapping) and "body" in given:
         raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')

@@ -169,7 +169,7 @@ def scaled(
         With "time"; of a long run those points that a line of this many pixels needs.
     """
     time, raw = columns(run, joint, output, torques, point)
-    kept = _thinned(time.size, [raw["normal"], *(raw[name] for name in UNITS["torque"][1])])
+    kept = _thinned(time.size, [raw[name] for figure in ("force", "torque", "slip", "track") for name in UNITS[figure][1]])
     if scales is None:
         scales = {"time": engineering("s", run["time"].values)}
         for name, (unit, lines) in UNITS.items():
@@ -197,7 +197,7 @@ def _thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
 
 
 def orbit(run: xr.Dataset, joint: str, factor: float) -> dict[str, np.ndarray]:
-    """The journal's orbit as columns "x" and "y"."""
-    place = factor * run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
-    step = max(1, len(place) // MOST_POINTS)
-    return {"x": place[::step, 0].copy(), "y": place[::step, 1].copy()}
+    """The journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
+    x, y = factor * run["eccentricity"].sel(joint=joint).transpose("axis", "time").values
+    kept = _thinned(x.size, [x, y, np.hypot(x, y)])
+    return {"x": x[kept].copy(), "y": y[kept].copy()}

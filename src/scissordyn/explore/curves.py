@@ -203,7 +203,7 @@ class Curves:
             ]
             legend = Legend(items=items, orientation="horizontal", location=(0, 0), padding=0, margin=0, spacing=14)
             legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
-            legend.update(label_text_font_size="13px", label_text_font_style="bold")
+            legend.update(label_text_font_size="12px", label_text_font_style="bold")
             made.add_layout(legend, "above")
             self.legends.append(legend)
         else:
@@ -378,7 +378,7 @@ class Curves:
             if panel.name == "torque" and more:
                 labels[-1] += f"; {more} more are smaller"
             if panel.name in ("force", "energy"):
-                labels[0] = f"{titles[panel.name]}: {labels[0]}"
+                labels[0] = f"{titles[panel.name].removeprefix('contact ')}: {labels[0]}"
             there = [bool(np.isfinite(data[column]).any()) for column, _, _ in panel.lines]
             looks.append(
                 {
@@ -412,9 +412,9 @@ class Curves:
             "torque": "torque",
             "force": f"contact force{of_joint}",
             "slip": f"slip speed{of_joint}",
-            "energy": "energy and work",
+            "energy": "energy",
             "loss": "dissipated energy",
-            "track": "" if point is None else f"deviation of {point.name} from the ideal mechanism{_allowing(point)}",
+            "track": "" if point is None else f"deviation of {point.name}{_allowing(point)}",
         }
 
     def _drawn_orbit(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str, Any]:

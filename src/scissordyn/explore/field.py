@@ -186,7 +186,9 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
             place: Route = (section, index) if many else (section,)
             table = LISTS[section] if section in LISTS else component_part(item["type"], folder).table
             found += _of_table(table, item, place, group, folder, star=section in STARRED_IN)
-    found += _of_table(table_of(Options, until="50 ms"), tree.get("run", {}), ("run",), "run", folder, star=False)
+    found += _of_table(
+        table_of(Options, until="50 ms", step="0.1 ms"), tree.get("run", {}), ("run",), "run", folder, star=False
+    )
     return found
 
 

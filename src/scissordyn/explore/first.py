@@ -7,9 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from scissordyn.errors import ScissordynError
-from scissordyn.explore.worker import Outcome, Worker
+from scissordyn.explore.worker import Outcome, Worker, is_refined
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scissordyn.explore.case import Case
 
 __all__ = ["FirstRun"]
@@ -33,6 +35,7 @@ class FirstRun:
         self.error: ScissordynError | None = None
         self.known: Outcome | None = None
         self.preview: Outcome | None = None
+        self.fine: xr.Dataset | None = None
         self._lock = threading.Lock()
         self._waiting: list[Callable[[], None]] = []
         self._taker: tuple[Callable[[Outcome], None], Callable[[int, float], None]] | None = None
@@ -91,10 +94,13 @@ class FirstRun:
             if taker is None and outcome.note:
                 self.preview = outcome
                 return
+            if outcome.fine is not None and self.known is not None and self.known.number == outcome.number:
+                self.fine = outcome.fine
             if self.known is None and outcome.case is self.case and not outcome.note and whole:
                 self.known = outcome
         if taker is None:
-            self._worker.close()
+            if outcome.fine is not None or not is_refined(outcome):
+                self._worker.close()
         else:
             taker[0](outcome)
 

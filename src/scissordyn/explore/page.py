@@ -7,6 +7,7 @@ import json
 import logging
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import panel as pn
@@ -29,6 +30,8 @@ from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_joints, largest_forces
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scissordyn.explore.drag import Drag
 
 __all__ = ["Page"]
@@ -188,11 +191,13 @@ class Page:
             self._show_fields()
         if "pins" in what:
             self._publish(pins=True)
+        if "fine" in what and self.session.good is self.shown:  # else they come with their run
+            self._publish()
         if "run" in what:
             self._show_run()
         elif "status" in what and self.drag is None and self.canvas.draft:
             self.canvas.draft = ""  # what was dragged cannot be run
-        if what - {"computing"}:
+        if what - {"computing", "fine"}:
             self._show_state()
 
     def _watch(self) -> None:
@@ -241,8 +246,14 @@ class Page:
                 parts["table"] = contact_table(run)
             if pins:
                 parts["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
-        factor, drawn = self.curves.drawn(run, summary, [pin.run for pin in pinned], self.selected, case.mechanism.output_body)
+        kept = [pin.run for pin in pinned]
+        factor, drawn = self.curves.drawn(self._sampled(run), summary, kept, self.selected, case.mechanism.output_body)
         self.curves.clock.tags = [factor, self.shown.number, {**drawn, "parts": parts}]
+
+    def _sampled(self, run: xr.Dataset) -> xr.Dataset:
+        """A run as its curves are drawn: with the instants of its contacts, when it has been computed with them."""
+        fine = self.session.fine
+        return run if fine is None or self.session.good is not self.shown else fine
 
     def _bar(self, shown: Outcome) -> dict[str, Any]:
         """What the bar says of a run."""
@@ -256,6 +267,7 @@ class Page:
         said = f"{shown.note}{': ' * bool(shown.note)}{statistics['steps']} steps"
         return {
             "note": shown.note,
+            "fine": self._sampled(shown.run) is not shown.run,
             "text": f"{said} of {statistics['method']} in {lasting}",
             "pins": len(pins),
             "legend": self._legend(shown),
@@ -337,13 +349,17 @@ class Page:
         elif kind in ("undo", "redo", "unpin", "stop"):
             getattr(self.session, kind)()
         elif kind == "pin":
-            self.session.pin(self.shown)
+            self._pin()
         elif kind == "python":
             from scissordyn.explore.python_code import python_of
 
             self.toolbar._send_msg({"type": "python", "text": python_of(self.session.case)})
         elif kind in ("case", "run", "curves", "picture", "film"):
             self._save(kind, number(message, "time"))
+
+    def _pin(self) -> None:
+        if self.shown is not None and self.shown.run is not None:
+            self.session.pin(replace(self.shown, run=self._sampled(self.shown.run)))
 
     def _save(self, what: str, time: float) -> None:
         """Make a file in a thread, as a film takes seconds: one for this page, and few for all pages."""
@@ -357,10 +373,11 @@ class Page:
             )
         self._making = True
         shown, joint = self.shown, self.selected
+        fine = None if shown is None or shown.run is None else self._sampled(shown.run)
 
         def make() -> None:
             try:
-                name, mime, content = saved(self.session, shown, what, time, joint)
+                name, mime, content = saved(self.session, shown, fine, what, time, joint)
             except ScissordynError as error:
                 self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
             except Exception:

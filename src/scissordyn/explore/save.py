@@ -7,6 +7,7 @@ import io
 import tempfile
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.file import svg
 from scissordyn.plot.structure import structure
+from scissordyn.run.options import AUTO
 from scissordyn.run.store import save
 from scissordyn.run.summary import summary_of
 
@@ -37,7 +39,7 @@ slots = threading.BoundedSemaphore(MOST_MADE)
 """One is taken while a file is made."""
 
 
-def saved(session: Session, shown: Outcome | None, what: str, time: float, joint: str) -> Made:
+def saved(session: Session, shown: Outcome | None, fine: xr.Dataset | None, what: str, time: float, joint: str) -> Made:
     """A file of what a page shows.
 
     Parameters
@@ -45,6 +47,8 @@ def saved(session: Session, shown: Outcome | None, what: str, time: float, joint
     session : Session
     shown : Outcome or None
         The run that the page shows.
+    fine : Dataset or None
+        That run as its curves are drawn.
     what : {"case", "run", "curves", "picture", "film"}
     time : float
         The instant of the picture [s].
@@ -66,9 +70,12 @@ def saved(session: Session, shown: Outcome | None, what: str, time: float, joint
     if shown is None or shown.run is None:
         raise InputError("no run yet", "a case that can be run")
     if what == "curves":
-        return f"{_stem(session)}.csv", "text/csv", curves_as_csv(shown.run, shown.case.mechanism.output_body, joint).encode()
+        drawn = shown.run if fine is None else fine
+        return f"{_stem(session)}.csv", "text/csv", curves_as_csv(drawn, shown.case.mechanism.output_body, joint).encode()
     if what == "picture":
         return _picture(session, shown.run, shown.case.mechanism, time)
+    if shown.case.options.samples == AUTO and fine is not None:
+        shown = replace(shown, run=fine)
     return _in_folder(session, what, shown)
 
 

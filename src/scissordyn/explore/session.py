@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scissordyn.errors import InputError, ScissordynError
@@ -48,7 +48,7 @@ class Session:
     ----------
     case : Case
     updated : callable
-        Called, also from a thread, with what has changed: "fields", "run", "computing" (a run
+        Called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "computing" (a run
         begins), "status", "pins".
     first : FirstRun, optional
         The run of the case as it was opened.
@@ -63,6 +63,7 @@ class Session:
         self.typed: dict[str, str] = {}
         self.pins: list[Pinned] = []
         self.good: Outcome | None = None
+        self.fine: xr.Dataset | None = None
         self.message = ""
         self.fraction: float | None = None
         self._began = 0.0
@@ -77,6 +78,8 @@ class Session:
                 self._take(first.preview)
         elif known is not None:
             self._take(known)
+            if first is not None and first.fine is not None:
+                self._take(replace(known, fine=first.fine))
         else:
             self._begin()
             self._worker.order(self.case, staged=True)
@@ -214,9 +217,14 @@ class Session:
 
     def _take(self, outcome: Outcome) -> None:
         run = outcome.run
+        if outcome.fine is not None:
+            if self.good is not None and self.good.number == outcome.number:
+                self.fine = outcome.fine
+                self._updated("fine")
+            return
         if outcome.note:
             if run is not None and run.sizes["time"] > 1 and (self.good is None or self.good.number < outcome.number):
-                self.good = outcome
+                self.good, self.fine = outcome, None
                 self._updated("run")
             return
         self._slow, self.fraction = self.lasting > SLOW, None
@@ -227,7 +235,7 @@ class Session:
             if run.sizes["time"] < 2:
                 self.message += "; it ended before its second sample: the run before stays"
             else:
-                self.good = outcome
+                self.good, self.fine = outcome, None
                 self._updated("run")
         self._updated("status")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,12 @@ COLUMNS = (
 LONG = 10.0
 """Shorter times are in milliseconds [s]."""
 
+SLOW = 0.2
+"""Columns of smaller speeds are in mm/s [m/s]."""
+
+FIGURES, LEAST, MOST = 4, 2, 4
+"""Significant digits of the largest number of a column and of its smallest, and most digits after the point."""
+
 
 def contact_table(run: xr.Dataset) -> dict[str, Any]:
     """The contacts of a run, in units that suit its numbers.
@@ -35,7 +42,7 @@ def contact_table(run: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        "joints", "seconds" (of the starts), and "columns" with their titles and numbers.
+        "joints", "seconds" (of the starts), and "columns" with their titles, numbers and digits after the point.
     """
     columns = []
     for name, title, unit in COLUMNS:
@@ -44,9 +51,21 @@ def contact_table(run: xr.Dataset) -> dict[str, Any]:
         scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)
         if scale.unit == "s" and finite.max(initial=0.0) < LONG:  # contacts last for less than a digit of seconds
             scale = Scale(1e3, "ms")
-        columns.append({"title": f"{title} [{scale.unit}]", "values": scale.factor * values})
+        if scale.unit == "m/s" and finite.max(initial=1.0) < SLOW:
+            scale = Scale(1e3, "mm/s")
+        shown = scale.factor * values
+        columns.append({"title": f"{title} [{scale.unit}]", "values": shown, "digits": _digits(shown)})
     return {
         "joints": run["contact_joint"].values.astype(str).tolist(),
         "seconds": run["contact_start"].values.copy(),
         "columns": columns,
     }
+
+
+def _digits(values: np.ndarray) -> int:
+    """Digits after the point, equal in a column so that its numbers stand above each other."""
+    sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
+    if not sizes.size:
+        return FIGURES - 1
+    wanted = (figures - 1 - math.floor(math.log10(size)) for figures, size in ((FIGURES, sizes.max()), (LEAST, sizes.min())))
+    return min(MOST, max(0, *wanted))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import json
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 
     from scissordyn.explore.case import Case
 
-__all__ = ["Outcome", "Worker"]
+__all__ = ["Outcome", "Worker", "is_refined"]
+
+log = logging.getLogger(__name__)
 
 COARSE = 1e-5
 """Tolerances of a coarse run."""
@@ -31,6 +35,12 @@ JUDGED = 1.0
 
 LONG = 5.0
 """A run that takes longer than this is preceded by a coarse one [s]."""
+
+PAUSE = 0.25
+"""A run is computed once more for its curves if nothing else is asked for during this time [s]."""
+
+PATIENCE = 20.0
+"""Curves of a run that took longer [s] go through its samples, unless the case asks for its own instants."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +58,9 @@ class Outcome:
         Why it could not begin.
     note : str
         What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5".
+    fine : Dataset or None
+        The same motion with the instants of the contacts among its samples, for curves and orbits. The outcome of the run
+        itself has none: it is reported once more when it does.
     """
 
     number: int
@@ -55,6 +68,7 @@ class Outcome:
     run: xr.Dataset | None
     error: str = ""
     note: str = ""
+    fine: xr.Dataset | None = None
 
 
 class Worker:
@@ -64,7 +78,7 @@ class Worker:
     ----------
     done : callable
         Called in the thread with the `Outcome` of each order that no newer one has replaced; those that precede the run of
-        an order have a note and smaller numbers.
+        an order have a note and smaller numbers. Called once more when a run has been computed for its curves.
     progress : callable
         Called in the thread with the number of the order and the simulated part of its time, 0 to 1.
     earlier : int
@@ -132,6 +146,34 @@ class Worker:
             for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
                 if number == self._number and not self._closed:
                     self._done(outcome)
+            if is_refined(outcome) and not self._is_wanted(PAUSE):
+                fine = self._fine(outcome)
+                if fine is not None:
+                    self._done(replace(outcome, fine=fine))
+
+    def _is_wanted(self, seconds: float) -> bool:
+        """Whether something else is asked for during some time."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._closed or self._order is not None, seconds)
+
+    def _fine(self, outcome: Outcome) -> xr.Dataset | None:
+        """A run with the instants of its contacts; None if a newer order has taken its place, or it was stopped."""
+        from scissordyn.run.configuration import write_configuration
+        from scissordyn.run.simulate import refined
+
+        def look(time: float) -> None:
+            if self._closed or outcome.number != self._number or outcome.number <= self._stopped:
+                raise KeyboardInterrupt
+
+        assert outcome.run is not None
+        try:
+            fine = refined(outcome.run, outcome.case.mechanism, look)
+        except Exception:  # the run is there without it
+            log.exception("curves go through the samples of the run")
+            return None
+        if fine is outcome.run:
+            return None
+        return fine.assign_attrs(configuration=write_configuration(outcome.case.mechanism, outcome.case.options))
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """The runs of a staged order, the accurate one last."""
@@ -161,7 +203,8 @@ class Worker:
         from scissordyn.run.simulate import simulate  # in this thread: the page comes first
 
         options = case.options
-        keywords = {name: getattr(options, name) for name in options.__dataclass_fields__}
+        # the run of samples = "auto" is computed a second time, too: when it has been shown
+        keywords = {name: getattr(options, name) for name in options.__dataclass_fields__} | {"samples": options.count}
 
         def look(time: float) -> None:
             if self._closed or number != self._number or number <= self._stopped:
@@ -178,6 +221,14 @@ class Worker:
             return Outcome(number, case, None, "stopped before the first step")
         except Exception as error:  # a fault of the program must not end the thread silently
             return Outcome(number, case, None, f"{type(error).__name__}: {error}")
+
+
+def is_refined(outcome: Outcome) -> bool:
+    """Whether a run is computed once more with the instants of its contacts."""
+    run = outcome.run
+    if run is None or outcome.note or run.attrs["status"] != "complete" or not run.sizes.get("contact", 0):
+        return False
+    return outcome.case.options.samples == "auto" or json.loads(run.attrs["statistics"])["seconds"] <= PATIENCE
 
 
 def _stopwatch() -> Callable[[], float]:

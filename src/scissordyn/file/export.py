@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import os
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +20,7 @@ from scissordyn.file.output_file import check_target, write_file
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["EXPORTS", "check_export", "contact_table", "export", "time_table"]
+__all__ = ["EXPORTS", "TimeColumn", "check_export", "contact_table", "export", "time_columns", "time_table"]
 
 EXPORTS = (".csv", ".mat", ".parquet")
 
@@ -93,19 +95,60 @@ def time_table(run: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
     columns: dict[str, np.ndarray] = {"time [s]": run["time"].values}
+    for column in time_columns(run):
+        values = column.of(run)
+        if not (values.dtype.kind == "f" and np.isnan(values).all()):
+            shown = "" if column.unit in ("1", "") else f" [{column.unit}]"
+            columns[f"{column.heading}{shown}"] = values.astype(int) if values.dtype.kind == "b" else values
+    return pd.DataFrame(columns)
+
+
+@dataclass(frozen=True)
+class TimeColumn:
+    """A quantity over time of a run, as one column of a table.
+
+    Parameters
+    ----------
+    heading : str
+        Such as "angle of unit 1/bar 1", "position of slider, x".
+    unit : str
+        In SI.
+    variable : str
+    index : tuple of int
+        Of its other dimensions, in their order.
+    """
+
+    heading: str
+    unit: str
+    variable: str
+    index: tuple[int, ...]
+
+    def of(self, run: xr.Dataset) -> np.ndarray:
+        """Its values in a run, shape (time,)."""
+        values = run.variables[self.variable]
+        moved = np.moveaxis(values.values, values.dims.index("time"), 0)
+        place: Any = (..., *self.index)
+        return np.asarray(moved[place])
+
+
+def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
+    """Everything over time, one column at a time.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Yields
+    ------
+    TimeColumn
+    """
     for name, values in run.data_vars.items():
         if "time" not in values.dims or values.dtype.kind not in "fbiu":
             continue
-        moved = values.transpose("time", ...)
-        unit = values.attrs.get("units", "1")
-        shown = "" if unit in ("1", "") else f" [{unit}]"
-        for index in np.ndindex(moved.shape[1:]):
-            column = moved.values[(slice(None), *index)]
-            if column.dtype.kind == "f" and np.isnan(column).all():
-                continue
-            of = ", ".join(_label(run, dim, k) for dim, k in zip(moved.dims[1:], index, strict=True))
-            columns[f"{name}{f' of {of}' if of else ''}{shown}"] = column.astype(int) if column.dtype.kind == "b" else column
-    return pd.DataFrame(columns)
+        dims = [dim for dim in values.dims if dim != "time"]
+        for index in np.ndindex(*(values.sizes[dim] for dim in dims)):
+            of = ", ".join(_label(run, dim, k) for dim, k in zip(dims, index, strict=True))
+            yield TimeColumn(f"{name}{f' of {of}' if of else ''}", values.attrs.get("units", "1"), str(name), index)
 
 
 def contact_table(run: xr.Dataset) -> pd.DataFrame:

@@ -27,7 +27,12 @@ BEGINNINGS = {
     ".pdf": (b"%PDF-",),
     ".html": (b"<!DOCTYPE html", b"<!doctype html"),
     ".mp4": (b"ftyp",),
-    ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,"),
+    ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,", b"body,joint,point,", b"bar,count,names,"),
+    ".json": (b'{\n "$schema"', b'{"scissordyn": "pin forces"'),
+    ".inp": (b"** Written by scissordyn",),
+    ".dxf": (b"  0\nSECTION",),
+    ".xml": (b'<mujoco model="mechanism"',),
+    ".fmu": (b"PK\x03\x04",),
     ".mat": (b"MATLAB",),
     ".parquet": (b"PAR1",),
 }

@@ -14,7 +14,7 @@ from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.step_scaling import place
 from scissordyn.jit import kernel
 
-__all__ = ["NODES", "keep_history", "make_history", "up_to_multiple"]
+__all__ = ["NODES", "keep_history", "keep_values", "make_history", "up_to_multiple"]
 
 COUNT = 8
 """Coefficients of a signal: the dense output of the most accurate method has degree seven."""
@@ -49,12 +49,18 @@ def keep_history(record, T, t, h, s, w, S):
     """Add the step just made, of size h from t, to the history."""
     if not h > 0.0:
         return
-    row = s.history[s.history_length[0]]
-    row[0], row[1] = t, h
     for node in range(NODES.size):
         part = 0.5 * (1.0 + NODES[node])
         dense_value(place(w.scaling[0], part), T.pattern, s.y, w.dense, w.inside)
         record(t + part * h, w.inside, S, w.signals[node])
+    keep_values(t, h, s, w)
+
+
+@kernel(inline=True)
+def keep_values(t, h, s, w):
+    """Add the polynomials through `Work.signals` to the history, for a step of size h from t."""
+    row = s.history[s.history_length[0]]
+    row[0], row[1] = t, h
     for signal in range(w.signals.shape[1]):
         for k in range(NODES.size):
             total = 0.0

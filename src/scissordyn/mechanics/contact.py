@@ -61,6 +61,12 @@ def contact_laws(j, S, z, dz):
     maps = kinematics(j, S)
     law, found = P.law[j], W.contact[j]
     elastic = normal = 0.0
+    if law.stiffness == 0:  # a hard contact: its mean forces over a step
+        found.elastic = 0.0
+        found.normal = S.state.memory[j]
+        found.tangential = z[0]
+        dz[0] = 0.0
+        return maps
     if found.depth > 0.0:
         elastic = elastic_force(law.stiffness, found.depth, P.elastic[j])
         normal = normal_force(law.damping, elastic, found.depth, found.rate, S.state.memory[j], P.damping[j])

@@ -223,7 +223,7 @@ def write_energies(at, S, R):
         for k in range(nb):
             kinetic += 0.5 * W.basis[1, i] * M.inertia_b[i, k] * W.basis[1, k]
     for j in range(S.parameters.contact.size):
-        if S.state.mode[j] == 1:
+        if S.state.mode[j] == 1 and S.parameters.law[j].stiffness != 0:
             law = S.parameters.law[j]
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):

@@ -2,7 +2,8 @@
 
 An address names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts of the
 same name apart (``joint.A.clearance``, ``body.slider.mass``), a pattern takes several at once (``joint.all.clearance``). The
-fields of a joint or guide are those of its clearance; those of a drive, of its motion.
+fields of a joint or guide are those of its clearance; those of a drive, of its motion. Places go on with ``x`` and ``y``, the
+points of a body with their names (``crank.centre.x``, ``crank.points.end.x``).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.pattern import matching
 from scissordyn.model.walk import Declared, Place, Route, at, declared, is_described, replaced
-from scissordyn.units import quantities
+from scissordyn.units import Quantity, quantities
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
@@ -27,6 +28,9 @@ INSIDE = {"joints": "clearance", "guides": "clearance", "drives": "motion"}
 
 KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
 """Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
+
+AXES = ("x", "y")
+"""The two numbers of a place."""
 
 SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
 
@@ -113,7 +117,8 @@ def single(mechanism: Mechanism, address: str) -> list[str]:
         field, index, *rest = place.path
         part = getattr(mechanism, str(field))[index]
         path = rest[1:] if str(field) in INSIDE else rest
-        found.append(".".join([kind, part.name, *map(str, path)]))
+        words = (AXES[step] if isinstance(step, int) else step for step in path)
+        found.append(".".join([kind, part.name, *words]))
     return found
 
 
@@ -239,15 +244,27 @@ def _place(mechanism: Mechanism, path: Route, address: str) -> Place:
         path = (*path[:2], inside, *path[2:])
         if getattr(part, inside) is None:
             raise InputError(f"'{address}': '{part.name}' is ideal", "a joint or guide with clearance")
-    for depth in range(2, len(path)):
-        owner, name = at(mechanism, path[:depth]), str(path[depth])
+    walked, quantity = path[:2], None
+    for word in path[2:]:
+        step, quantity = _step(at(mechanism, walked), str(word), quantity, address)
+        walked = (*walked, step)
+    return Place(walked, at(mechanism, walked), quantity)
+
+
+def _step(owner: Any, word: str, quantity: Quantity | None, address: str) -> tuple[str | int, Quantity | None]:
+    """The field, key or index that a word of an address means, and its quantity."""
+    if quantity is not None and isinstance(owner, Mapping | tuple):
+        known = tuple(owner) if isinstance(owner, Mapping) else AXES
+        kind = "points" if isinstance(owner, Mapping) else "a place"
+        step: str | int = word if isinstance(owner, Mapping) or word not in AXES else AXES.index(word)
+        inner: Quantity | None = quantity
+    else:
         fields = _fields(owner)
-        if name not in fields:
-            kind = type(owner).__name__
-            raise InputError(
-                f"'{address}': no field '{name}' in {kind}{did_you_mean(name, fields)}", ", ".join(fields) or "no field"
-            )
-    return Place(path, getattr(owner, name), fields[name].quantity)
+        known, kind, step = tuple(fields), type(owner).__name__, word
+        inner = fields[word].quantity if word in fields else None
+    if word not in known:
+        raise InputError(f"'{address}': no field '{word}' in {kind}{did_you_mean(word, known)}", ", ".join(known) or "no field")
+    return step, inner
 
 
 def _fields(owner: Any) -> Mapping[str, Declared]:

@@ -11,6 +11,7 @@ from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
+from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import Meaning, Quantity, Sample, check_quantities
 
@@ -37,6 +38,8 @@ class Clearance:
     friction : friction law
     lubrication : Lubrication, optional
         A film of oil in the clearance; dry if not given.
+    contact : {"compliant", "hard"}
+        Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance R_B - R_J")]
@@ -48,6 +51,7 @@ class Clearance:
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
     lubrication: Annotated[Lubrication | None, Meaning("a film of oil", "Lubrication(viscosity=0.05)")] = None
+    contact: ContactKind = "compliant"
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -59,9 +63,10 @@ class Clearance:
             )
         if self.lubrication is not None:
             self.lubrication.check(self.clearance, self.journal_radius, self.bearing_length)
+        check_hard(self)
 
     @property
-    def contact(self) -> JointContact:
+    def surfaces(self) -> JointContact:
         """The two surfaces, as input of the laws."""
         return JointContact(
             clearance=self.clearance,

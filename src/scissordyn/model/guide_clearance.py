@@ -16,6 +16,7 @@ from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.body import Body, check_place
+from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.units import Meaning, Quantity, check_quantities
 
 __all__ = ["ContactPoint", "GuideClearance", "block_contact_points"]
@@ -38,6 +39,9 @@ class GuideClearance:
         surface to the nearest corners facing it is c.
     corner_radius : float
         R [m]: rounding of a rectangular block, added to the outline for given corners.
+    around : bool
+        Whether the follower surrounds the guide, as a ring does a pole, in place of being inside a channel: each corner then
+        faces the surface on its own side of the pole from outside.
     thickness : float
         Length of the corners' edges, across the plane of motion [m].
     material : Material
@@ -47,6 +51,8 @@ class GuideClearance:
         A law with parameters for a contact point at a plane surface: "hertz", "braendlein", "power", "linear" or user-defined.
     damping : damping law
     friction : friction law
+    contact : {"compliant", "hard"}
+        Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
@@ -54,12 +60,14 @@ class GuideClearance:
     width: Annotated[float | None, Quantity("m", above=0.0, help="of the block, across the guide")] = None
     corners: tuple[Point, ...] = ()
     corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
+    around: Annotated[bool, Meaning("whether the follower surrounds the guide, as a ring does a pole")] = False
     thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
     material: Annotated[Material, Meaning("of the block", "STEEL")] = STEEL
     guide_material: Material | None = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Hertz()")] = field(default_factory=Hertz)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
+    contact: ContactKind = "compliant"
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -76,11 +84,12 @@ class GuideClearance:
                 f"at most {0.5 * min(self.length, self.width):g} m",
             )
         self._check_stiffness()
+        check_hard(self)
 
     def _check_stiffness(self) -> None:
         """Raise `InputError` for a law without finite parameters at infinite bearing radius."""
         try:
-            numbers = self.stiffness.parameters(self.contact)
+            numbers = self.stiffness.parameters(self.surfaces)
         except (ArithmeticError, InputError):
             numbers = (math.nan,)
         if not all(math.isfinite(number) for number in numbers):
@@ -91,7 +100,7 @@ class GuideClearance:
             )
 
     @property
-    def contact(self) -> JointContact:
+    def surfaces(self) -> JointContact:
         """A rounded corner and its guide surface, as input of the laws."""
         return JointContact(
             clearance=math.inf,
@@ -142,9 +151,9 @@ class ContactPoint:
     through : (float, float)
         A point of the guide's line, in the frame of that body [m].
     normal : (float, float)
-        Unit vector across the guide towards the guide surface, in that frame.
+        Unit vector across the guide from the corner towards the guide surface, in that frame.
     distance : float
-        Of the guide surface from the guide's line [m].
+        Of the guide surface from the guide's line along the normal [m]; negative for a pole, which a ring meets from outside.
     clearance : GuideClearance
     """
 
@@ -217,11 +226,20 @@ def block_contact_points(
             f"guide '{name}': corners {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
             "corners on both sides of the guided point, and none on the line itself",
         )
-    distances = {1.0: max(reach) + radius + clearance.clearance, -1.0: -min(reach) + radius + clearance.clearance}
+    inside = -1.0 if clearance.around else 1.0  # where the rounded corner is, seen from the middle
+    sides = {side: [abs(far) for far in reach if far * side > 0.0] for side in (1.0, -1.0)}
+    nearest = {side: min(found) if clearance.around else max(found) for side, found in sides.items()}
+    distances = {side: inside * far + radius + clearance.clearance for side, far in nearest.items()}
+    if clearance.around and max(distances.values()) >= 0.0:
+        raise InputError(
+            f"guide '{name}': a ring whose corners leave {-2e3 * max(distances.values()):g} mm for the pole",
+            "corners farther from the guided point, or a smaller clearance or corner radius",
+        )
     found = []
     for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
         side = math.copysign(1.0, far)
-        normal = -side * math.sin(direction), side * math.cos(direction)
+        towards = inside * side
+        normal = -towards * math.sin(direction), towards * math.cos(direction)
         label = f"{name}/corner {number}"
         found.append(ContactPoint(label, name, follower.name, centre, body, through, normal, distances[side], clearance))
     return tuple(found)

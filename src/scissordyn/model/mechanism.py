@@ -73,6 +73,8 @@ class Mechanism:
     latches : tuple of Latch
     tracks : tuple of Track
         Points whose motion is recorded.
+    source : str
+        Who describes it, as "Flores, Ambrosio 2004, doi:10.1016/...", several apart by semicolons; `citations` looks there.
     """
 
     bodies: tuple[Body, ...]
@@ -89,6 +91,7 @@ class Mechanism:
     rods: tuple[Rod, ...] = ()
     latches: tuple[Latch, ...] = ()
     tracks: tuple[Track, ...] = ()
+    source: str = ""
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -44,7 +44,7 @@ def _of_contacts(mechanism: Mechanism) -> Iterator[str]:
     size, said = mechanism.size, set[str]()
     for contact in mechanism.contacts:
         assert contact.clearance is not None
-        surfaces, name = contact.clearance.contact, getattr(contact, "guide", contact.name)
+        surfaces, name = contact.clearance.surfaces, getattr(contact, "guide", contact.name)
         radius = "corner radius" if surfaces.plane else "journal radius"
         for what, value, most in (
             ("clearance", contact.clearance.clearance, LARGEST_CLEARANCE),

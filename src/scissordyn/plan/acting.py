@@ -12,6 +12,7 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.component.time_function import ConstantSpeed
 from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.hard_contact import contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import State
@@ -36,9 +37,9 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
 
 
 def friction_states(contact: Revolute | ContactPoint) -> tuple[State, ...]:
-    """Internal states of the friction law of a contact."""
+    """Internal states of the friction law of a contact, or of a hard contact."""
     assert contact.clearance is not None
-    return contact.clearance.friction.states
+    return contact_states(contact.clearance)
 
 
 def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, float]]]:

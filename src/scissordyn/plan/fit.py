@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from scissordyn.model.hard_contact import contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -46,7 +47,8 @@ def _same_joint(one: Revolute, another: Revolute) -> bool:
         return False
     if a is None or b is None:
         return a is b
-    return a.friction.states == b.friction.states and (a.lubrication is None) == (b.lubrication is None)
+    same_states = a.contact == b.contact and contact_states(a) == contact_states(b)
+    return same_states and (a.lubrication is None) == (b.lubrication is None)
 
 
 def _same_component(one: Any, another: Any) -> bool:

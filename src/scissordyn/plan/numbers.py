@@ -17,7 +17,7 @@ from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions
+from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import beam_mass, beams_of
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plugin.element import PARAMETERS, addresses, row_of
@@ -49,13 +49,15 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
     for j, contact in enumerate(contacts):
         clearance = contact.clearance
         assert clearance is not None
-        joint = clearance.contact
+        joint = clearance.surfaces
         p = surfaces[j]
         p["clearance"], p["radius"] = clearance.clearance, joint.journal_radius
         p["area"] = 2.0 * joint.journal_radius * joint.length
         if isinstance(contact, ContactPoint):
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
             p["normal_x"], p["normal_y"] = contact.normal
+        if clearance.contact == "hard":
+            continue  # no laws: see `plan.hard_contact`
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
             tables[which, j] = row_of(chosen, joint)
@@ -119,8 +121,11 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
 
 def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
     """Declared scales of the states of friction laws, 0 for none."""
-    laws: list[Any] = [contact.clearance.friction for contact in contacts if contact.clearance is not None]
-    return [0.0 if state.scale is None else state.size(law) for law in laws for state in law.states]
+    found: list[float] = []
+    for contact in contacts:
+        law: Any = contact.clearance and contact.clearance.friction
+        found += [0.0 if state.scale is None else state.size(law) for state in friction_states(contact)]
+    return found
 
 
 def _of_components(components: Sequence[Component]) -> list[float]:

@@ -166,6 +166,11 @@ class Plan:
         return self.mechanism.contacts
 
     @property
+    def hard_places(self) -> list[int]:
+        """Which of the contacts are hard."""
+        return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact == "hard"]
+
+    @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
         """The joints with a film of oil, each with its clearance and its oil."""
         return self.mechanism.lubricated

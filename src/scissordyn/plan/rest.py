@@ -19,7 +19,7 @@ Joint = TypeVar("Joint", Revolute, Guide)
 
 
 def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
-    """The same mechanism without friction, its drives and prescribed distances constant at their values of a time [s]."""
+    """The same mechanism without friction, with compliant contacts, its drives and distances constant as at a time [s]."""
 
     def constant(motion: TimeFunction, start: float) -> TimeFunction:
         value = np.zeros(4)
@@ -41,4 +41,6 @@ def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
 def _frictionless(joint: Joint) -> Joint:
     if joint.clearance is None:
         return joint
-    return dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction()))
+    return dataclasses.replace(
+        joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction(), contact="compliant")
+    )

@@ -168,7 +168,7 @@ class _Block:
     def __init__(self, axes: Axes, joint: Channel) -> None:
         self.axes, self.joint = axes, joint
         surfaces(axes, joint)
-        self.block = Polygon(joint.block[0], facecolor=LIGHT, linewidth=1.6)
+        self.block = Polygon(joint.block[0], facecolor="none" if joint.hollow else LIGHT, linewidth=1.6)
         axes.add_patch(self.block)
         (self.corners,) = axes.plot([], [], "o", markersize=4.5, color=VERMILION)
         _gain(axes, joint.gain)

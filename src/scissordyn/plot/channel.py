@@ -45,7 +45,14 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
     view = channel_of(run, mechanism, [sample], guide)
     touching = view.touching[0]
     surfaces(axes, view)
-    axes.add_patch(Polygon(view.block[0], facecolor=LIGHT, edgecolor=VERMILION if touching.any() else SKY, linewidth=1.4))
+    axes.add_patch(
+        Polygon(
+            view.block[0],
+            facecolor="none" if view.hollow else LIGHT,
+            edgecolor=VERMILION if touching.any() else SKY,
+            linewidth=1.4,
+        )
+    )
     axes.plot(*view.block[0][touching].T, linestyle="", marker="o", markersize=4.5, color=VERMILION)
     count = int(touching.sum())
     state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"

@@ -47,6 +47,8 @@ class Channel:
         Magnification of the clearance relative to that of the block.
     corners : tuple of str
         Names of the contact points, as they stand around the block.
+    hollow : bool
+        Whether the block surrounds the guide, as a ring does a pole.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Channel:
     place: np.ndarray
     gain: float
     corners: tuple[str, ...]
+    hollow: bool = False
 
 
 def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, place: np.ndarray | None = None) -> Channel:
@@ -97,20 +100,22 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
     cos, sin = math.cos(direction), math.sin(direction)
     along, across = cos * x + sin * y, cos * y - sin * x
     side, distance = np.sign(across), np.array([point.distance for point in points])
-    half = float(np.mean(distance)) - gap.clearance
-    centred = np.abs(across) + gap.corner_radius  # extent of the outline with the block centred
+    inside = -1.0 if gap.around else 1.0  # where a surface is, seen from the corner that faces it
+    half = abs(float(np.mean(distance)) - gap.clearance)
+    centred = inside * np.abs(across) + gap.corner_radius  # extent of the outline towards the surface with the block centred
     moved = now["indentation"].values + distance - centred
     surface = distance / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
-    heights = side * (centred / half + GAP * moved / gap.clearance)
+    heights = inside * side * (centred / half + GAP * moved / gap.clearance)
     tips = np.stack([np.broadcast_to(LONG * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
     return Channel(
         guide,
         tips[:, around],
         now["in_contact"].values.astype(bool)[:, around],
-        {face: face * float(surface[side == face][0]) for face in (1.0, -1.0)},
+        {face: face * float(surface[inside * side == face][0]) for face in (1.0, -1.0)},
         np.nan_to_num(now["normal_force"].values).max(axis=1),
         np.empty((0, 2)) if place is None else place,
         GAP * half / gap.clearance,
         tuple(points[k].name for k in around),
+        gap.around,
     )

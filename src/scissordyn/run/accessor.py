@@ -11,6 +11,7 @@ import xarray as xr
 from scissordyn.file.export import export
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.offer import offered
+from scissordyn.run.citations import Citations, citations
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.summary import Summary, summary_of
 
@@ -37,6 +38,10 @@ class RunAccessor:
     def summary(self) -> Summary:
         """Tracked points against their tolerances, actuators against their limits, largest force, span, work and horizon."""
         return summary_of(self._run)
+
+    def citations(self) -> Citations:
+        """Who describes what the run has used: mechanism, laws, controllers, components, methods; text, or ``.bibtex``."""
+        return citations(self._run)
 
     @property
     def plot(self) -> Any:

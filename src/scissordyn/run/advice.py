@@ -158,10 +158,10 @@ def _meant(group: list[_One], mechanism: Mechanism | None) -> list[str]:
 def _other_laws(mechanism: Mechanism, name: str, part: float) -> list[str]:
     """The force of laws for contacts that are not small, at the same energy."""
     gap = next((joint.clearance for joint in mechanism.clearance_joints if joint.name == name), None)
-    if gap is None or gap.contact.plane:
+    if gap is None or gap.surfaces.plane:
         return []
     ratios = {
-        law.name: force_at_equal_energy(gap.stiffness, law, gap.contact, part * gap.clearance) for law in (Liu(), Persson())
+        law.name: force_at_equal_energy(gap.stiffness, law, gap.surfaces, part * gap.clearance) for law in (Liu(), Persson())
     }
     said = " and ".join(f"{ratio:.2g} times the force by '{law}'" for law, ratio in ratios.items())
     return [

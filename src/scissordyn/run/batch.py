@@ -46,6 +46,7 @@ def simulate_many(
     method: str = Options.method,
     most_steps: int = Options.most_steps,
     events: EventKind = Options.events,
+    step: float | None = Options.step,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -69,7 +70,7 @@ def simulate_many(
     perturbation : float
         p, from 0 to 1e-6.
     seed : int
-    start, rtol, atol, method, most_steps, events
+    start, rtol, atol, method, most_steps, events, step
         As for `simulate`.
     threads : int, optional
         One per processor if not given.
@@ -88,7 +89,7 @@ def simulate_many(
     InputError
         If an address, a measure or an option is wrong.
     """
-    options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
+    options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events, step=step)
     perturbed = Perturbed(members, perturbation, seed)
     return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
 

@@ -173,13 +173,13 @@ class _Slot:
         choice = choose_method(self.plan, self.system, y, options, tolerances)
         driver, across = self.driver, crosses(self.plan, options)
         if driver is not None and driver.method == choice.method:
-            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events)
+            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events, step=choice.step)
             return driver
         made = Driver(
             self.plan,
             self.system,
             y,
-            method=choice.method,
+            method=choice,
             tolerances=tolerances,
             crosses=across,
             initial_events=prepared.initial_events,

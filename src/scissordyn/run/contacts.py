@@ -12,7 +12,7 @@ from scissordyn.integrate.integration import RISE
 __all__ = ["Contact", "contacts"]
 
 LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss")
-EVENT = ("guard", "mode", "time", "rate", "angle", *LARGEST)
+EVENT = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
 
 
 class Contact(NamedTuple):
@@ -39,7 +39,9 @@ class Contact(NamedTuple):
     impulse : float
         Of the normal force [N s].
     damping_loss, friction_loss : float
-        Energy dissipated by contact damping and by friction [J].
+        Energy dissipated by contact damping, or restitution, and by friction [J].
+    effective_mass : float
+        Of a hard contact, along the normal at its start [kg]; NaN of a compliant one.
     """
 
     joint: int
@@ -53,6 +55,7 @@ class Contact(NamedTuple):
     impulse: float
     damping_loss: float
     friction_loss: float
+    effective_mass: float = math.nan
 
 
 def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
@@ -69,17 +72,25 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
     list of Contact
         In order of their starts.
     """
-    open_, found = dict[int, tuple[float, float, float]](), []
-    for guard, mode, time, rate, angle, force, when, *integrals in log[log["guard"] < peak.size][list(EVENT)].tolist():
+    open_, found = dict[int, tuple[float, float, float, float]](), []
+    for guard, mode, time, rate, angle, mass, force, when, impulse, damping, friction in log[log["guard"] < peak.size][
+        list(EVENT)
+    ].tolist():
         joint = int(guard)
         if mode == RISE:
-            open_[joint] = time, rate, angle
+            open_[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
         elif joint in open_:
-            start, approach, direction = open_.pop(joint)
-            found.append(Contact(joint, start, approach, direction, force, when - start, time - start, rate, *integrals))
-    for joint, (start, approach, direction) in open_.items():
-        force, when, *integrals = peak[list(LARGEST)][joint].tolist()
-        found.append(Contact(joint, start, approach, direction, force, when - start, math.nan, math.nan, *integrals))
+            start, approach, direction, moved = open_.pop(joint)
+            lost = impulse, damping, friction
+            duration = time - start
+            found.append(Contact(joint, start, approach, direction, force, when - start, duration, rate, *lost, moved))
+    for joint, (start, approach, direction, moved) in open_.items():
+        force, when, impulse, damping, friction = peak[list(LARGEST)][joint].tolist()
+        found.append(
+            Contact(
+                joint, start, approach, direction, force, when - start, math.nan, math.nan, impulse, damping, friction, moved
+            )
+        )
     return sorted(found, key=lambda contact: contact.start)
 
 

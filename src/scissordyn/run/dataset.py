@@ -36,6 +36,7 @@ from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
 from scissordyn.run.internal_forces import largest_variables
+from scissordyn.run.peak_estimate import peak_forces
 from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
@@ -216,6 +217,8 @@ def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
         variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
+        if joint.clearance.contact == "hard":
+            continue
         first = 2 * path.plan.coordinates.free + int(path.system.content.model.state_start[j])
         for s, declared in enumerate(joint.clearance.friction.states):
             name = declared.name
@@ -394,12 +397,32 @@ def _drive_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     return variables
 
 
+def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
+    """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
+    hard = plan.hard_places
+    if not hard:
+        return {}
+    estimate = np.full(table["joint"].size, np.nan)
+    for j in hard:
+        own, clearance = table["joint"] == j, plan.contacts[j].clearance
+        assert clearance is not None
+        estimate[own] = peak_forces(clearance, table["approach_speed"][own], table["effective_mass"][own])
+        table["peak_force"][own] = table["peak_time"][own] = np.nan
+    text = "estimated largest normal force of the compliant law in a hard contact"
+    mass = "effective mass along the normal at the start of a hard contact"
+    return {
+        "peak_force_estimate": _described(("contact",), estimate, "N", text),
+        "effective_mass": _described(("contact",), table["effective_mass"], "kg", mass),
+    }
+
+
 def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
     table = columns(contacts(path.log, path.peak[: len(plan.contacts)]))
     names = np.array([joint.name for joint in plan.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
     return {
+        **_impact_variables(plan, table),
         "contact_joint": xr.Variable(along, joint.astype(str), {"long_name": "joint"}),
         "contact_start": _described(along, table["start"], "s", "start of the contact"),
         "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,6 +36,10 @@ from scissordyn.run.slice import FIRST, next_slice
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.tolerance import Tolerances
 
+if TYPE_CHECKING:
+    from scissordyn.run.method import Choice
+    from scissordyn.run.stepping import Stepping
+
 __all__ = ["Driver", "advance_together", "counted", "make_system"]
 
 SLICE = 20_000
@@ -62,14 +66,30 @@ def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -
     list of int
         A status of `integrate.advance` for each; a driver with one of `UNFINISHED` can be advanced further by itself.
     """
-    statuses = np.zeros(len(drivers), np.int64)
     for driver in drivers:
         driver.state.clock["end"] = until
+    found = [0] * len(drivers)
+    for stepped in (False, True):
+        places = [k for k, driver in enumerate(drivers) if (driver.stepping is not None) is stepped]
+        if places:
+            for k, status in zip(places, _advance([drivers[k] for k in places], most_steps), strict=True):
+                found[k] = status
+    return found
+
+
+def _advance(drivers: Sequence[Driver], most_steps: int) -> list[int]:
+    """The same for drivers of one loop."""
+    steppings = [driver.stepping for driver in drivers if driver.stepping is not None]
+    if steppings:
+        from scissordyn.run.stepping import advance_stepping  # compiles its loop
+
+        return advance_stepping(drivers, steppings, most_steps)
+    statuses = np.zeros(len(drivers), np.int64)
     systems = np.array([driver.system.address for driver in drivers], np.int64)
     integrations = np.array([driver.integration.address for driver in drivers], np.int64)
     compiled_loop()(compiled_mechanics(), systems, integrations, most_steps, statuses)
-    found: list[int] = statuses.tolist()
-    return found
+    finished: list[int] = statuses.tolist()
+    return finished
 
 
 def make_system(plan: Plan) -> Handle:
@@ -132,7 +152,7 @@ class Driver:
         Of a `System`; its state is the driver's from here on.
     y : ndarray, shape (ny,)
         Coordinates, rates and internal states at t = 0.
-    method : str
+    method : Choice
     tolerances : Tolerances
     crosses : bool
         Whether steps go across contacts that begin and end, under error control.
@@ -145,12 +165,13 @@ class Driver:
         system: Handle,
         y: np.ndarray,
         *,
-        method: str,
+        method: Choice,
         tolerances: Tolerances,
         crosses: bool = False,
         initial_events: tuple[list[float], ...] = (),
     ) -> None:
-        self.plan, self.system, self.method = plan, system, method
+        self.plan, self.system, self.method = plan, system, method.method
+        self.stepping: Stepping | None = None
         self._pace, self._rows = FIRST, dict[int, np.ndarray]()
         content: System = system.content
         state, model = content.state, content.model
@@ -171,7 +192,7 @@ class Driver:
             history_length=state.history_length,
         )
         integrated.clock["crosses"] = int(crosses)
-        coefficients = tableau(method)
+        coefficients = tableau(_stores(method))
         work = make_work(
             integrated,
             coefficients,
@@ -187,6 +208,10 @@ class Driver:
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), LOG_COLUMNS))
         samples, record = make_samples(np.zeros(0), integrated), make_record(0, integrated)
         self.integration = Handle(Integration(coefficients, integrated, work, samples, record, log))
+        if method.step > 0.0:
+            from scissordyn.run.stepping import Stepping  # loads the kernels of hard contact
+
+            self.stepping = Stepping(plan, method.step)
         self._begin(initial_events)
 
     def restart(
@@ -197,6 +222,7 @@ class Driver:
         *,
         crosses: bool = False,
         initial_events: tuple[list[float], ...] = (),
+        step: float = 0.0,
     ) -> None:
         """Begin another case of the same model without delays, whose numbers `put_numbers` has put in place.
 
@@ -207,8 +233,12 @@ class Driver:
         tolerances : Tolerances
         crosses : bool
         initial_events : tuple of rows of the event log
+        step : float
+            Of time stepping [s].
         """
         self.plan = plan
+        if self.stepping is not None:
+            self.stepping.restart(plan, step)
         content = self.integration.content
         work = content.work
         work.atol[:], work.rtol[:], work.precision[:] = tolerances.absolute, tolerances.relative, tolerances.precision
@@ -407,6 +437,8 @@ class Driver:
             else:
                 raise InputError(f"a state with {stored.shape} numbers as '{name}'", f"{part.shape}, a state of this mechanism")
         state.clock["prepared"] = 0
+        if self.stepping is not None:
+            self.stepping.forget()
         functions.activate(self.system.address)
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -417,7 +449,8 @@ class Driver:
         found["state.history"] = found["state.history"][: int(self.state.history_length[0])]
         for owner, parts, rows in (("samples", content.samples, "samples"), ("steps", content.steps, "recorded")):
             found |= {f"{owner}.{name}": part[: int(counts[rows][0])] for name, part in parts._asdict().items()}
-        return found | {"log": self._events}
+        hard = {} if self.stepping is None else self.stepping.arrays()
+        return found | hard | {"log": self._events}
 
     def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit.
@@ -456,6 +489,11 @@ class Driver:
         self.system = Handle(self.system.content._replace(parameters=parameters))
         self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0
+
+
+def _stores(method: Choice) -> str:
+    """The method whose stores the loop uses; time stepping needs few."""
+    return "dopri5" if method.step > 0.0 else method.method
 
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)

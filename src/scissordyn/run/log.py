@@ -26,9 +26,10 @@ PEAK = _rows(*_LARGEST)
 """Since the last rise of a guard, or over the run: the largest value and when [s]. Of a contact the impulse of its normal force
 [N s] and its losses [J]; of another quantity its integrals over time: itself, its square, or how long it is above a limit."""
 
-LOG = _rows("time", "guard", "mode", "rate", ("angle", "loss"), "drive_work", *_LARGEST)
-"""An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad];
-of a component what the event dissipates [J], and the work of the drives in it [J]; of a contact that ends its `PEAK`."""
+LOG = _rows("time", "guard", "mode", "rate", ("angle", "loss"), ("drive_work", "mass"), *_LARGEST)
+"""An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad],
+of a hard one its effective mass [kg] too; of a component what the event dissipates [J], and the work of the drives in it [J];
+of a contact that ends its `PEAK`."""
 
 BAND = _rows("limit", "last_above", "first_within")
 """Of a quantity with a limit: when it was last above, and first at or below it [s]; NaN for never."""

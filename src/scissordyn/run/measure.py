@@ -25,6 +25,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.contacts import Contact, contacts
 from scissordyn.run.driver import Driver
 from scissordyn.run.events import ACCOUNTS, accounts
+from scissordyn.run.peak_estimate import peak_forces
 from scissordyn.run.settling import SETTLING, settling_times
 
 __all__ = ["COMPONENT_UNIT", "MEASURES", "Ended", "Measure", "component_units", "parts_of"]
@@ -60,6 +61,23 @@ class Ended:
     def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
         """A number from the contacts of each clearance joint and contact point."""
         return np.array([value(found) for found in self.by_joint], float)
+
+    def largest_forces(self) -> np.ndarray:
+        """Largest normal force of each clearance joint and contact point [N]; NaN for a hard contact, which has none."""
+        found = self.per_joint(lambda own: max((c.peak_force for c in own), default=0.0))
+        found[self.plan.hard_places] = math.nan
+        return found
+
+    def estimated_forces(self) -> np.ndarray:
+        """Largest force of the compliant law at the impacts of each hard contact [N]; NaN for compliant ones."""
+        found = np.full(len(self.plan.contacts), math.nan)
+        for j in self.plan.hard_places:
+            own, clearance = self.by_joint[j], self.plan.contacts[j].clearance
+            assert clearance is not None
+            numbers = np.array([(c.approach_speed, c.effective_mass) for c in own]).reshape(-1, 2)
+            forces = peak_forces(clearance, numbers[:, 0], numbers[:, 1])
+            found[j] = np.max(forces[np.isfinite(forces)], initial=0.0)
+        return found
 
     def lasting(self, contact: Contact) -> float:
         """Duration of a contact, up to now if it goes on [s]."""
@@ -144,7 +162,13 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "N",
             "largest normal force",
             _JOINT,
-            lambda e: e.per_joint(lambda own: max((c.peak_force for c in own), default=0.0)),
+            lambda e: e.largest_forces(),
+        ),
+        "peak_force_estimate": Measure(
+            "N",
+            "largest normal force that the compliant law would have in a hard contact, an estimate; NaN for compliant ones",
+            _JOINT,
+            lambda e: e.estimated_forces(),
         ),
         "peak_approach_speed": Measure(
             "m/s",

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
-from scissordyn.run.options import Options
+from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.tolerance import Tolerances
 
 __all__ = ["Choice", "choose_method"]
@@ -32,6 +33,13 @@ MOST_EIGENVALUES = 400
 """Above this number of states the modes are not computed, and what declares itself stiff decides."""
 
 
+PARTS, PARTS_OF_A_FALL = 4000, 5
+"""Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
+
+OSCILLATION_STEP = 0.5
+"""Step of time stepping times the fastest angular frequency of components, at most."""
+
+
 @dataclass(frozen=True)
 class Choice:
     """A method, and why it was chosen.
@@ -40,10 +48,13 @@ class Choice:
     ----------
     method : str
     reason : str
+    step : float
+        Of time stepping [s]; 0 for a method with error control.
     """
 
     method: str
     reason: str
+    step: float = 0.0
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
@@ -63,6 +74,13 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     -------
     Choice
     """
+    hard = [plan.contacts[j].name for j in plan.hard_places]
+    if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
+        what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"
+        raise InputError(f"method = '{options.method}' with {what}", f"auto, {TIME_STEPPING}" if hard else "auto")
+    if hard:
+        step, why = time_step(plan, system, y, options, tolerances)
+        return Choice(TIME_STEPPING, f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}", step)
     if options.method != "auto":
         return Choice(options.method, "asked for")
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
@@ -88,6 +106,35 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
             STIFF, f"the fastest decay, {decay:.3g} 1/s, would keep explicit steps below {STABLE / decay:.2g} s without need"
         )
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
+
+
+def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:
+    """Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs.
+
+    Parameters
+    ----------
+    plan : Plan
+    system : Handle
+    y : ndarray, shape (ny,)
+        At the start.
+    options : Options
+    tolerances : Tolerances
+
+    Returns
+    -------
+    step : float
+    reason : str
+    """
+    if options.step is not None:
+        return options.step, "the step was asked for"
+    step, why = options.until / PARTS, f"the step is 1/{PARTS} of the run"
+    if tolerances.time_scale / PARTS_OF_A_FALL < step:
+        step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
+    if plan.components and y.size <= MOST_EIGENVALUES:
+        _, oscillation = fastest_modes(plan, system, y, tolerances)
+        if oscillation * step > OSCILLATION_STEP:
+            step, why = OSCILLATION_STEP / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
+    return step, why
 
 
 def fastest_modes(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> tuple[float, float]:

@@ -10,7 +10,10 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["AUTO", "EQUALLY_SPACED", "EventKind", "Options", "SampleCount", "StartKind"]
+__all__ = ["AUTO", "EQUALLY_SPACED", "TIME_STEPPING", "EventKind", "Options", "SampleCount", "StartKind"]
+
+TIME_STEPPING = "moreau-jean"
+"""Method of mechanisms with hard contacts."""
 
 AUTO = "auto"
 """In place of a number of samples: equally spaced ones, and the contacts' own instants."""
@@ -55,6 +58,8 @@ class Options:
         in mechanisms with many clearance joints.
     trust : bool
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
+    step : float, optional
+        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it.
     """
 
     until: Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end of the simulated time")]
@@ -66,12 +71,16 @@ class Options:
     most_steps: Annotated[int, Quantity("1", minimum=1, maximum=10**15, help="most steps")] = 50_000_000
     events: EventKind = "auto"
     trust: bool = False
+    step: Annotated[
+        float | None, Quantity("s", minimum=1e-12, maximum=1e6, help="step of time stepping with hard contacts")
+    ] = None
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        if self.method not in ("auto", *METHODS):
+        if self.method not in ("auto", TIME_STEPPING, *METHODS):
             raise InputError(
-                f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS)
+                f"method = {self.method!r}{did_you_mean(str(self.method), (TIME_STEPPING, *METHODS))}",
+                ", ".join(("auto", TIME_STEPPING, *METHODS)),
             )
 
     @property

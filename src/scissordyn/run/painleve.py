@@ -41,7 +41,8 @@ def painleve_warnings(path: Trajectory, found: Record) -> list[str]:
     share = max(FEWEST, MOST_SAMPLES // max(1, len(contacts)))
     for j, joint in enumerate(contacts):
         assert joint.clearance is not None
-        if isinstance(joint.clearance.friction, NoFriction):
+        # the solver of impulses of a hard contact says what it cannot solve
+        if isinstance(joint.clearance.friction, NoFriction) or joint.clearance.contact == "hard":
             continue
         force, friction = found.contact["normal"][:, j], found.contact["tangential"][:, j]
         held = np.flatnonzero((path.samples.mode[:, j] == 1) & (force > 0.0) & (friction != 0.0))

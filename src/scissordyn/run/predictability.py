@@ -184,7 +184,10 @@ def predictability(
         return Horizon(math.nan, 0, "unknown", f"no tighter tolerance than rtol = {options.rtol:g} can be computed")
     if run.attrs["status"] != "complete":
         return Horizon(math.nan, 0, "unknown", "the run is not complete")
-    second = _repeated(dataclasses.replace(options, rtol=rtol, atol=atol, method=method), path, compared, progress, keeper)
+    tighter = dataclasses.replace(options, rtol=rtol, atol=atol, method=method)
+    if "step" in path.statistics:
+        tighter = dataclasses.replace(options, step=0.5 * float(path.statistics["step"]))
+    second = _repeated(tighter, path, compared, progress, keeper)
     if second.interrupted:
         return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)
     tried = int(path.statistics["steps"]) + int(path.statistics["rejected"])

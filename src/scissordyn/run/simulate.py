@@ -21,6 +21,7 @@ from scissordyn.run.configuration import is_run, read_configuration, write_confi
 from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.demand import check_samples
+from scissordyn.run.hard_contact import hard_contact_warnings
 from scissordyn.run.ideal_path import IdealPath, ideal_path
 from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
 from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
@@ -48,6 +49,7 @@ def simulate(
     most_steps: int = Options.most_steps,
     events: EventKind = Options.events,
     trust: bool = Options.trust,
+    step: float | None = Options.step,
     progress: Callable[[float], None] | None = None,
     checkpoint: Annotated[Checkpoint | None, Meaning("where the state is kept", "Checkpoint('run.checkpoint')")] = None,
 ) -> xr.Dataset:
@@ -78,6 +80,8 @@ def simulate(
         in mechanisms with many clearance joints.
     trust : bool
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
+    step : float, optional
+        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
     checkpoint : Checkpoint, optional
@@ -97,7 +101,7 @@ def simulate(
         If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint is of another run. A failed run
         raises no error: its Dataset has the results up to the failure, and the cause.
     """
-    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust)
+    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust, step)
     return _simulate(mechanism, options, progress, checkpoint)
 
 
@@ -205,7 +209,7 @@ def _computed(
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = to_dataset(plan, configuration, path, record)
     found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
-    found += painleve_warnings(path, record) + scale_warnings(options, path)
+    found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
     if ideal is not None:

@@ -222,9 +222,9 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
 
 def _indentation(system: System, j: int, force: float) -> float:
     """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
-    if force == 0.0:
-        return 0.0
     numbers = system.parameters
+    if force == 0.0 or numbers.law["stiffness"][j] == 0:  # a hard contact
+        return 0.0
     kind, row = numbers.law["stiffness"][j], numbers.elastic[j]
     low, high = 0.0, float(numbers.contact["clearance"][j])
     while elastic_force(kind, high, row) < force and high < numbers.contact["radius"][j]:

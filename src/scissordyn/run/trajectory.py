@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,7 +78,7 @@ class Trajectory:
     end: float
     status: str
     cause: str
-    statistics: dict[str, str | int | float]
+    statistics: dict[str, Any]
     immobile: tuple[str, ...]
     warnings: tuple[str, ...]
     steps: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -121,7 +121,7 @@ def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]
         plan,
         system,
         prepared.y,
-        method=choice.method,
+        method=choice,
         tolerances=tolerances,
         crosses=crosses(plan, options),
         initial_events=prepared.initial_events,
@@ -209,7 +209,13 @@ def compute(
         end=driver.time,
         status=ended,
         cause=cause,
-        statistics={"method": choice.method, "reason": choice.reason, **counted(driver.state), "seconds": seconds},
+        statistics={
+            "method": choice.method,
+            "reason": choice.reason,
+            **counted(driver.state),
+            **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
+            "seconds": seconds,
+        },
         immobile=still,
         warnings=prepared.warnings,
         steps=driver.steps,

@@ -140,7 +140,8 @@ class Extremes:
         plan, depth, found = self.plan, self._indentation.tolist(), list[str]()
         for number, joint in enumerate(plan.contacts):
             assert joint.clearance is not None
-            failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
+            hard = joint.clearance.contact == "hard"
+            failed = "" if hard else contact_failure(joint.name, joint.clearance.surfaces, depth[number])
             found += [f"the contact model has failed: {failed}"] if failed else []
             found += _of_contact(plan, number, self._speeds[number], depth[number])
         for number, (ratio, lasting) in self._friction.items():
@@ -168,8 +169,10 @@ def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> l
     joint = plan.contacts[number]
     assert joint.clearance is not None
     laws = joint.clearance
+    if laws.contact == "hard":  # the laws serve an estimate only
+        return []
     return contact_warnings(
-        joint.name, laws.contact, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
+        joint.name, laws.surfaces, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
     )
 
 
@@ -178,10 +181,12 @@ def contact_failures(plan: Plan, run: xr.Dataset) -> list[str]:
     found = []
     for joint in plan.contacts:
         assert joint.clearance is not None
+        if joint.clearance.contact == "hard":
+            continue
         at = plan.joint_names.index(joint.name)
-        text = contact_failure(joint.name, joint.clearance.contact, float(_values(run, "peak_indentation")[at]))
+        text = contact_failure(joint.name, joint.clearance.surfaces, float(_values(run, "peak_indentation")[at]))
         if text:
-            beyond = _values(run, "indentation")[:, at] > joint.clearance.contact.journal_radius
+            beyond = _values(run, "indentation")[:, at] > joint.clearance.surfaces.journal_radius
             largest = float(_values(run, "peak_indentation_time")[at])
             first = min(largest, _values(run, "time")[int(np.argmax(beyond))]) if beyond.any() else largest
             found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")

@@ -20,13 +20,27 @@ if (shown.curves) {
   // the figures that somebody has chosen, with the times below the last one
   const layout = window.scissordynLayout = () => {
     const there = shown.looks.map((look, k) => look.visible && !(window.scissordynHidden || new Set()).has(figures[k].name));
+    const room = (figures.find((_, k) => there[k]).inner_width || 320) + 20;
     figures.forEach((figure, k) => {
       const last = k === there.lastIndexOf(true);
       put(times[k], { visible: last });
-      put(figure, { visible: there[k], height: shown.height + last * shown.labels });
+      // a legend that is wider than its figure has several rows, which add to the height of the figure
+      const drawn = legends[k] ? legends[k].items.filter(item => item.visible) : [];
+      const widths = drawn.map(item => 34 + 6.7 * item.label.value.length);
+      let across = Math.max(1, drawn.length);
+      while (across > 1 && across * Math.max(...widths) > room && !(across === drawn.length && widths.reduce((a, b) => a + b, 0) <= room)) across -= 1;
+      const rows = Math.max(1, Math.ceil(drawn.length / across));
+      if (legends[k]) put(legends[k], { ncols: across });
+      put(figure, { visible: there[k], height: shown.height + 30 * (rows - 1) + last * shown.labels });
     });
   };
   layout();
+  if (!window.scissordynResizes) {
+    window.scissordynResizes = true;
+    let waiting = 0;
+    // when the figures have taken their new width
+    window.addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(() => window.scissordynLayout(), 200); });
+  }
   put(orbit, { visible: Boolean(shown.orbit) });
   if (shown.orbit) {
     const [title, x, y, across, up] = orbitParts, reach = shown.orbitReach;

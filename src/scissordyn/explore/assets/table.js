@@ -3,13 +3,14 @@
 const STYLE = `
 .sd-contacts { font: 12px/1.4 system-ui, sans-serif; color: var(--sd-ink, #222); background: var(--sd-back, #fff); height: 100%; overflow: auto;
   font-variant-numeric: tabular-nums; outline-offset: -2px }
-.sd-contacts [role=row] { display: grid; grid-template-columns: 3em minmax(5em, 1.6fr) repeat(5, minmax(6em, 1fr)); min-width: 38em; height: 22px;
+.sd-contacts [role=row] { display: grid; grid-template-columns: 2.2em minmax(5em, 1.6fr) repeat(5, minmax(5.6em, 1fr)); min-width: 35.2em; height: 22px;
   align-items: center; box-sizing: border-box; border-bottom: 1px solid var(--sd-fill, #e4e4e4); cursor: pointer }
 .sd-contacts [role=row] > * { padding: 0 4px; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; text-align: right }
 .sd-contacts [role=row] > :nth-child(2) { text-align: left }
 .sd-contacts .sd-head { position: sticky; top: 0; z-index: 1; background: var(--sd-back, #fff); font-weight: 600; height: 52px; align-items: end }
 .sd-contacts .sd-head > * { white-space: normal !important; font-size: 11px }
-.sd-contacts .sd-rows { position: relative; min-width: 38em }
+.sd-contacts .sd-rows { position: relative; min-width: 35.2em }
+@media (max-width: 459px) { .sd-contacts { font-size: 10.5px } .sd-contacts .sd-head > * { font-size: 9.5px; padding: 0 1px 0 2px } }
 .sd-contacts .sd-rows [role=row] { position: absolute; left: 0; right: 0 }
 .sd-contacts [aria-selected=true] { background: var(--sd-fill, #e4e4e4) }
 `;
@@ -24,8 +25,8 @@ export function render({ model, el }) {
   const [head, rows] = root.children;
   let table = { joints: [], seconds: [], columns: [] }, order = [], chosen = -1, sorted = null;
 
-  const text = value => Number.isFinite(value) ? value.toFixed(3) : "-";
-  const cells = k => [String(k + 1), table.joints[k], ...table.columns.map(column => text(column.values[k]))];
+  const text = (value, digits) => Number.isFinite(value) ? value.toFixed(digits) : "-";
+  const cells = k => [String(k + 1), table.joints[k], ...table.columns.map(column => text(column.values[k], column.digits))];
   const values = column => column === 0 ? null : column === 1 ? table.joints : table.columns[column - 2].values;
   function sort() {
     order = table.joints.map((_, k) => k);

@@ -112,7 +112,7 @@ export function render({ model, el }) {
     progress.style.display = stop.style.display = now.computing ? "" : "none";
     if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
     state.textContent = (now.computing && of.note ? `${of.note}; ${now.text || "computing"}` : now.text || of.text || ""); state.dataset.bad = String(Boolean(now.bad));
-    state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = run; state.dataset.ordered = now.ordered || 0;
+    state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = run; state.dataset.ordered = now.ordered || 0; state.dataset.fine = String(Boolean(of.fine));
     warnings.hidden = !listed.length;
     warnings.querySelector("summary").textContent = listed.length === 1 ? "1 warning" : `${listed.length} warnings`;
     warnings.querySelector("ul").replaceChildren(...listed.map(text => { const item = document.createElement("li"); item.textContent = text; return item; }));

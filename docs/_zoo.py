@@ -1,0 +1,90 @@
+"""Pages of the zoo and of the bibliography, from the declarations: a page for each mechanism, and the tables of two pages."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import scissordyn as sd
+from scissordyn.bibliography.reference import Reference, bibliography, references
+from scissordyn.collection.entry import Entry
+from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.laws.catalogue import BY_KIND
+
+__all__ = ["bibliography_list", "zoo_page", "zoo_pages", "zoo_table"]
+
+
+def _said(reference: Reference) -> str:
+    """A publication with links, and whether its DOI was looked up."""
+    text = reference.text
+    if reference.url:
+        text = text.replace(reference.url, f"<{reference.url}>")
+    if not reference.seen:
+        return text.replace(f", doi:{reference.doi}", "") if reference.doi else text
+    text = text.replace(f"doi:{reference.doi}", f"[doi:{reference.doi}](<https://doi.org/{reference.doi}>)")
+    return f"{text} DOI found in: {'; '.join(reference.seen)}{'' if reference.verified else ' (one place)'}."
+
+
+def _cell(text: str) -> str:
+    return re.sub(r"([|_*`\\])", r"\\\1", text)
+
+
+def zoo_page(entry: Entry, docs: Path) -> str:
+    """The page of a mechanism."""
+    film = f"_static/zoo/{entry.name}.mp4"
+    lines = [f"# {entry.title}", "", f"`{entry.name}`: {entry.kind}. {entry.about}", ""]
+    if (docs / "zoo" / f"{entry.name}.png").exists():
+        lines += [f"![{entry.title} at three instants]({entry.name}.png)", ""]
+    if (docs / film).exists():
+        label = f"{entry.title} in motion"
+        lines += [
+            f'```{{raw}} html\n<video src="../{film}" loop muted playsinline controls aria-label="{label}"></video>\n```',
+            "",
+        ]
+    if entry.references:
+        lines += ["## Source", "", *(f"* {_said(reference)}" for reference in entry.references), ""]
+    lines += ["## Numbers that a right program gives", ""]
+    lines += ["| number | joints | value | tolerance | by | from |", "| --- | --- | --- | --- | --- | --- |"]
+    for one in entry.numbers:
+        joints = "ideal" if one.ideal else "with clearance"
+        cells = (one.what, joints, one.value, one.tolerance, one.origin, one.reason)
+        lines.append(f"| {' | '.join(_cell(cell) for cell in cells)} |")
+    place = os.path.relpath(entry.case_file, docs / "zoo")
+    lines += ["", f"`scissordyn zoo {entry.name} --check` computes and compares them.", "", "## Parameters", ""]
+    lines += [f"The case file is [{entry.case_file.name}]({place}), licence {entry.licence}:", ""]
+    lines += [f"```{{literalinclude}} {place}\n:language: toml\n```", ""]
+    return "\n".join(lines)
+
+
+def zoo_pages(docs: Path) -> dict[Path, str]:
+    """The page of every mechanism that comes with the package."""
+    ours = (entry for entry in sd.zoo.values() if entry.package == "scissordyn")
+    return {docs / "zoo" / f"{entry.name}.md": zoo_page(entry, docs) for entry in ours}
+
+
+def zoo_table() -> list[str]:
+    """A row for each mechanism."""
+    lines = ["| name | what it is | kind | numbers by |", "| --- | --- | --- | --- |"]
+    for entry in sd.zoo.values():
+        if entry.package == "scissordyn":
+            origins = ", ".join(dict.fromkeys(number.origin for number in entry.numbers))
+            lines.append(f"| [{entry.name}](zoo/{entry.name}.md) | {entry.title} | {entry.kind} | {origins} |")
+    return lines
+
+
+def bibliography_list() -> list[str]:
+    """Every publication with what cites it."""
+    users: dict[str, list[str]] = {}
+    parts = [(f"{kind} {name}", law.source) for kind, known in BY_KIND.items() for name, law in known.items()]
+    parts += [(f"controller {name}", found.source) for name, found in CONTROLLERS.items()]
+    parts += [(f"[{entry.name}](zoo/{entry.name}.md)", entry.mechanism.source) for entry in sd.zoo.values()]
+    for use, source in parts:
+        for reference in references(source):
+            users.setdefault(reference.key, []).append(use)
+    lines = []
+    for key, reference in sorted(bibliography().items()):
+        if reference.type != "software":
+            cited = f" *Cited by* {', '.join(users[key])}." if key in users else ""
+            lines.append(f"* `{key}`: {_said(reference)}{cited}")
+    return lines

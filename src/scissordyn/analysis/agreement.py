@@ -1,0 +1,142 @@
+"""How well a run agrees with measured curves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.measured import Measured
+from scissordyn.errors import InputError
+from scissordyn.file.export import TimeColumn, time_columns
+
+__all__ = ["agreement", "matched_events", "rises"]
+
+FORCES = ("normal_force", "indentation", "friction_force")
+"""Quantities that are zero but for events: an event is a rise above a small part of the largest value."""
+
+SMALL = 0.05
+"""That part."""
+
+LEAST = 3
+"""Instants that a comparison needs."""
+
+
+def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
+    r"""Measures of agreement of a run with measured curves, over the time that both have.
+
+    With m measured, r of the run, linear between its samples, and n instants:
+
+    * rmse: root mean square of r - m; nrmse: over the range of m.
+    * bias: mean of r - m.
+    * correlation: of r and m (Pearson).
+    * explained: 1 - sum (r - m)^2 / sum (m - mean m)^2 (Nash and Sutcliffe 1970); 1 for the same curves, 0 for a run that is no
+      better than the mean.
+    * peak_error: largest \|r\| less largest \|m\|, over the latter; peak_lag: its time in the run less that measured [s]. Of
+      contact forces the run's own peaks count, which lie between samples.
+    * events: rises of m above 5 % of its largest value for contact forces and indentations, above the middle of its range for
+      others; run_events: of r; matched_events: pairs that are nearest to each other; event_lag: mean of run less measured of
+      the pairs, and event_deviation: their root mean square [s].
+
+    Parameters
+    ----------
+    run : Dataset
+    record : Measured
+
+    Returns
+    -------
+    Dataset
+        The measures over `column`; `measured`, `run` over `time` and `column`.
+
+    Raises
+    ------
+    InputError
+        If they have no time in common, or a quantity is not in the run.
+    """
+    known = {column.heading: column for column in time_columns(run)}
+    time = run["time"].values
+    both = (record.time >= time[0]) & (record.time <= time[-1])
+    if np.sum(both) < LEAST:
+        ends = (f"from {each[0]:g} s to {each[-1]:g} s" for each in (record.time, time))
+        raise InputError(
+            f"'{record.name}' {next(ends)} and a run {next(ends)} have {int(np.sum(both))} instants in common",
+            f"at least {LEAST}: times from the start of the run on",
+        )
+    instants = record.time[both]
+    rows, curves = [], []
+    for heading in record.headings:
+        if heading not in known:
+            raise InputError(f"no quantity '{heading}' in the run", "columns that 'scissordyn export' writes of it")
+        shown = np.interp(instants, time, known[heading].of(run).astype(float))
+        curves.append(shown)
+        measured = record.column(heading)[both]
+        rows.append(_measures(instants, measured, shown, known[heading].variable, _own_peak(run, known[heading], instants)))
+    found = xr.Dataset(
+        {name: ("column", np.array([row[name] for row in rows])) for name in rows[0]},
+        coords={"column": np.array(record.headings, dtype=str), "time": instants},
+        attrs={"title": "scissordyn agreement", "left_out": int(np.sum(~both))},
+    )
+    found["measured"] = (("time", "column"), record.values[both])
+    found["run"] = (("time", "column"), np.column_stack(curves))
+    found["column_unit"] = ("column", np.array(record.units, dtype=str))
+    return found
+
+
+def _own_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:
+    """The largest contact force that the run noted in a time, and when; None for other quantities."""
+    if column.variable != "normal_force" or "peak_force" not in run:
+        return None
+    joint = str(run["joint"].values[column.index[0]])
+    when = run["peak_time"].values
+    here = (run["contact_joint"].values.astype(str) == joint) & (when >= instants[0]) & (when <= instants[-1])
+    if not here.any():
+        return None
+    k = int(np.argmax(np.where(here, run["peak_force"].values, -np.inf)))
+    return float(run["peak_force"].values[k]), float(when[k])
+
+
+def _measures(
+    time: np.ndarray, measured: np.ndarray, shown: np.ndarray, variable: str, own: tuple[float, float] | None
+) -> dict[str, float]:
+    difference = shown - measured
+    spread, span = measured - measured.mean(), float(np.ptp(measured))
+    square = float(spread @ spread)
+    covariance, of_run = float(spread @ (shown - shown.mean())), float(np.sum((shown - shown.mean()) ** 2))
+    rmse = math.sqrt(float(np.mean(difference**2)))
+    at, mine = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(shown)))
+    peak, run_peak = float(abs(measured[at])), (float(abs(shown[mine])), float(time[mine])) if own is None else own
+    level = SMALL * float(np.max(measured)) if variable in FORCES else float(0.5 * (np.max(measured) + np.min(measured)))
+    events, run_events = rises(time, measured, level), rises(time, shown, level)
+    lags = matched_events(events, run_events)
+    return {
+        "rmse": rmse,
+        "nrmse": rmse / span if span else math.nan,
+        "bias": float(np.mean(difference)),
+        "correlation": covariance / math.sqrt(square * of_run) if square and of_run else math.nan,
+        "explained": 1.0 - float(difference @ difference) / square if square else math.nan,
+        "peak_error": (run_peak[0] - peak) / peak if peak else math.nan,
+        "peak_lag": run_peak[1] - float(time[at]),
+        "events": float(events.size),
+        "run_events": float(run_events.size),
+        "matched_events": float(lags.size),
+        "event_lag": float(np.mean(lags)) if lags.size else math.nan,
+        "event_deviation": math.sqrt(float(np.mean(lags**2))) if lags.size else math.nan,
+    }
+
+
+def rises(time: np.ndarray, values: np.ndarray, level: float) -> np.ndarray:
+    """Times at which a curve, linear between its instants, rises above a level [s]."""
+    k = np.flatnonzero((values[:-1] <= level) & (values[1:] > level))
+    part = (level - values[k]) / (values[k + 1] - values[k])
+    return np.asarray(time[k] + part * (time[k + 1] - time[k]))
+
+
+def matched_events(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Differences, second less first, of events of which each is the nearest to the other."""
+    if not first.size or not second.size:
+        return np.empty(0)
+    distance = np.abs(first[:, None] - second[None])
+    nearest, back = np.argmin(distance, axis=1), np.argmin(distance, axis=0)
+    pairs = [(i, j) for i, j in enumerate(nearest.tolist()) if back[j] == i]
+    return np.array([second[j] - first[i] for i, j in pairs])

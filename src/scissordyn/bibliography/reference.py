@@ -1,0 +1,215 @@
+"""A publication: as text, as BibTeX, and found by what the source of a law or a mechanism says."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+__all__ = ["Reference", "bibliography", "references"]
+
+FILE = Path(__file__).parent / "references.toml"
+
+DOI = re.compile(r"10\.\d{4,9}/[^\s;,\"']+")
+
+NAMED = re.compile(r"\b(?P<name>[^\W\d_a-z][\w'’-]+(?: (?:de|van|von|da) \w+)?).*?\b(?P<year>1[6-9]\d\d|20\d\d)\b")
+"""A source that names its first author and its year."""
+
+BIBTEX = {"software": "misc", "patent": "misc"}
+"""Kinds that BibTeX does not have."""
+
+PLACES = ("journal", "booktitle", "publisher", "school", "institution")
+
+UMLAUTS = str.maketrans({umlaut: f"{plain}e" for umlaut, plain in zip("äöü", "aou", strict=True)})
+
+SIGNIFICANT = 9
+"""Letters of a family name that are compared: what follows is a particle or another author."""
+
+ENOUGH = 2
+"""Places at which a DOI was found, at least, for it to count as verified."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A publication.
+
+    Parameters
+    ----------
+    key : str
+        Of BibTeX.
+    type : str
+        Of BibTeX, or "software" or "patent".
+    authors : tuple of str
+        "Family, Given".
+    title : str
+    year : int or None
+    journal, booktitle, publisher, school, institution, volume, number, pages, doi, isbn, url, version : str
+        Empty where there is none.
+    seen : tuple of str
+        Where the DOI was found.
+    """
+
+    key: str
+    type: str
+    authors: tuple[str, ...]
+    title: str
+    year: int | None = None
+    journal: str = ""
+    booktitle: str = ""
+    publisher: str = ""
+    school: str = ""
+    institution: str = ""
+    volume: str = ""
+    number: str = ""
+    pages: str = ""
+    doi: str = ""
+    isbn: str = ""
+    url: str = ""
+    version: str = ""
+    seen: tuple[str, ...] = ()
+
+    @property
+    def verified(self) -> bool:
+        """Whether its DOI was found at two places."""
+        return bool(self.doi) and len(self.seen) >= ENOUGH
+
+    @property
+    def text(self) -> str:
+        """Authors, year, title, where, and address, on one line."""
+        names = [_family(author) for author in self.authors]
+        who = ", ".join(names[:-1]) + (" and " if len(names) > 1 else "") + names[-1] if names else ""
+        where = ", ".join(getattr(self, place) for place in PLACES if getattr(self, place))
+        issue = f"({self.number})" if self.number and self.volume else self.number
+        numbers = " ".join(filter(None, (self.volume + issue, f"version {self.version}" if self.version else "")))
+        parts = [" ".join(filter(None, (who, str(self.year or "")))), self.title, ", ".join(filter(None, (where, numbers)))]
+        ends = [self.pages.replace("-", "–"), f"ISBN {self.isbn}" if self.isbn else "", f"doi:{self.doi}" if self.doi else ""]
+        return ". ".join(filter(None, parts)) + "".join(f", {end}" for end in (*ends, self.url) if end) + "."
+
+    @property
+    def bibtex(self) -> str:
+        """An entry for BibTeX in plain letters."""
+        kind = BIBTEX.get(self.type, self.type)
+        entries = {"author": " and ".join(self.authors), "title": "{" + self.title + "}"} if self.authors else {}
+        if not self.authors:
+            entries = {"title": "{" + self.title + "}"}
+        names = {"year", "doi", "isbn", "url", "pages", "volume", "number", "version", *PLACES}
+        entries |= {name.name: str(getattr(self, name.name)) for name in fields(self) if name.name in names}
+        entries["pages"] = self.pages.replace("-", "--")
+        if self.type == "patent":
+            entries["note"] = f"Patent {self.number}"
+        lines = [f"  {name} = {{{_latex(value)}}}," for name, value in entries.items() if value not in ("", "None")]
+        return "\n".join([f"@{kind}{{{self.key},", *lines, "}"])
+
+
+def _family(author: str) -> str:
+    return author.partition(",")[0]
+
+
+ACCENTS = {
+    "\u0308": '\\"',
+    "\u0301": "\\'",
+    "\u0300": "\\`",
+    "\u0302": "\\^",
+    "\u0303": "\\~",
+    "\u030a": "\\r ",
+    "\u0327": "\\c ",
+}
+
+LETTERS = {
+    "ø": "{\\o}",
+    "Ø": "{\\O}",
+    "ß": "{\\ss}",
+    "œ": "{\\oe}",
+    "æ": "{\\ae}",
+    "&": "\\&",
+    "%": "\\%",
+    "_": "\\_",
+    "–": "--",
+}
+
+
+def _latex(text: str) -> str:
+    """A text in letters that every BibTeX reads."""
+    if DOI.fullmatch(text) or text.startswith("http"):
+        return text
+    out: list[str] = []
+    for letter in text:
+        plain, *accents = list(unicodedata.normalize("NFD", letter))
+        accent = ACCENTS.get(accents[0]) if len(accents) == 1 else None
+        out.append(f"{{{accent}{plain}}}" if accent else LETTERS.get(letter, letter))
+    return "".join(out)
+
+
+@cache
+def bibliography() -> Mapping[str, Reference]:
+    """Every publication that the package knows, by key."""
+    read = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    made: dict[str, Reference] = {}
+    for key, values in read.items():
+        given: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+        made[key] = Reference(key, **given)
+    return MappingProxyType(made)
+
+
+def references(source: str) -> tuple[Reference, ...]:
+    """The publications that a source names, as that of a law or a mechanism.
+
+    Parameters
+    ----------
+    source : str
+        Publications apart by semicolons, each found by its DOI, or by its first author and year, as "Hertz 1881". A DOI that
+        the bibliography does not have gives a reference of that text; what names nobody and no year, as "definition", none.
+
+    Returns
+    -------
+    tuple of Reference
+    """
+    found: list[Reference] = []
+    for part in source.split(";"):
+        doi = DOI.search(part)
+        named = None if doi else NAMED.search(part)
+        if doi:
+            found.append(_by_doi().get(doi[0].rstrip(".)").lower()) or _unknown(part.strip(), doi[0].rstrip(".")))
+        elif named is not None:
+            known = _by_name().get((_plain(named["name"])[0], int(named["year"])))
+            found.append(known or _unknown(part.strip(), ""))
+    return tuple(dict.fromkeys(found))
+
+
+@cache
+def _by_doi() -> dict[str, Reference]:
+    return {each.doi.lower().rstrip(")"): each for each in bibliography().values() if each.doi} | {
+        each.doi.lower(): each for each in bibliography().values() if each.doi
+    }
+
+
+@cache
+def _by_name() -> dict[tuple[str, int], Reference]:
+    found: dict[tuple[str, int], Reference] = {}
+    for each in bibliography().values():
+        if each.year is not None:
+            for name in _plain(_family(each.authors[0])):
+                found.setdefault((name, each.year), each)
+    return found
+
+
+def _plain(name: str) -> tuple[str, str]:
+    """A family name in plain letters, in both spellings that texts have: umlauts without their dots, or with an e."""
+    german = name.lower().translate(UMLAUTS)
+    both = (re.sub(r"[^a-z]", "", unicodedata.normalize("NFD", spelt)) for spelt in (name.lower(), german))
+    first, second = (letters[:SIGNIFICANT] for letters in both)
+    return first, second
+
+
+def _unknown(text: str, doi: str) -> Reference:
+    """What the bibliography does not have, as it stands."""
+    key = re.sub(r"[^a-z0-9]", "", unicodedata.normalize("NFD", text.lower()))[:24] or "source"
+    year = re.search(r"\b(1[6-9]\d\d|20\d\d)\b", text)
+    said = text.replace(f"doi:{doi}", "").strip(" ,()") if doi else text
+    return Reference(key, "misc", (), said or f"doi:{doi}", int(year[0]) if year else None, doi=doi)

@@ -1,0 +1,169 @@
+"""A mechanism of the zoo: a folder with a declaration, and with a case file unless that is one of the examples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+import xarray as xr
+from pydantic import Field, PlainValidator
+
+from scissordyn.bibliography.reference import Reference, references
+from scissordyn.collection.number import Found, Number, Origin
+from scissordyn.config.case import Case
+from scissordyn.config.examples import folder_of_examples
+from scissordyn.config.file import in_file, parsed, read_case
+from scissordyn.config.table import PlacedError, Table, instance
+from scissordyn.config.text import read_text
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.simulate import simulate
+
+__all__ = ["CASE", "DECLARATION", "Entry", "Kind", "read_entry"]
+
+DECLARATION, CASE = "zoo.toml", "case.toml"
+"""Files of an entry's folder."""
+
+Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", "deployable", "machine", "toy"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A named mechanism with its source and the numbers that a right program gives.
+
+    Parameters
+    ----------
+    name : str
+        As ``sd.zoo[name]`` and ``scissordyn zoo NAME`` have it.
+    title, kind, about : str
+        What it is; `about` says where its parameters are from.
+    licence : str
+        Of the files, as an SPDX expression; facts and figures of a source are not subject to it.
+    numbers : tuple of Number
+    case_file : Path
+    package : str
+        That it comes with.
+    """
+
+    name: str
+    title: str
+    kind: str
+    about: str
+    licence: str
+    numbers: tuple[Number, ...]
+    case_file: Path
+    package: str = "scissordyn"
+
+    @property
+    def text(self) -> str:
+        """The case file."""
+        return read_text(self.case_file, "a case file in TOML")
+
+    @cached_property
+    def case(self) -> Case:
+        """Mechanism and options of the simulation."""
+        return read_case(self.case_file)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.case.mechanism
+
+    @property
+    def references(self) -> tuple[Reference, ...]:
+        """Who describes it."""
+        return references(self.mechanism.source)
+
+    def simulate(self, *, ideal: bool = False) -> xr.Dataset:
+        """Run it as its case file says.
+
+        Parameters
+        ----------
+        ideal : bool
+            With ideal joints in place of those with clearance.
+
+        Returns
+        -------
+        Dataset
+        """
+        return simulate(self.mechanism.ideal() if ideal else self.mechanism, **self.case.run.keywords)
+
+    def check(self) -> tuple[Found, ...]:
+        """Run it, and compare its numbers with what they should be.
+
+        Returns
+        -------
+        tuple of Found
+            One for each of `numbers`, in order.
+        """
+        runs = {ideal: self.simulate(ideal=ideal) for ideal in {number.ideal for number in self.numbers}}
+        for run in runs.values():
+            if run.attrs["status"] != "complete":
+                raise InputError(f"'{self.name}' {run.attrs['status']}: {run.attrs['cause']}", "a run that is complete")
+        return tuple(number.measure(runs[number.ideal]) for number in self.numbers)
+
+
+def _where(given: Any) -> Mapping[str, str | int]:
+    if not isinstance(given, Mapping) or not all(isinstance(value, str | int) for value in given.values()):
+        raise InputError("not a table of names", '{ body = "slider", axis = "x" }')
+    return dict(given)
+
+
+class _NumberTable(Table):
+    """A number that a right program gives."""
+
+    what: Annotated[str, Field(description="what it is, in words", examples=["slider after 3 ms"])]
+    variable: Annotated[str, Field(description="variable of the run", examples=["position"])]
+    where: Annotated[Any, PlainValidator(_where), Field(description="names along its dimensions", default_factory=dict)]
+    at: Annotated[str, Field(description='an instant, "start", "end", "largest" or "smallest"', examples=["3 ms"])] = ""
+    value: Annotated[str, Field(description="with its unit", examples=["165.2 mm"])]
+    tolerance: Annotated[str, Field(description="largest difference, with its unit", examples=["1 um"])]
+    origin: Annotated[Origin, Field(description="who says so", examples=get_args(Origin)[:1])]
+    reason: Annotated[str, Field(description="formula, publication or program", examples=["r cos a + l cos b"])]
+    ideal: Annotated[bool, Field(description="whether of the mechanism with ideal joints")] = True
+
+
+class _EntryTable(Table):
+    """The declaration of an entry."""
+
+    title: Annotated[str, Field(description="what it is", examples=["Slider-crank with a clearance joint"])]
+    kind: Annotated[Kind, Field(description="what kind of mechanism", examples=["linkage"])]
+    about: Annotated[str, Field(description="where it is from", examples=["Lengths of the original."])]
+    licence: Annotated[str, Field(description="of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
+    example: Annotated[str | None, Field(description="the example that is its case file", examples=["press"])] = None
+    number: Annotated[list[_NumberTable], Field(description="numbers that a right program gives", min_length=1)]
+
+
+def read_entry(folder: Path, package: str) -> Entry:
+    """The entry that a folder describes.
+
+    Parameters
+    ----------
+    folder : Path
+    package : str
+        That the folder comes with.
+
+    Returns
+    -------
+    Entry
+
+    Raises
+    ------
+    InputError
+        For the first error of the declaration, with its line, or a case file that is missing.
+    """
+    path = folder / DECLARATION
+    text = read_text(path, "the declaration of a mechanism in TOML")
+    tree = parsed(text, path)
+    try:
+        table = instance(_EntryTable, tree, {"folder": folder})
+    except PlacedError as error:
+        raise in_file(error, path, text, tree, tree) from None
+    file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
+    if not file.is_file():
+        raise InputError(f"{path}: no case file '{file}'", f"{CASE} in its folder, or the name of an example as `example`")
+    numbers = tuple(Number(**{key: getattr(one, key) for key in _NumberTable.model_fields}) for one in table.number)
+    return Entry(folder.name, table.title, table.kind, table.about, table.licence, numbers, file, package)

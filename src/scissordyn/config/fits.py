@@ -1,0 +1,112 @@
+"""Fits as a user asks for them: files, addresses and ranges as text."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from scissordyn.analysis.measured import Measured
+from scissordyn.config.case import Case
+from scissordyn.config.file import read_case
+from scissordyn.config.measured import read_measured
+from scissordyn.config.variation import read_variation
+from scissordyn.errors import InputError
+from scissordyn.identification.fit import fitted, known_headings
+from scissordyn.identification.free import Free, free_parameter
+from scissordyn.model.address import number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.options import Options
+from scissordyn.study.distribution import Interval, Normal
+
+__all__ = ["fit"]
+
+Data = Measured | str | os.PathLike[str]
+
+
+def fit(
+    case: Case | Mechanism | str | os.PathLike[str],
+    data: Data | Sequence[Data],
+    free: Iterable[str] | Mapping[str, str | tuple[float, float] | None],
+    *,
+    segment: float | None = None,
+    deviations: Mapping[str, float] | None = None,
+    jump: float | None = None,
+    most: int = 100,
+    options: Options | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> xr.Dataset:
+    r"""Numbers of a mechanism from measured curves, by least squares over runs.
+
+    The sum of the squares of (run - data) / standard deviation is made least, in a trust region with bounds
+    (`scipy.optimize.least_squares`). Long or chaotic records are cut into segments, each of which starts anew
+    where its data say (multiple shooting): errors then do not grow beyond a segment.
+
+    Parameters
+    ----------
+    case : Case, Mechanism or path
+        Its numbers are where the search starts.
+    data : Measured or path, or several
+        Unbroken records; see `config.measured.read_measured`.
+    free : iterable of str, or mapping
+        Addresses of the numbers to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or
+        what was measured otherwise, ``"normal(0.138, 0.001) kg"``.
+    segment : float, optional
+        Duration of a segment [s]; infinite for a start of its own for each record. If not given, records start as the case
+        says, at its time zero; the numbers of that start may be free, as in ``"arm.angle"``.
+    deviations : mapping of str to float, optional
+        Standard deviation of each measured quantity by heading, in SI. If not given, they are the root mean squares of the
+        residuals of each quantity, found with the numbers.
+    jump : float, optional
+        Standard deviation of the jumps of angles, places and velocities between segments, as a fraction of their range: a small
+        one makes the segments one motion. If not given, segments are independent of each other.
+    most : int
+        Evaluations of the residuals in a round of weights.
+    options : Options, optional
+        Of the runs, in place of those of the case.
+    progress : callable, optional
+        Called with a line of text now and then.
+
+    Returns
+    -------
+    Dataset
+        Over "parameter": `value`, `standard_error`, `low` and `high` (the interval with a probability of 95 %), `correlation`,
+        `covariance`; over "row" and "column": `measured`, `fitted`, `residual`. Its attribute "warnings" names numbers that the
+        data cannot distinguish. The attribute "configuration" has the fitted mechanism.
+
+    Raises
+    ------
+    InputError
+        For unknown quantities or addresses, units of another dimension, times that run backwards, gaps.
+    """
+    if isinstance(case, str | os.PathLike):
+        case = read_case(case)
+    mechanism = case.mechanism if isinstance(case, Case) else case
+    chosen = options or (case.run if isinstance(case, Case) else Options(1.0, "as-placed"))
+    given: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
+    if not given:
+        raise InputError("a fit without data", "at least one file", "--data decay.csv")
+    known = known_headings(mechanism, chosen) if any(not isinstance(one, Measured) for one in given) else {}
+    records = [one if isinstance(one, Measured) else read_measured(Path(one), known) for one in given]
+    wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
+    numbers = [_free(mechanism, address, text) for address, text in wanted.items()]
+    return fitted(
+        mechanism, chosen, records, numbers, segment=segment, deviations=deviations, jump=jump, most=most, progress=progress
+    )
+
+
+def _free(mechanism: Mechanism, address: str, given: str | tuple[float, float] | None) -> Free:
+    variation: Any = None
+    if isinstance(given, tuple):
+        variation = Interval(*given)
+    elif given is not None:
+        quantity = number(mechanism, address).quantity
+        assert quantity is not None
+        variation = read_variation(given, quantity, address=address)
+        if isinstance(variation, Normal) and math.isfinite(variation.high):  # a tolerance: its limits are those of the design
+            variation = Normal(variation.mean, variation.deviation)
+    return free_parameter(mechanism, address, variation)

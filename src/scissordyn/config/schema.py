@@ -1,0 +1,189 @@
+"""JSON Schema of case and study files, made from the tables that read them."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import PlainValidator
+from pydantic_core import PydanticUndefined
+
+from scissordyn.annotation import members
+from scissordyn.config.shape import Accepts, shape_of
+from scissordyn.config.table import Table, key_help, quantity_of, words_of
+from scissordyn.config.unit_pattern import name_of, quantity_pattern
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.units import Quantity
+
+__all__ = ["FILES", "schema"]
+
+FILES = ("case", "study")
+
+DRAFT = "http://json-schema.org/draft-07/schema#"
+"""The newest that the extensions of editors for TOML read."""
+
+PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number"}
+
+Schema = dict[str, Any]
+
+
+def schema(which: str = "case") -> Schema:
+    """The JSON Schema of a kind of file.
+
+    What it cannot see: bounds of numbers with a unit other than their sign, dimensions of composed units, names that refer to
+    other tables, keys that exclude each other in a table, Python files of the user's own, and everything that only the whole
+    mechanism shows. `scissordyn check` sees these.
+
+    Parameters
+    ----------
+    which : {"case", "study"}
+
+    Returns
+    -------
+    dict
+        Draft 7.
+
+    Raises
+    ------
+    InputError
+        For another kind of file.
+    """
+    if which not in FILES:
+        raise InputError(f"schema of '{which}'{did_you_mean(which, FILES)}", ", ".join(FILES), "scissordyn schema case")
+    if which == "case":
+        from scissordyn.config.case import CaseTable
+
+        table: type[Table] = CaseTable
+    else:
+        from scissordyn.config.study import StudyTable
+
+        table = StudyTable
+    writer = _Writer()
+    top = writer.shared(writer.table(table))
+    writer.defined |= {name: writer.shared(each) for name, each in writer.defined.items()} | writer.patterns
+    return {
+        "$schema": DRAFT,
+        "title": f"scissordyn {which} file",
+        **top,
+        "definitions": dict(sorted(writer.defined.items())),
+    }
+
+
+class _Writer:
+    """Schemas of tables, each written once."""
+
+    def __init__(self) -> None:
+        self.defined: dict[str, Schema] = {}
+        self.names: dict[type[Table], str] = {}
+        self.patterns: dict[str, Schema] = {}
+
+    def reference(self, table: type[Table]) -> Schema:
+        """A reference to the schema of a table."""
+        name = self.names.get(table)
+        if name is None:
+            name, count = table.__name__.removesuffix("Table").removesuffix("_table") or "Table", 1
+            while name in self.defined:
+                count += 1
+                name = f"{table.__name__}_{count}"
+            self.names[table] = name
+            self.defined[name] = {}  # the place is taken while its own tables are written
+            self.defined[name] = self.table(table)
+        return {"$ref": f"#/definitions/{name}"}
+
+    def shared(self, schema: Any) -> Any:
+        """A schema with patterns of units, which are long, in a place of their own."""
+        if isinstance(schema, list):
+            return [self.shared(each) for each in schema]
+        if not isinstance(schema, dict):
+            return schema
+        name = name_of(schema["pattern"]) if isinstance(schema.get("pattern"), str) else ""
+        if not name:
+            return {key: self.shared(value) for key, value in schema.items()}
+        self.patterns[name] = {"type": "string", "pattern": schema["pattern"]}
+        rest = {key: value for key, value in schema.items() if key not in ("type", "pattern")}
+        reference = {"$ref": f"#/definitions/{name}"}
+        return {"allOf": [reference], **rest} if rest else reference
+
+    def table(self, table: type[Table]) -> Schema:
+        """The schema of a table itself."""
+        fields = table.model_fields
+        written: Schema = {"type": "object"}
+        about = next(iter((table.__doc__ or "").strip().splitlines()), "")
+        if about:
+            written["description"] = about
+        written |= {"properties": {key: self.key(table, key) for key in fields}, "additionalProperties": False}
+        required = [key for key, field in fields.items() if field.is_required()]
+        if required:
+            written["required"] = required
+        if table.exactly_one:
+            written["oneOf"] = [{"required": [key]} for key in table.exactly_one]
+        return written
+
+    def key(self, table: type[Table], key: str) -> Schema:
+        """The schema of the value of a key."""
+        field = table.model_fields[key]
+        quantity = quantity_of(table, key)
+        if quantity is None:
+            found = self._of(field.annotation, field.metadata)
+        else:
+            found = _number(quantity, field.annotation, words_of(field.annotation))
+        described = [key_help(table, key).rstrip(".")]
+        if quantity is not None:
+            described.append(quantity.allowed)
+        text = "; ".join(filter(None, described))
+        about: Schema = {"description": text} if text else {}
+        if field.examples:
+            about["examples"] = list(field.examples)
+        default = field.default
+        if default is not PydanticUndefined and isinstance(default, str | bool) and default != "":
+            about["default"] = default
+        # beside a reference some editors read nothing else
+        return {**found, **about} if "$ref" not in found else {"allOf": [found], **about}
+
+    def _of(self, annotation: Any, metadata: typing.Iterable[Any] = ()) -> Schema:
+        """The schema of an annotation and of what stands in it."""
+        for extra in metadata:
+            if isinstance(extra, Accepts):
+                return self.shape(extra.shape())
+            if isinstance(extra, PlainValidator):
+                return self.shape(shape_of(extra.func))
+        origin, inner = get_origin(annotation), get_args(annotation)
+        if origin is Annotated:
+            quantity = next((extra for extra in inner[1:] if isinstance(extra, Quantity)), None)
+            return self._of(inner[0], inner[1:]) if quantity is None else _number(quantity, inner[0], words_of(inner[0]))
+        if origin is Literal:
+            return {"enum": list(inner)}
+        if origin is list:
+            return {"type": "array", "items": self._of(inner[0])}
+        if origin in (typing.Union, types.UnionType):
+            kept = [self._of(each) for each in members(annotation) if each is not type(None)]
+            return kept[0] if len(kept) == 1 else {"anyOf": kept}
+        if annotation in PLAIN:
+            return {"type": PLAIN[annotation]}
+        raise AssertionError(f"no schema for {annotation!r}")
+
+    def shape(self, shape: Any) -> Schema:
+        """What a reader says that it accepts, with tables as references."""
+        if isinstance(shape, type) and issubclass(shape, Table):
+            return self.reference(shape)
+        return {key: self._inner(value) for key, value in shape.items()}
+
+    def _inner(self, value: Any) -> Any:
+        if isinstance(value, type | Mapping):
+            return self.shape(value)
+        return [self._inner(each) for each in value] if isinstance(value, list) else value
+
+
+def _number(quantity: Quantity, annotation: Any, words: tuple[str, ...]) -> Schema:
+    """A number with its unit, or a plain one with its bounds; or one of some words."""
+    if quantity.unit == "1":
+        found: Schema = {"type": "integer" if int in members(annotation) else "number"}
+        bounds = ("minimum", quantity.minimum), ("maximum", quantity.maximum)
+        open_bounds = ("exclusiveMinimum", quantity.above), ("exclusiveMaximum", quantity.below)
+        found |= {name: value for name, value in (*bounds, *open_bounds) if value is not None}
+    else:
+        low = quantity.minimum if quantity.above is None else quantity.above
+        found = {"type": "string", "pattern": quantity_pattern(quantity.unit, negative=low is None or low < 0.0)}
+    return {"anyOf": [found, {"enum": list(words)}]} if words else found

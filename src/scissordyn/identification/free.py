@@ -1,0 +1,103 @@
+"""A number of a mechanism that a fit may change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scissordyn.errors import InputError
+from scissordyn.model.address import Place, changed_all, find, number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.study.distribution import Interval, Normal, Variation
+
+__all__ = ["Free", "free_parameter", "with_values"]
+
+
+@dataclass(frozen=True)
+class Free:
+    """A number that a fit may change, and what is known of it before.
+
+    Parameters
+    ----------
+    address : str
+    unit : str
+        In SI.
+    start : float
+        Where the search starts.
+    scale : float
+        Size of changes that matter; the unknown of the search is the number over its scale.
+    low, high : float
+        Bounds.
+    mean, deviation : float
+        Of what was measured otherwise, such as by weighing; an infinite deviation if nothing was.
+    places : sequence of Place
+        What `find` has found for the address.
+    """
+
+    address: str
+    unit: str
+    start: float
+    scale: float
+    low: float
+    high: float
+    mean: float
+    deviation: float
+    places: Sequence[Place]
+
+
+def free_parameter(mechanism: Mechanism, address: str, variation: Variation | None = None) -> Free:
+    """A number that a fit may change.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    address : str
+    variation : Interval or Normal, optional
+        Bounds, or a value with its standard deviation that was measured otherwise. Without, the bounds of its declaration.
+
+    Returns
+    -------
+    Free
+
+    Raises
+    ------
+    InputError
+        If there is no such number, or neither its value nor a range says how large it is.
+    """
+    first = number(mechanism, address)
+    quantity, value = first.quantity, float(first.value)
+    assert quantity is not None, "number() gives one with a unit"
+    low = max((bound for bound in (quantity.minimum, quantity.above) if bound is not None), default=-math.inf)
+    high = min((bound for bound in (quantity.maximum, quantity.below) if bound is not None), default=math.inf)
+    mean, deviation, scale = value, math.inf, abs(value)
+    if isinstance(variation, Interval):
+        low, high = max(low, variation.low), min(high, variation.high)
+        scale = scale or high - low
+    elif isinstance(variation, Normal):
+        mean, deviation = variation.mean, variation.deviation
+        low, high = max(low, variation.low), min(high, variation.high)
+        value, scale = mean, abs(mean) or deviation
+    elif variation is not None:
+        raise InputError(
+            f"'{address}' free over a {variation.kind} distribution",
+            "a range, or a value with its standard deviation",
+            f"--free '{address}=normal(0.1, 0.01) {quantity.unit}'",
+        )
+    if not scale > 0.0:
+        raise InputError(
+            f"'{address}' starts at zero and has no range, so that the size of its changes is unknown",
+            "a range, or another value in the case",
+            f"--free '{address}=0..1 {quantity.unit}'",
+        )
+    if not low <= value <= high:
+        raise InputError(
+            f"'{address}' starts at {value:g}, outside its range from {low:g} to {high:g}", "a range around its value"
+        )
+    return Free(address, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, address))
+
+
+def with_values(mechanism: Mechanism, free: Sequence[Free], values: Sequence[float]) -> Mechanism:
+    """The mechanism with some values of its free numbers."""
+    changes = {each.address: float(value) for each, value in zip(free, values, strict=True)}
+    return changed_all(mechanism, changes, {each.address: each.places for each in free})

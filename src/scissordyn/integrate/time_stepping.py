@@ -1,0 +1,310 @@
+"""The loop of time stepping: steps of one size without error control, for problems whose state jumps.
+
+Beside the functions of `advance`, a problem that jumps has
+
+    step(t, h, y, new, S, H)                a step of size h from y to `new`, with everything that touches in it
+    monitor(t, h, y, S, H, power, rows)     integrands and monitored numbers, means over the step just made; a NaN is left out
+
+with H the address of what touches. Guards of other parts act at the ends of steps. What is read between two ends, as samples
+and signals that controllers look back at, is linear.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from numba import int64, types, void
+from numba.core.types.function_type import CompileResultWAP
+
+from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STEP_TOO_SMALL, STUCK, record_step, room, take_event
+from scissordyn.integrate.event import sign_of
+from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
+from scissordyn.integrate.integration import (
+    DATA,
+    ENDED,
+    FALL,
+    FIRST_WITHIN,
+    GUARD,
+    INTEGRAL,
+    LARGEST,
+    LAST_ABOVE,
+    LIMIT,
+    MODE,
+    RISE,
+    TIME,
+    WHEN,
+    open_integration,
+)
+from scissordyn.jit import F1, F2, I1, kernel, opener
+
+__all__ = ["Jumps", "Touching", "advance_jumps", "jumps_type", "make_jumps"]
+
+ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
+"""Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
+
+SHORTEST = 1e-4
+"""A step that is still too long at this fraction of the size that was chosen ends the run."""
+
+SLIVER = 1e-9
+"""A step that would leave this part of a step before an end is made longer."""
+
+
+class Jumps(NamedTuple):
+    """Typed pointers to the functions of a problem that jumps."""
+
+    step: Any
+    monitor: Any
+
+
+class Touching(NamedTuple):
+    """What touches, as the loop knows it."""
+
+    which: I1  # (k,) guards
+    result: F2  # (k, columns) of the last step
+    impact: I1  # (2,) whether the state jumped in it, and whether it is too long and was not made
+    size: F1  # (1,) of a step
+
+
+open_touching = opener(Touching)
+
+
+def _signatures() -> dict[str, Any]:
+    t, vector, matrix, address = types.float64, types.float64[::1], types.float64[:, ::1], int64
+    return {
+        "step": void(t, t, vector, vector, address, address),
+        "monitor": void(t, t, vector, address, address, vector, matrix),
+    }
+
+
+def make_jumps(functions: dict[str, Any]) -> Jumps:
+    """Typed pointers to compiled functions, by the names of `Jumps`' fields."""
+    signatures = _signatures()
+    for name, sign in signatures.items():
+        functions[name].compile(sign.args)
+    return Jumps(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
+
+
+def jumps_type() -> types.Type:
+    """Numba's type of a `Jumps`."""
+    return types.NamedTuple([types.FunctionType(sign) for sign in _signatures().values()], Jumps)
+
+
+@kernel()
+def advance_jumps(problem, jumps, systems, contacts, touching, addresses, most_steps, statuses):
+    """Advance some integrations one after another.
+
+    Parameters
+    ----------
+    problem : Problem
+    jumps : Jumps
+    systems, contacts, touching, addresses : ndarray of int, shape (k,)
+        Of each the addresses of its system, of what touches, of the handles of a `Touching` and of an `Integration`.
+    most_steps : int
+        Of each.
+    statuses : ndarray of int, shape (k,)
+        Overwritten.
+    """
+    for k in range(systems.size):
+        statuses[k] = advance(problem, jumps, systems[k], contacts[k], touching[k], addresses[k], most_steps)
+
+
+@kernel()
+def advance(problem, jumps, S, H, touching, address, most_steps):
+    """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
+    r, K = open_integration(address), open_touching(touching)
+    s, w = r.state, r.work
+    clock = s.clock[0]
+    for _ in range(most_steps):
+        if clock.time >= clock.end:
+            write_linear(clock.time, clock.time, s, w, r.samples)
+            return FINISHED
+        status = room(r)
+        if status == ADVANCING:
+            status = step_and_events(problem, jumps, clock.time, s, w, S, H, K, r)
+        if status != ADVANCING:
+            return status
+    return ADVANCING
+
+
+@kernel(inline=True)
+def choose_size(t, s, w, K):
+    """Size of the step to come, and whether it is the last."""
+    clock, h = s.clock[0], K.size[0]
+    if w.delays.size > 0:
+        h = up_to_multiple(t, h, w.delays)
+    h = min(h, clock.longest)
+    if clock.end - t <= h * (1.0 + SLIVER):
+        return clock.end - t, True
+    return h, False
+
+
+@kernel()
+def step_and_events(problem, jumps, t, s, w, S, H, K, r):
+    """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
+    clock, counts = s.clock[0], s.counts[0]
+    if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
+        write_linear(t, t, s, w, r.samples)  # the start
+    h, last = choose_size(t, s, w, K)
+    for k in range(s.mode.size):
+        w.saved_mode[k] = s.mode[k]
+    jumps.step(t, h, s.y, w.new, S, H)
+    while K.impact[1] == 1 and h > SHORTEST * K.size[0]:
+        h, last = 0.5 * h, False
+        counts.rejected += 1
+        jumps.step(t, h, s.y, w.new, S, H)
+    if K.impact[1] == 1:
+        return STEP_TOO_SMALL
+    now = clock.end if last else t + h
+    counts.steps += 1
+    counts.rates += 1
+    for i in range(s.y.size):
+        if not abs(w.new[i]) < math.inf:
+            return NOT_FINITE
+    for i in range(K.which.size):
+        if w.saved_mode[K.which[i]] == 0 and K.result[i, IMPULSE] > 0.0:
+            rise(t + 0.5 * h, i, s, K, r.log)
+    if w.delays.size > 0:
+        keep_linear(problem.record, t, h, s, w, S)
+    if clock.monitors == 1:
+        jumps.monitor(t + 0.5 * h, h, s.y, S, H, w.power[0], w.monitored[0])
+        follow(t, h, s, w)
+    write_between(t, now, s, w, K, r.samples)
+    if clock.monitors == 1:
+        for q in range(s.total.size):
+            s.total[q] += h * w.power[0, q]
+    for i in range(K.which.size):
+        fall(t + 0.5 * h, i, s, w, K, r.log)
+    problem.accept(now, w.new, S, w.accepted)
+    for i in range(s.y.size):
+        s.y[i] = w.new[i]
+    clock.time, clock.longest = now, w.accepted[1]
+    clock.stalled = clock.stalled + 1 if now <= t else 0
+    if r.steps.time.size > 0:
+        record_step(now, s, r.steps)
+    pass_guards(problem, now, s, w, S, K, r.log)
+    return STUCK if clock.stalled > 1000 else ADVANCING
+
+
+@kernel(inline=True)
+def rise(now, i, s, K, log):
+    """Log that something begins to touch."""
+    guard, out = K.which[i], K.result[i]
+    row = log[s.counts[0].events]
+    row[:] = 0.0
+    row[TIME], row[GUARD], row[MODE] = now, guard, RISE
+    row[DATA], row[DATA + 1], row[DATA + 2] = out[APPROACH], out[ANGLE], out[MASS]
+    s.peak[guard, :] = 0.0
+    s.peak[guard, WHEN] = now
+    s.counts[0].events += 1
+
+
+@kernel(inline=True)
+def fall(now, i, s, w, K, log):
+    """Log that something ends to touch, if it does."""
+    guard, out = K.which[i], K.result[i]
+    touched = out[IMPULSE] > 0.0
+    if (touched and out[CLOSED] == 1.0) or (not touched and w.saved_mode[guard] == 0):
+        return
+    row = log[s.counts[0].events]
+    row[:] = 0.0
+    row[TIME], row[GUARD], row[MODE], row[DATA] = now, guard, FALL, out[REBOUND]
+    for q in range(ENDED, row.size):
+        row[q] = s.peak[guard, q - ENDED]
+    s.mode[guard] = 0
+    s.counts[0].events += 1
+
+
+@kernel(inline=True)
+def follow(t, h, s, w):
+    """Largest values, integrals and limits of what is monitored, from its means over the step."""
+    for row in range(s.peak.shape[0]):
+        value = w.monitored[0, row, 0]
+        if row < s.mode.size and s.mode[row] == 0:
+            continue
+        if value != value:
+            continue
+        peak = s.peak[row]
+        for q in range(w.monitored.shape[2]):
+            peak[INTEGRAL + q] += h * w.monitored[0, row, q]
+        if value > peak[LARGEST]:
+            peak[LARGEST], peak[WHEN] = value, t + 0.5 * h
+        if row >= s.mode.size:
+            band = s.band[row - s.mode.size]
+            if value > band[LIMIT]:
+                band[LAST_ABOVE] = t + h
+            elif math.isnan(band[FIRST_WITHIN]):
+                band[FIRST_WITHIN] = t + 0.5 * h
+        for q in range(s.monitored.shape[1]):
+            s.monitored[row, q] = w.monitored[0, row, q]
+
+
+@kernel(inline=True)
+def pass_guards(problem, now, s, w, S, K, log):
+    """Events of guards other than those of what jumps: they act from the end of the step on in which they are crossed."""
+    if s.mode.size == K.which.size:
+        return
+    problem.guards(now, s.y, S, w.value, w.rate)
+    for i in range(K.which.size):
+        w.value[K.which[i]] = -math.inf
+    for k in range(s.mode.size):
+        if w.value[k] > -math.inf and sign_of(s.mode[k]) * w.value[k] > 0.0:
+            take_event(problem, now, k, s, w, S, log)
+
+
+@kernel(inline=True)
+def keep_linear(record, t, h, s, w, S):
+    """Add the step just made, of size h from t, to the history."""
+    for node in range(NODES.size):
+        part = 0.5 * (1.0 + NODES[node])
+        for i in range(s.y.size):
+            w.inside[i] = (1.0 - part) * s.y[i] + part * w.new[i]
+        record(t + part * h, w.inside, S, w.signals[node])
+    keep_values(t, h, s, w)
+
+
+@kernel(inline=True)
+def write_between(t, now, s, w, K, out):
+    """Write the samples after t up to the end of the step, between s.y and w.new; in a step with a jump the nearer one."""
+    counts, monitors = s.counts[0], s.clock[0].monitors == 1
+    while counts.samples < out.time.size:
+        at = counts.samples
+        when = out.time[at]
+        if when > now:
+            return
+        part = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+        if K.impact[0] == 1:
+            part = 0.0 if part < 0.5 else 1.0
+        for i in range(s.y.size):
+            out.state[at, i] = (1.0 - part) * s.y[i] + part * w.new[i]
+        for q in range(s.total.size):
+            out.total[at, q] = s.total[q] + (part * (now - t) * w.power[0, q] if monitors else 0.0)
+        write_modes(at, s, out)
+        if part == 0.0:
+            for i in range(K.which.size):
+                if w.saved_mode[K.which[i]] == 0:
+                    out.mode[at, K.which[i]] = 0
+
+
+@kernel(inline=True)
+def write_modes(at, s, out):
+    """Write modes, memories and references of a sample."""
+    for k in range(s.mode.size):
+        out.mode[at, k] = s.mode[k]
+        out.memory[at, k] = s.memory[k]
+    for i in range(s.reference.size):
+        out.reference[at, i] = s.reference[i]
+    s.counts[0].samples += 1
+
+
+@kernel(inline=True)
+def write_linear(t, reached, s, w, out):
+    """Write the samples up to an instant with the present state."""
+    counts = s.counts[0]
+    while counts.samples < out.time.size and out.time[counts.samples] <= reached:
+        at = counts.samples
+        for i in range(s.y.size):
+            out.state[at, i] = s.y[i]
+        for q in range(s.total.size):
+            out.total[at, q] = s.total[q]
+        write_modes(at, s, out)

@@ -1,0 +1,27 @@
+"""Time stepping with hard contacts as functions of addresses, by the names that its loop calls."""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics import hard_contact
+from scissordyn.mechanics.hard_contact import open_hard
+from scissordyn.mechanics.system import open_system
+
+__all__ = ["HARD_FUNCTIONS"]
+
+_step, _monitor = hard_contact.hard_step, hard_contact.hard_monitor
+
+
+@kernel()
+def step(t, h, y, new, address, hard):
+    """See `hard_contact.hard_step`."""
+    _step(t, h, y, new, open_system(address), open_hard(hard))
+
+
+@kernel()
+def monitor(t, h, y, address, hard, power, rows):
+    """See `hard_contact.hard_monitor`."""
+    _monitor(t, h, y, open_system(address), open_hard(hard), power, rows)
+
+
+HARD_FUNCTIONS = {"step": step, "monitor": monitor}

@@ -1,0 +1,126 @@
+"""The tables of the hard contacts of a plan, for the kernels."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from scissordyn.mechanics.hard_contact import RESULTS, HardContacts
+from scissordyn.mechanics.impulse_solver import COUNTS
+from scissordyn.model.hard_contact import hard_numbers
+from scissordyn.plan.plan import Plan
+
+CONSTANT = ("beam", "force", "torque", "constant_force_spring")
+"""Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
+
+__all__ = ["hard_contacts", "put_hard_numbers"]
+
+
+def damped_components(plan: Plan) -> list[int]:
+    """Numbers, among the components, of those whose one force or torque may depend on its speed."""
+    kinds = [part.declaration for part in plan.components]
+    return [i for i, kind in enumerate(kinds) if len(kind.port.forces) == 1 and kind.section not in CONSTANT]
+
+
+def hard_contacts(plan: Plan) -> HardContacts:
+    """Tables and scratch of the hard contacts.
+
+    Parameters
+    ----------
+    plan : Plan
+
+    Returns
+    -------
+    HardContacts
+    """
+    model, which = plan.model, plan.hard_places
+    n, m, count = model.n, model.constraint_start.size - 1, len(which)
+    damped = damped_components(plan)
+    rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
+    place, pairs, reach = _ordering(plan, which, damped)
+    made = HardContacts(
+        which=np.array(which, np.int64),
+        restitution=np.zeros(count),
+        kinetic=np.zeros(count),
+        static=np.zeros(count),
+        rebound=np.zeros(count),
+        damped=np.array(damped, np.int64),
+        damping=np.zeros(len(damped), np.int64),
+        place=place,
+        pairs=pairs,
+        reach=np.array([reach], np.int64),
+        normal=np.zeros((2, model.element_column.size)),
+        closed=np.zeros(count, np.int64),
+        was=np.zeros(count, np.int64),
+        impact=np.zeros(2, np.int64),
+        mode=np.zeros(count, np.int64),
+        stuck=np.zeros(count, np.int64),
+        gram=np.zeros((rows, 2 * reach + 1)),
+        band=np.zeros((rows, 3 * reach + 1)),
+        pivots=np.zeros(rows, np.int64),
+        free=np.zeros(rows),
+        before=np.zeros(rows),
+        impulse=np.zeros(rows),
+        velocity=np.zeros(rows),
+        shift=np.zeros(rows),
+        friction=np.zeros(count),
+        row=np.zeros(n),
+        depth=np.zeros(count),
+        kept_mode=np.zeros(count, np.int64),
+        kept_stuck=np.zeros(count, np.int64),
+        kept_slope=np.zeros(states),
+        slope=np.zeros(states),
+        middle=np.zeros(states),
+        scratch=np.zeros(states),
+        mass_row=np.zeros(m),
+        result=np.zeros((count, RESULTS)),
+        stick=np.zeros(count),
+        counts=np.zeros(COUNTS, np.int64),
+    )
+    put_hard_numbers(made, plan)
+    return made
+
+
+def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
+    """Put the numbers of a case of the same tables in place, and its state back to the start.
+
+    Parameters
+    ----------
+    made : HardContacts
+        Overwritten.
+    plan : Plan
+    """
+    for i, j in enumerate(made.which.tolist()):
+        clearance = plan.contacts[j].clearance
+        assert clearance is not None
+        made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
+    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts):
+        part[:] = 0
+
+
+def _ordering(plan: Plan, which: list[int], damped: list[int]) -> tuple[np.ndarray, np.ndarray, int]:
+    """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
+    model = plan.model
+    groups = [
+        model.constraint_column[model.constraint_start[k] : model.constraint_start[k + 1]]
+        for k in range(model.constraint_start.size - 1)
+    ]
+    for j in which:
+        groups += 2 * [model.element_column[model.element_start[j] : model.element_start[j + 1]]]
+    for j in damped:
+        e = len(plan.contacts) + j
+        groups.append(model.element_column[model.element_start[e] : model.element_start[e + 1]])
+    groups = [np.unique(group[group < model.n]) for group in groups]
+    size = len(groups)
+    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
+    owner = np.repeat(np.arange(size), [group.size for group in groups])
+    own = csr_array((np.ones(held.size), (owner, held)), shape=(size, max(model.n, 1)))
+    graph = csr_array(own @ own.T + csr_array((np.ones(size), (np.arange(size), np.arange(size))), shape=(size, size)))
+    graph.sort_indices()
+    place = np.empty(size, np.int64)
+    place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
+    a, b = graph.nonzero()
+    pairs = np.stack([a, b], axis=1)[a >= b].astype(np.int64)
+    pairs = np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
+    return place, pairs, int(np.max(np.abs(place[a] - place[b]), initial=0))

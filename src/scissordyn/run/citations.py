@@ -1,0 +1,170 @@
+"""What a run has used of others' work: who describes its mechanism, its laws, its controllers and its methods."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import xarray as xr
+
+from scissordyn.bibliography.reference import Reference, bibliography, references
+from scissordyn.component.film.film import Film
+from scissordyn.laws.material import Material
+from scissordyn.laws.oil import Oil
+from scissordyn.model.description import Description, UserPart
+from scissordyn.model.lubrication import Lubrication
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plugin.element import Part
+from scissordyn.run.configuration import read_configuration
+
+__all__ = ["Citation", "Citations", "citations"]
+
+METHODS = {
+    "dop853": "hairer1993",
+    "dopri5": "hairer1993",
+    "rodas5p": "steinebach2023",
+    "rodas4p": "hairer1996",
+}
+"""Who describes a method of integration, by its name in the statistics of a run."""
+
+FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"
+"""Who describes the coordinates, and the search for a static equilibrium."""
+
+
+@dataclass(frozen=True)
+class Citation:
+    """A publication, and what of a run it describes.
+
+    Parameters
+    ----------
+    reference : Reference
+    uses : tuple of str
+        Such as "friction law lugre".
+    """
+
+    reference: Reference
+    uses: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Citations:
+    """What a run has used of others' work.
+
+    Parameters
+    ----------
+    entries : tuple of Citation
+        The package first, then the mechanism, laws and controllers, components and methods.
+    without : tuple of str
+        What names no publication as its source, such as a function of the user's.
+    """
+
+    entries: tuple[Citation, ...]
+    without: tuple[str, ...] = ()
+
+    def __iter__(self) -> Iterator[Citation]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    @property
+    def bibtex(self) -> str:
+        """All of them for BibTeX, what they describe as comments."""
+        return "\n\n".join(f"% {'; '.join(each.uses)}\n{each.reference.bibtex}" for each in self.entries) + "\n"
+
+    def __str__(self) -> str:
+        lines = [f"{', '.join(each.uses)}:\n    {each.reference.text}" for each in self.entries]
+        lines += [f"Without a publication: {', '.join(self.without)}."] if self.without else []
+        return "\n".join(lines)
+
+
+def citations(run: xr.Dataset) -> Citations:
+    """What a run has used of others' work, from what it says of itself.
+
+    Parameters
+    ----------
+    run : Dataset
+        That `simulate` made, also one that was saved.
+
+    Returns
+    -------
+    Citations
+
+    Raises
+    ------
+    InputError
+        If it does not say what it is of.
+    """
+    configuration = read_configuration(run)
+    found: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
+    without: list[str] = []
+    for use, source in _sources(configuration.mechanism):
+        named = references(source)
+        for reference in named:
+            _add(found, reference, use)
+        if not named and source == "the user":
+            without.append(use)
+    start = configuration.options.start if configuration.options is not None else ""
+    for key, use in _methods(run, start):
+        _add(found, bibliography()[key], use)
+    entries = tuple(Citation(reference, tuple(dict.fromkeys(uses))) for reference, uses in found.items())
+    return Citations(entries, tuple(dict.fromkeys(without)))
+
+
+def _add(found: dict[Reference, list[str]], reference: Reference, use: str) -> None:
+    found.setdefault(reference, []).append(use)
+
+
+def _package(run: xr.Dataset) -> Reference:
+    """The package, in the version that made the run."""
+    version = json.loads(run.attrs.get("versions", "{}")).get("scissordyn", "")
+    return dataclasses.replace(bibliography()["scissordyn"], version=str(version))
+
+
+def _sources(value: Any) -> Iterator[tuple[str, str]]:
+    """What a description is made of, each with what it says of its source."""
+    if isinstance(value, UserPart):
+        yield f"{value.place} {value.name} of {value.file or 'Python'}", "the user"
+    elif isinstance(value, Description):
+        yield from _own(value)
+        for inner in value.values.values():
+            yield from _sources(inner)
+    elif isinstance(value, Mapping | tuple):
+        for inner in value.values() if isinstance(value, Mapping) else value:
+            yield from _sources(inner)
+
+
+def _own(described: Description) -> Iterator[tuple[str, str]]:
+    """The source of one part of a mechanism."""
+    kind = described.kind
+    if kind is Mechanism:
+        yield "mechanism", described.source
+    elif issubclass(kind, Part):
+        yield f"{kind.slot.title} {kind.name}", kind.source
+    elif issubclass(kind, Material | Oil):
+        yield f"{kind.__name__.lower()} {described.name}", described.source
+    elif kind is Lubrication:
+        yield "film of oil", _of_docstring(Film)
+    elif hasattr(kind, "declaration"):
+        yield kind.declaration.section.replace("_", " "), _of_docstring(kind)
+
+
+def _of_docstring(kind: type) -> str:
+    """What stands under "References" in the description of a class."""
+    found = re.search(r"^References\n-+\n(.+?)(?:\n\n|\Z)", inspect.getdoc(kind) or "", re.MULTILINE | re.DOTALL)
+    return "; ".join(found[1].splitlines()) if found else ""
+
+
+def _methods(run: xr.Dataset, start: str) -> Iterator[tuple[str, str]]:
+    """Who describes the methods of a run."""
+    yield FORMULATION, "natural coordinates"
+    method = json.loads(run.attrs.get("statistics", "{}")).get("method", "")
+    if method in METHODS:
+        yield METHODS[method], f"method {method}"
+    if start == "static":
+        yield EQUILIBRIUM, "static equilibrium"

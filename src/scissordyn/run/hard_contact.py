@@ -1,0 +1,75 @@
+"""Warnings of a run with hard contacts: steps that are not solved, over-determined positions, jamming."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scissordyn.mechanics.monitored import INDENTATION
+from scissordyn.run.trajectory import Trajectory
+
+__all__ = ["hard_contact_warnings"]
+
+DEEP = 0.2
+"""Indentation over clearance above which the step is too long for the motion of a journal in its bearing."""
+
+JAMMED = 1e-9
+"""Speed of all coordinates, as a fraction of the largest in the run, below which the mechanism stands."""
+
+LASTING = 0.02
+"""Part of the run at its end for which a mechanism that has jammed stands."""
+
+
+def hard_contact_warnings(path: Trajectory) -> list[str]:
+    """The warnings of time stepping, none for a run without it.
+
+    Parameters
+    ----------
+    path : Trajectory
+
+    Returns
+    -------
+    list of str
+    """
+    counts: dict[str, Any] = path.statistics
+    if "step" not in counts:
+        return []
+    found, every = [], counts["contact_steps"]
+    if counts["steps_not_solved"]:
+        found.append(
+            f"the impulses of {counts['steps_not_solved']} of {every} steps with contacts are not solved: neither Newton's "
+            "method nor sweeps find modes that agree with each other, as with friction that locks surfaces (Painlevé); their "
+            "impulses are the last iterate"
+        )
+    if counts["over_determined_steps"]:
+        found.append(
+            f"in {counts['over_determined_steps']} of {every} steps with contacts more contacts are closed than the position "
+            "determines: their impulses are those of surfaces with the same small compliance, only their sums are determined"
+        )
+    clearance = path.system.content.parameters.contact["clearance"]
+    deepest = path.peaks(INDENTATION)["largest"] / clearance if clearance.size else clearance
+    found += [
+        f"joint '{path.plan.contacts[j].name}': hard surfaces overlap by {deepest[j]:.2g} of the clearance: the step of "
+        f"{counts['step']:.3g} s is too long for it"
+        for j in path.plan.hard_places
+        if deepest[j] > DEEP
+    ]
+    return found + _jammed(path)
+
+
+def _jammed(path: Trajectory) -> list[str]:
+    """That the mechanism has come to a stand while contacts stick, and which."""
+    n, samples = path.plan.coordinates.free, path.samples
+    speed = np.max(np.abs(samples.state[:, n : 2 * n]), axis=1, initial=0.0)
+    moving = np.flatnonzero(speed > JAMMED * np.max(speed, initial=0.0))
+    sticking = path.statistics["sticking"]
+    if not moving.size or not sticking or path.status != "complete":
+        return []
+    last = float(samples.time[moving[-1]])
+    closed = [path.plan.contacts[j].name for j in path.plan.hard_places if samples.mode[-1, j] == 1]
+    stuck = [name for name in closed if name in sticking]
+    if last > (1.0 - LASTING) * path.end or not stuck:
+        return []
+    names = ", ".join(f"'{name}'" for name in stuck)
+    return [f"jammed: from t = {last:.6g} s on nothing moves, and the contacts of {names} stick"]

@@ -1,0 +1,140 @@
+"""What a driver of a mechanism with hard contacts has beside its integration, and the loop that advances it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import types
+
+from scissordyn.integrate import time_stepping as loop
+from scissordyn.integrate.integration import problem_type
+from scissordyn.integrate.time_stepping import Jumps, Touching, jumps_type, make_jumps
+from scissordyn.jit import Handle
+from scissordyn.mechanics import impulse_solver as solver
+from scissordyn.mechanics.hard_contact import HardContacts
+from scissordyn.mechanics.hard_functions import HARD_FUNCTIONS
+from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
+from scissordyn.plan.plan import Plan
+from scissordyn.run.compiled import compiled_mechanics
+
+if TYPE_CHECKING:
+    from scissordyn.run.driver import Driver
+
+__all__ = ["Stepping", "advance_stepping"]
+
+KEPT = ("mode", "stuck", "slope", "stick", "counts")
+"""What the next step depends on, and what has been counted."""
+
+
+class Stepping:
+    """The hard contacts of a driver, and the size of its steps.
+
+    Parameters
+    ----------
+    plan : Plan
+    size : float
+        Of a step [s].
+    """
+
+    def __init__(self, plan: Plan, size: float) -> None:
+        self.plan = plan
+        self.hard = Handle(hard_contacts(plan))
+        content: HardContacts = self.hard.content
+        self.touching = Handle(Touching(content.which, content.result, content.impact, np.array([size])))
+
+    @property
+    def content(self) -> HardContacts:
+        """Live arrays."""
+        found: HardContacts = self.hard.content
+        return found
+
+    @property
+    def size(self) -> float:
+        """Of a step [s]."""
+        return float(self.touching.content.size[0])
+
+    def restart(self, plan: Plan, size: float) -> None:
+        """Begin another case of the same tables.
+
+        Parameters
+        ----------
+        plan : Plan
+        size : float
+            Of a step [s].
+        """
+        self.plan = plan
+        put_hard_numbers(self.content, plan)
+        self.touching.content.size[0] = size
+
+    def forget(self) -> None:
+        """Begin anew from a state that was put back."""
+        for name in ("mode", "stuck", "slope"):
+            getattr(self.content, name)[:] = 0
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays that the way onwards depends on."""
+        return {f"hard.{name}": getattr(self.content, name) for name in KEPT}
+
+    def statistics(self, time: float) -> dict[str, Any]:
+        """The step, the counters, and the part of the time for which each joint has stuck."""
+        names = [contact.name for contact in self.plan.contacts]
+        stuck = zip(self.content.which.tolist(), self.content.stick.tolist(), strict=True)
+        sticking = {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0}
+        return {"step": self.size, **self.counted(), "sticking": sticking}
+
+    def counted(self) -> dict[str, int]:
+        """Counters of the solver of impulses by name."""
+        counts = self.content.counts
+        names = {
+            "contact_steps": solver.IMPULSIVE,
+            "factorizations": solver.FACTORIZATIONS,
+            "most_factorizations_in_a_step": solver.MOST_IN_A_STEP,
+            "steps_solved_by_sweeps": solver.SWEPT_STEPS,
+            "sweeps": solver.SWEPT,
+            "steps_not_solved": solver.UNSOLVED,
+            "over_determined_steps": solver.DEPENDENT,
+        }
+        return {name: int(counts[place]) for name, place in names.items()}
+
+
+def advance_stepping(drivers: Sequence[Driver], steppings: Sequence[Stepping], most_steps: int) -> list[int]:
+    """Advance some drivers one after another.
+
+    Parameters
+    ----------
+    drivers : sequence of Driver
+    steppings : sequence of Stepping
+    most_steps : int
+        Of each.
+
+    Returns
+    -------
+    list of int
+        A status of each.
+    """
+    statuses = np.zeros(len(drivers), np.int64)
+    systems = np.array([driver.system.address for driver in drivers], np.int64)
+    integrations = np.array([driver.integration.address for driver in drivers], np.int64)
+    hard = np.array([each.hard.address for each in steppings], np.int64)
+    touching = np.array([each.touching.address for each in steppings], np.int64)
+    addresses = systems, hard, touching, integrations
+    _compiled_loop()(compiled_mechanics(), _compiled_jumps(), *addresses, most_steps, statuses)
+    found: list[int] = statuses.tolist()
+    return found
+
+
+@cache
+def _compiled_jumps() -> Jumps:
+    return make_jumps(HARD_FUNCTIONS)
+
+
+@cache
+def _compiled_loop() -> Callable[..., None]:
+    numbers = types.int64[::1]
+    kinds = (problem_type(), jumps_type(), numbers, numbers, numbers, numbers, types.int64, numbers)
+    loop.advance_jumps.compile(kinds)
+    compiled: Callable[..., None] = loop.advance_jumps.overloads[kinds].entry_point
+    return compiled

@@ -1,0 +1,234 @@
+"""The mechanisms of the zoo: each runs, and gives the numbers that it declares."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import scissordyn as sd
+from collection.closed_forms import CLOSED_FORMS
+from scissordyn.bibliography.reference import bibliography
+from scissordyn.cli.main import status_of
+from scissordyn.collection.catalogue import HERE, Zoo
+from scissordyn.collection.entry import DECLARATION, read_entry
+from scissordyn.config.quantity import read_quantity
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity
+
+NAMES = tuple(sd.zoo)
+
+WRITTEN = 1e-10
+"""Numbers are declared with twelve digits."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_declared_numbers_are_met(name: str) -> None:
+    """Cross-check: every declared number of a mechanism, by its run with ideal joints or with clearance."""
+    for one in sd.zoo[name].check():
+        assert one.met, f"{one.number.what}: {one.found} in place of {one.expected} +- {one.tolerance} {one.unit}"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
+    """Closed form: what is declared is what formulas and circles that meet give, without an equation of the package."""
+    entry = sd.zoo[name]
+    values = CLOSED_FORMS[name]()
+    assert len(values) == len(entry.numbers)
+    for number, value in zip(entry.numbers, values, strict=True):
+        assert (value is None) == (number.origin != "closed form"), number.what
+        if value is not None:
+            unit = number.value.partition(" ")[2]
+            assert read_quantity(number.value, Quantity(unit)) == pytest.approx(float(value), rel=WRITTEN, abs=1e-15), (
+                number.what
+            )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_runs_with_its_clearances(name: str) -> None:
+    """Contract: the case as it stands runs to its end, and its energy balance closes."""
+    entry = sd.zoo[name]
+    run = sd.simulate(entry.mechanism, **entry.case.run.keywords | {"until": entry.case.run.until / 20.0, "samples": 11})
+    assert run.attrs["status"] == "complete"
+    scale = float(run["kinetic_energy"].max() + abs(run["drive_work"]).max() + abs(run["potential_energy"]).max())
+    assert float(abs(run["energy_residual"]).max()) <= 1e-5 * max(scale, 1e-12)
+
+
+def test_squeezer_has_the_published_angles() -> None:
+    """Published number: the test set's angles at 0.03 s, as `validation/squeezer` has them."""
+    from validation.squeezer.reference import TEST_SET
+
+    declared = [read_quantity(number.value, Quantity("rad")) for number in sd.zoo["a03-squeezer"].numbers]
+    assert declared == [pytest.approx(TEST_SET[k], rel=1e-15) for k in (0, 2, 6)]
+
+
+def test_names_are_found_however_they_are_spelt() -> None:
+    """Identity: spaces, hyphens, underscores and capital letters make no difference; every sequence method agrees."""
+    assert sd.zoo["flores slider-crank"].name == sd.zoo["Flores_Slider-Crank"].name == "flores-slider-crank"
+    assert "Flores slider crank" in sd.zoo
+    assert "slider" not in sd.zoo
+    assert len(NAMES) == len(sd.zoo) >= 24
+    with pytest.raises(InputError, match=r"did you mean 'peaucellier'\?"):
+        sd.zoo["peaucelier"]
+
+
+def test_every_entry_is_whole() -> None:
+    """Contract: a source or a word on where its sizes are from, a licence, numbers; no case file that no entry has."""
+    used = set()
+    for entry in sd.zoo.values():
+        assert entry.title
+        assert entry.licence
+        assert entry.references or "own" in entry.about or "boim" in entry.about, entry.name
+        assert all(reference.key in bibliography() for reference in entry.references), entry.name
+        used.add(entry.case_file.parent)
+    assert {path.parent for path in HERE.rglob("case.toml")} <= used
+
+
+def test_zoo_costs_no_import() -> None:
+    """Contract: `import scissordyn` loads neither the zoo nor what it needs."""
+    code = (
+        "import sys, scissordyn; print([m for m in sys.modules if 'collection' in m and 'scissordyn' in m or m == 'pydantic'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+DECLARED = """title = "A pendulum"
+kind = "toy"
+about = "Own sizes."
+
+[[number]]
+what = "start"
+variable = "position"
+where = { body = "mass", axis = "x" }
+at = "start"
+value = "-1 m"
+tolerance = "1 nm"
+origin = "closed form"
+reason = "as placed"
+"""
+
+
+def made(folder: Path, name: str, text: str = DECLARED) -> Path:
+    """A folder of mechanisms with one that is written there."""
+    place = folder / name
+    place.mkdir(parents=True)
+    (place / DECLARATION).write_text(text, encoding="utf-8")
+    (place / "case.toml").write_text(sd.zoo["a01-pendulum"].text, encoding="utf-8")
+    return folder
+
+
+class Point:
+    """An entry point of another package."""
+
+    name = "theirs"
+    dist = None
+
+    def __init__(self, value: object) -> None:
+        self.value = value
+
+    def load(self) -> object:
+        """What it names, or the error of importing it."""
+        if isinstance(self.value, Exception):
+            raise self.value
+        return self.value
+
+
+def test_other_packages_add_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: by an entry point; a package that fails, or that takes a name of ours, is named and does no harm."""
+    theirs, taken = made(tmp_path / "one", "swing"), made(tmp_path / "two", "peaucellier")
+    points = [Point(theirs), Point(taken), Point(ImportError("no module named 'gone'")), Point(tmp_path / "empty")]
+    monkeypatch.setattr(
+        "scissordyn.collection.catalogue.entry_points", lambda group: points if group == "scissordyn.zoo" else []
+    )
+    found = Zoo()
+    assert len(found) == len(NAMES) + 1
+    assert found["swing"].package == "theirs"
+    assert all(one.met for one in found["swing"].check())
+    assert found["peaucellier"].case_file.is_relative_to(HERE)
+    clash, broken, empty = found.problems
+    assert "'peaucellier' is the name of a mechanism of scissordyn" in clash
+    assert "no module named 'gone'" in broken
+    assert "has no folder with a zoo.toml" in empty
+    assert importlib.metadata.entry_points(group="scissordyn.zoo") is not None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('kind = "toy"', 'kind = "toys"', "did you mean 'toy'?"),
+        ('title = "A pendulum"\n', "", "missing key 'title'"),
+        ('what = "start"', 'wath = "start"', "did you mean 'what'?"),
+        ('origin = "closed form"', 'origin = "a guess"', "origin"),
+        ('where = { body = "mass", axis = "x" }', 'where = "mass"', "not a table of names"),
+        ('about = "Own sizes."', 'about = "Own sizes."\nexample = "nothing"', "no case file"),
+        ("[[number]]", "[[number", "not valid TOML"),
+    ],
+)
+def test_wrong_declarations_are_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    """Bad input: a declaration with a fault is named with its file, in one line."""
+    assert old in DECLARED
+    folder = made(tmp_path, "swing", DECLARED.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        read_entry(folder / "swing", "theirs")
+    assert said in str(caught.value)
+    assert DECLARATION in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('variable = "position"', 'variable = "positon"', "did you mean 'position'?"),
+        ('axis = "x"', 'axis = "z"', "no axis 'z'"),
+        ('body = "mass", axis = "x"', 'body = "mass"', "along axis"),
+        ('body = "mass"', 'joint = "mass"', "along 'joint'"),
+        ('\nat = "start"', '\nat = "1.2345678 ms"', "between the samples"),
+        ('value = "-1 m"', 'value = "-1 kg"', "'-1 kg'"),
+    ],
+)
+def test_wrong_addresses_are_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    """Bad input: a number that a run does not have, or in another unit, is named."""
+    assert old in DECLARED
+    folder = made(tmp_path, "swing", DECLARED.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        read_entry(folder / "swing", "theirs").check()
+    assert said in str(caught.value)
+    assert "number 'start'" in str(caught.value)
+
+
+def test_a_wrong_number_is_not_met(tmp_path: Path) -> None:
+    """Identity: the comparison can fail."""
+    folder = made(tmp_path, "swing", DECLARED.replace('"-1 m"', '"-1.1 m"'))
+    (found,) = read_entry(folder / "swing", "theirs").check()
+    assert not found.met
+    assert found.difference == pytest.approx(0.1)
+    assert math.isclose(found.tolerance, 1e-9)
+
+
+def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: list, show, print, copy, check; bad input is one line and status 2."""
+    assert status_of(["zoo"]) == 0
+    listed = capsys.readouterr().out
+    assert [line.split()[0] for line in listed.splitlines() if line.split()[:1] and line.split()[0] in NAMES] == list(NAMES)
+    assert status_of(["zoo", "peaucellier"]) == 0
+    shown = capsys.readouterr().out
+    assert "Lipkin 1871" in shown
+    assert "0.25 m" in shown
+    assert status_of(["zoo", "Peaucellier", "--case"]) == 0
+    assert capsys.readouterr().out == sd.zoo["peaucellier"].text
+    copy = tmp_path / "mine.toml"
+    assert status_of(["zoo", "peaucellier", "-o", str(copy)]) == 0
+    assert copy.read_text(encoding="utf-8") == sd.zoo["peaucellier"].text
+    assert status_of(["zoo", "umbrella", "-o", str(copy)]) == 2
+    assert "is another file" in capsys.readouterr().err
+    assert copy.read_text(encoding="utf-8") == sd.zoo["peaucellier"].text
+    assert status_of(["zoo", "peaucellier", "--check"]) == 0
+    assert capsys.readouterr().out.count(" met") == 3
+    for words in (["zoo", "peaucelier"], ["zoo", "--check"], ["zoo", "--case"]):
+        assert status_of(words) == 2
+        assert capsys.readouterr().err.count("\n") == 1

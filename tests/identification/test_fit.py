@@ -1,0 +1,186 @@
+"""Numbers from curves whose truth is known: made by equations that are not the package's, with noise."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from pendula import DOUBLE, PENDULUM, double, pendulum
+
+from scissordyn.analysis.measured import Measured
+from scissordyn.config.file import read_case
+from scissordyn.config.fits import fit
+from scissordyn.errors import InputError
+from scissordyn.identification.fit import prepared
+from scissordyn.identification.forward import motion
+from scissordyn.identification.free import free_parameter
+from scissordyn.identification.prediction import prediction
+from scissordyn.identification.problem import Problem
+from scissordyn.run.configuration import read_configuration
+
+NOISE = 2e-3
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fit") / "arm.toml"
+    path.write_text(PENDULUM)
+    return read_case(path)
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fit") / "both.toml"
+    path.write_text(DOUBLE)
+    return read_case(path)
+
+
+def record(seed=1, *, until=3.0, count=61, noise=NOISE, start=0.0, **truth):
+    times = np.linspace(0.0, until, count)
+    angles = pendulum(times, angle=-0.6, **truth)[:, :1]
+    angles = angles + noise * np.random.default_rng(seed).standard_normal(angles.shape)
+    return Measured(times + start, ("angle of arm",), angles, ("rad",))
+
+
+@pytest.fixture(scope="module")
+def found(arm):
+    return fit(arm, record(inertia=0.0009, damping=0.0012), ["arm.inertia", "pivot.damping", "arm.angle"])
+
+
+def test_numbers_are_those_that_made_the_data(found):
+    """Cross-check by a second formulation: numbers within four standard errors, which are below 2 %."""
+    truth = {"arm.inertia": 0.0009, "pivot.damping": 0.0012, "arm.angle": -0.6}
+    for name, value in truth.items():
+        one = found.sel(parameter=name)
+        assert abs(float(one["value"]) - value) < 4.0 * float(one["standard_error"])
+        assert float(one["standard_error"]) < 0.02 * abs(value)
+        assert float(one["low"]) < float(one["value"]) < float(one["high"])
+
+
+def test_weights_are_the_noise(found):
+    """Closed form: the estimated standard deviation is that of the noise, to its own error of 1/sqrt(2 n)."""
+    assert abs(float(found["deviation"][0]) / NOISE - 1.0) < 4.0 / math.sqrt(2 * 61)
+
+
+def test_fit_can_be_run_again(found):
+    """Identity: the mechanism of the result has the fitted numbers, and shows the fitted curve."""
+    made = read_configuration(found)
+    run = motion(made.build_mechanism(), made.options, found["time"].values)
+    assert np.allclose(run["angle"].values[:, 0], found["fitted"].values[:, 0], rtol=0.0, atol=1e-9)
+
+
+def test_standard_errors_are_those_of_the_linear_theory(arm, found):
+    """Cross-check: covariance of s^2 (J'J)^-1 with J by differences of the second formulation, blocks left out of account."""
+    times = np.linspace(0.0, 3.0, 61)
+    best = dict(zip(("inertia", "damping", "angle"), found["value"].values.tolist(), strict=True))
+    columns = []
+    for name, value in best.items():
+        step = 1e-4 * abs(value)
+        ends = [pendulum(times, **{**best, name: value + sense * step})[:, 0] for sense in (1.0, -1.0)]
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    matrix, residual = np.column_stack(columns), found["residual"].values[:, 0]
+    plain = np.sqrt(np.diag(np.linalg.inv(matrix.T @ matrix)) * (residual @ residual) / (61 - 3))
+    ratio = found["standard_error"].values / plain
+    assert np.all(ratio > 1.0 - 1e-3)
+    assert np.all(ratio < 2.0)
+
+
+def test_numbers_that_cannot_be_told_apart_are_named(arm):
+    """Identity: a free oscillation depends on m, I and d by their ratios only, at a given centre."""
+    said = fit(arm, record(), ["arm.mass", "arm.inertia", "pivot.damping"], segment=math.inf)
+    (line,) = (each for each in json.loads(said.attrs["warnings"]) if "cannot be distinguished" in each)
+    assert "'arm.mass'" in line
+    assert "'arm.inertia'" in line
+    assert np.isinf(said["standard_error"].values).all()
+
+
+def test_what_was_measured_otherwise_settles_it(arm):
+    """Limit: with the mass known to 1 % the inertia is known to about 1 %."""
+    free = {"arm.mass": "normal(0.15, 0.0015) kg", "arm.inertia": None, "pivot.damping": None}
+    said = fit(arm, record(), free, segment=math.inf)
+    share = said["standard_error"].values / said["value"].values
+    assert 0.005 < share[0] < 0.02
+    assert 0.005 < share[1] < 0.2
+
+
+def test_segments_start_where_their_data_say(arm):
+    """Cross-check: three segments, each with a start of its own, give the same numbers; the record begins at 60 s."""
+    said = fit(arm, record(inertia=0.0009, damping=0.0012, start=60.0), ["arm.inertia", "pivot.damping"], segment=1.0)
+    assert said["segment"].values.max() == 2
+    for name, value in (("arm.inertia", 0.0009), ("pivot.damping", 0.0012)):
+        one = said.sel(parameter=name)
+        assert abs(float(one["value"]) - value) < 4.0 * float(one["standard_error"])
+
+
+def test_small_jumps_make_segments_one_motion(arm):
+    """Limit: with jumps of 1e-6 of the motion each segment ends where the next one starts."""
+    said = fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=0.5, jump=1e-6)
+    whole = fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=math.inf)
+    assert np.max(np.abs(said["fitted"].values - whole["fitted"].values)) < 1e-4
+    assert float(said["value"][0]) == pytest.approx(float(whole["value"][0]), rel=1e-3)
+
+
+def test_turns_of_measured_angles_count(arm):
+    """Identity: an angle that is larger by whole turns is the same."""
+    first = record()
+    turned = Measured(first.time, first.headings, first.values + 4.0 * math.pi, first.units)
+    one, other = (fit(arm, each, ["arm.inertia"], segment=math.inf) for each in (first, turned))
+    assert float(one["value"][0]) == pytest.approx(float(other["value"][0]), rel=1e-7)
+    assert np.max(np.abs(other["residual"].values)) < 5.0 * NOISE
+
+
+def test_derivatives_are_those_of_the_whole_problem(arm):
+    """Cross-check: the derivatives by blocks are those by differences of all residuals."""
+    records = [record()]
+    segments, columns, options = prepared(arm.mechanism, arm.run, records, segment=1.0)
+    free = [free_parameter(arm.mechanism, name) for name in ("arm.inertia", "pivot.damping")]
+    problem = Problem(arm.mechanism, options, free, segments, columns, np.array([NOISE]))
+    unknowns = problem.start()
+    matrix = problem.jacobian(unknowns, accurate=True)
+    for column in range(problem.unknowns):
+        step = np.zeros(problem.unknowns)
+        step[column] = 3e-5
+        whole = (problem.residuals(unknowns + step) - problem.residuals(unknowns - step)) / 6e-5
+        assert np.max(np.abs(matrix[:, column] - whole)) < 1e-5 * np.max(np.abs(whole))
+
+
+def test_double_pendulum_in_segments(both):
+    """Cross-check by a second formulation (Lagrange, two angles): numbers of a chaotic motion, and a prediction."""
+    times = np.linspace(0.0, 4.0, 161)
+    state = double(times, (-0.2, 0.9, 0.0, 0.0), inertia=(0.0007, 0.0003), damping=(0.0008, 0.0002))
+    noise = np.array([2e-3, 2e-3, 2e-2, 2e-2])
+    values = state + noise * np.random.default_rng(5).standard_normal(state.shape)
+    names = ("angle of arm", "angle of tip", "angular_velocity of arm", "angular_velocity of tip")
+    whole = Measured(times, names, values, ("rad", "rad", "rad/s", "rad/s"))
+    parts = whole.segments(1.0)
+    free = ["arm.inertia", "tip.inertia", "pivot.damping", "elbow.damping"]
+    said = fit(both, parts[:2], free, segment=math.inf, deviations=dict(zip(names, noise.tolist(), strict=True)))
+    for name, value in zip(free, (0.0007, 0.0003, 0.0008, 0.0002), strict=True):
+        one = said.sel(parameter=name)
+        assert abs(float(one["value"]) - value) < 4.0 * float(one["standard_error"])
+    assert np.all(np.abs(said["rms"].values / noise - 1.0) < 0.3)
+    made = read_configuration(said)
+    held = prediction(made.build_mechanism(), made.options, parts[2:3], segment=math.inf, window=0.5)
+    assert np.all(held["rms"].values < 0.1 * np.std(values, axis=0))
+
+
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [
+        ({"arm.inertai": None}, "did you mean 'inertia'"),
+        ({"arm.inertia": (1.0, 2.0)}, "outside its range"),
+        ({"arm.angular_velocity": None}, "starts at zero"),
+        ({"arm.inertia": "weibull(1, 2) kg m^2"}, "distribution"),
+        ({}, "no free number"),
+    ],
+)
+def test_free_numbers_that_cannot_be(arm, free, said):
+    """Bad input: one line that says what is allowed."""
+    with pytest.raises(InputError, match=said):
+        fit(arm, record(), free)
+
+
+def test_segments_of_a_driven_mechanism_are_refused(arm):
+    """Bad input: a segment cannot start amid a prescribed motion."""
+    with pytest.raises(InputError, match="the drive of 'arm'"):
+        fit(arm.mechanism.driven(speed=1.0, body="arm"), record(), ["gravity"], segment=1.0)

@@ -1,0 +1,35 @@
+"""Positions of linkages point by point: each point is where two circles meet. No equation of the package is used."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+__all__ = ["carried", "meet", "polar"]
+
+
+def polar(length: float, angle: float) -> complex:
+    """A vector as a complex number."""
+    return cmath.rect(length, angle)
+
+
+def meet(first: complex, near: float, second: complex, far: float, *, left: bool) -> complex:
+    """The point at distance `near` from the first one and `far` from the second one.
+
+    Parameters
+    ----------
+    first, second : complex
+    near, far : float
+    left : bool
+        On the left of the line from the first to the second point.
+    """
+    span = abs(second - first)
+    along = (near**2 - far**2 + span**2) / (2.0 * span)
+    height = math.sqrt(near**2 - along**2)
+    unit = (second - first) / span
+    return first + unit * complex(along, height if left else -height)
+
+
+def carried(first: complex, second: complex, in_body: complex, length: float) -> complex:
+    """A point of a rigid body whose frame has its origin at the first point and its x axis towards the second one."""
+    return first + in_body * (second - first) / length

@@ -1,0 +1,32 @@
+"""Air drag of an arm: a torque that grows with the square of its angular velocity."""
+
+from typing import Annotated
+
+import scissordyn as sd
+from scissordyn.component.port import HINGE
+
+
+def force(angle, speed, factor):
+    """Torque [N m], stored energy [J], dissipated power [W]."""
+    torque = factor * abs(speed) * speed
+    return -torque, 0.0, torque * speed
+
+
+@sd.component(port=HINGE, force=force, section="air_drag", symbol="hinge", example={"body": "arm 1", "factor": "1e-5 N m s^2"})
+class AirDrag:
+    """A torque -c |w| w on a body.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+    factor : float
+        c [N m s^2].
+    """
+
+    name: str
+    body: str
+    base: str = "ground"
+    factor: Annotated[float, sd.Quantity("N m s^2", minimum=0.0, maximum=1e3, help="torque over angular velocity squared")] = (
+        0.0
+    )

@@ -86,7 +86,7 @@ def cables(step: float, chosen: Settings) -> Measured:
 
 OURS = ("elements=16",)
 
-EXUDYN = (Settings(16, located=True),)
+EXUDYN = (Settings(16, newton=1e-3, located=True), Settings(16, radius=1.0, newton=1e-3, located=True))
 """The best of `python -m validation.flexible_slider_crank.settings`."""
 
 NOTES = (

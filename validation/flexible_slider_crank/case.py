@@ -98,8 +98,8 @@ NOTES = (
     "The step of Exudyn is shortened at contacts (`adaptiveStep`). Its models are the best of a wider scan, `python -m\n"
     "validation.flexible_slider_crank.settings`: 48 of its 144 runs reach the goal, with 12 and 16 cables, two quadratures,\n"
     "three methods and two Newton methods at two tolerances. With fixed steps Newton's method fails at the first contact. A\n"
-    "rod of 12 modes takes as long as 16 cables; the time of scissordyn includes forces, energies and the Dataset. The goal of\n"
-    "a fifth of the time is missed.",
+    "rod of 12 modes takes as long as 16 cables; the time of scissordyn includes forces, energies and the Dataset. The goal\n"
+    "of a fifth of the time is missed.",
 )
 
 CASE = Case(

@@ -66,7 +66,13 @@ if TYPE_CHECKING:
     from scissordyn.control.tracking.pid import PID
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
-    from scissordyn.file.export import export
+    from scissordyn.exchange.drawing import Imported
+    from scissordyn.exchange.dxf import read_dxf
+    from scissordyn.exchange.export import export
+    from scissordyn.exchange.forces import pin_forces
+    from scissordyn.exchange.mjcf import read_mjcf
+    from scissordyn.exchange.pmks import read_pmks
+    from scissordyn.exchange.read import read_drawing
     from scissordyn.identification.prediction import prediction
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
@@ -109,6 +115,7 @@ if TYPE_CHECKING:
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
+    from scissordyn.study.convergence import convergence
     from scissordyn.study.distribution import (
         Beta,
         Empirical,
@@ -163,6 +170,7 @@ __all__ = [
     "GuideClearance",
     "Harmonic",
     "Hertz",
+    "Imported",
     "InputError",
     "Interval",
     "LankaraniNikravesh",
@@ -223,6 +231,7 @@ __all__ = [
     "constrain_contact",
     "contact_statistics",
     "controller",
+    "convergence",
     "cycle",
     "degrees",
     "element",
@@ -242,12 +251,17 @@ __all__ = [
     "modes",
     "n_four_bar",
     "open_study",
+    "pin_forces",
     "plot",
     "point_mass",
     "polar_scissor",
     "prediction",
     "preview",
     "read_case",
+    "read_drawing",
+    "read_dxf",
+    "read_mjcf",
+    "read_pmks",
     "replay",
     "rpm",
     "save",
@@ -296,6 +310,13 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
+    "exchange.drawing": ("Imported",),
+    "exchange.dxf": ("read_dxf",),
+    "exchange.export": ("export",),
+    "exchange.forces": ("pin_forces",),
+    "exchange.mjcf": ("read_mjcf",),
+    "exchange.pmks": ("read_pmks",),
+    "exchange.read": ("read_drawing",),
     "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
     "identification.prediction": ("prediction",),
@@ -371,6 +392,7 @@ _HOMES = {
         "Uniform",
         "Weibull",
     ),
+    "study.convergence": ("convergence",),
     "study.fit": ("Fit",),
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
@@ -378,7 +400,6 @@ _HOMES = {
     "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),
     "periodic.cycles": ("cycle",),
-    "file.export": ("export",),
     "run.feed_forward": ("feed_forward",),
     "run.constrained_contact": ("constrain_contact",),
     "run.ideal": ("ideal_kinematics",),

@@ -1,9 +1,12 @@
 """The step matrix and the time derivative against numerical differentiation of the right-hand side."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from reference.kernels import accepted, at_start
+from scissordyn.component.clutch import Clutch
 from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.mechanics import functions
@@ -37,6 +40,39 @@ def touching_state(joint, units, rng):
 def test_step_matrix_is_the_derivative(joint, units, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
     handle, state, n = touching_state(joint, units, np.random.default_rng(7))
+    check_step_matrix(handle, state, n, step)
+
+
+@pytest.mark.parametrize("units", [2, 3])
+@pytest.mark.parametrize("damped", [False, True])
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_with_eliminated_unknowns(units, damped, step):
+    """Cross-check: the same where bristles, and multipliers with a coordinate each, are eliminated before the band is made."""
+    rng = np.random.default_rng(11)
+    arm = scissor(units=units, angle=0.6).with_clearance("all", Clearance(5e-4, friction=LuGre(0.1)))
+    if damped:  # a state of a component, and one body that is moved by a time function
+        clutch = Clutch("clutch", "unit 1/bar 1", 20.0, base="unit 1/bar 2", yield_angle=2e-3)
+        arm = replace(arm, components=(clutch,)).driven(Harmonic(mean=0.6, amplitude=0.3, angular_frequency=40.0))
+    handle, state = at_start(arm)
+    model = handle.content.model
+    n, states = model.n, int(model.state_start[-1])
+    assert model.pair.shape[0] > 0
+    assert int(np.sum(model.permutation < 0)) == states + model.pair.shape[0]
+    assert handle.content.work.band.shape[0] == n + handle.content.work.multiplier.size - 2 * model.pair.shape[0]
+    state[: 2 * n] += np.concatenate([1e-4 * rng.normal(size=n), rng.normal(size=n)])
+    state[2 * n :] = 2e-7
+    accepted(handle, state)
+    guards = handle.content.state.mode.size
+    gap, rate = np.zeros(guards), np.zeros(guards)
+    functions.guards(0.0, state, handle.address, gap, rate)
+    touching = np.arange(guards) % 4 > 0  # one joint in four stays open
+    handle.content.parameters.contact["clearance"][touching] += gap[touching] - EDGE
+    handle.content.state.mode[touching], handle.content.state.memory[touching] = 1, 0.5
+    check_step_matrix(handle, state, n, step)
+
+
+def check_step_matrix(handle, state, n, step):
+    """W^-1 r of the structured solve against a differenced Jacobian."""
     size, time = state.size, 0.0
 
     def slope(y):

@@ -29,6 +29,7 @@ def show_answers(result: StudyResult) -> None:
     study, results = result.study, result.dataset
     print(f"{', '.join(f'{n} {name}' for name, n in result.counts.items())}; {study.points} points".replace(" ", " cases ", 1))
     show_damage(result)
+    _fidelity(result)
     _conclusion(result)
     if study.requirements:
         _show(requirement_fractions(study, results))
@@ -47,6 +48,20 @@ def show_answers(result: StudyResult) -> None:
     _worst(result)
     show_causes(result)
     show_warnings(result)
+
+
+def _fidelity(result: StudyResult) -> None:
+    """What cheap and accurate runs say together."""
+    from scissordyn.study.fidelity import cost_note, fidelity_sentences, fidelity_tables
+
+    if (verified := result.verified) is None:
+        return
+    for line in fidelity_sentences(result.study, result.dataset, verified.dataset):
+        _line(line)
+    for table in fidelity_tables(result.study, result.dataset, verified.dataset):
+        print(table.title)
+        _show(table)
+    print(cost_note(result.study, result.store, verified.store))
 
 
 def _conclusion(result: StudyResult) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 
@@ -26,6 +28,10 @@ def check(
     change: Changes = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    converge: Annotated[
+        str | None,
+        typer.Option(metavar="MEASURE", help="Also run with several tolerances: which one 'tip.error within 1 %' needs."),
+    ] = None,
 ) -> int:
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.record import print_json
@@ -64,6 +70,14 @@ def check(
     lines.append(f"Run: {short(read.run.until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
     warnings = [*prepared.warnings, *drive_warnings(made, read.run.until)]
     lines += [f"Warning: {text}." for text in warnings]
+    converged = None
+    if converge is not None:
+        from scissordyn.cli.converge import converged_lines, plain
+        from scissordyn.study.convergence import convergence, read_wanted
+
+        response, within = read_wanted(converge)
+        converged = convergence(mechanism, read.run, response, within=within)
+        lines += converged_lines(converged, str(case))
     if as_json:
         print_json(
             {
@@ -78,6 +92,7 @@ def check(
                 "span": None if span is None else span.plain(),
                 "drive_inertia": None if inertia is None else inertia.plain(),
                 "method": choice.method,
+                **({} if converged is None else {"convergence": plain(converged)}),
                 "warnings": warnings,
             }
         )

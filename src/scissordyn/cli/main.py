@@ -27,6 +27,7 @@ from scissordyn.cli.examples import examples
 from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
 from scissordyn.cli.fit import fit
+from scissordyn.cli.import_ import import_drawing
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.modes import modes
@@ -110,6 +111,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "plot": plot,
     "animate": animate,
     "compare": compare,
+    "import": import_drawing,
     "cite": cite,
     "fit": fit,
     "export": export,
@@ -134,6 +136,7 @@ EXAMPLES: dict[str, str] = {
     "plot": "scissordyn plot run.nc -o pictures --only force,orbit --joint A",
     "animate": "scissordyn animate run.nc film.html",
     "compare": "scissordyn compare a.nc b.nc -o pictures",
+    "import": "scissordyn import linkage.dxf --unit mm -o case.toml",
     "cite": "scissordyn cite run.nc -o references.bib",
     "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     "export": "scissordyn export run.nc table.csv",

@@ -52,6 +52,9 @@ def study(
     samples: Annotated[int | None, typer.Option(help="For refine: samples of the uncertain numbers.", min=1)] = None,
     seed: Annotated[int | None, typer.Option(help="For refine: of design and samples.", min=0)] = None,
     goal: Annotated[list[str] | None, typer.Option(help="For refine: as in 'minimise peak_force'. Repeatable.")] = None,
+    budget: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Of a study file with [screen]: time for all runs, as in '10 min'.")
+    ] = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
     scheduler: Scheduler = None,
@@ -71,7 +74,9 @@ def study(
     if plot is not None and what != "report":
         raise InputError("--plot without a report", "study report", "scissordyn study report study.zarr --plot figures")
     if what not in ACTIONS:
-        return _from_file(what, store, output, where, block)
+        return _from_file(what, store, output, where, block, budget)
+    if budget is not None:
+        raise InputError("--budget without a study file", "a study file", "scissordyn study study.toml -o study.zarr")
     if store is None:
         raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.zarr")
     from scissordyn.config.studies import open_study
@@ -114,7 +119,7 @@ def study(
             return _replay(result, case, output)
 
 
-def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None) -> int:
+def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None, budget: str | None) -> int:
     path = Path(what)
     if not path.exists():
         raise InputError(
@@ -126,9 +131,12 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
         raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
     if output is None:
         raise InputError("a study without a store", "-o and a folder", "-o study.zarr")
+    from scissordyn.config.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
+    from scissordyn.units import Quantity
 
-    return compute(study_of(read_study(path)), output, where, block=block)
+    seconds = None if budget is None else read_quantity(budget, Quantity("s", above=0.0, help="time"), "--budget '10 min'")
+    return compute(study_of(read_study(path)), output, where, block=block, budget=seconds)
 
 
 def compute(
@@ -139,6 +147,7 @@ def compute(
     block: int | None = None,
     retry: bool = False,
     points: int | None = None,
+    budget: float | None = None,
 ) -> int:
     """Do what is missing of a study, and show its answers.
 
@@ -153,6 +162,8 @@ def compute(
         Do cases that failed again.
     points : int, optional
         Points from now on.
+    budget : float, optional
+        Time for cheap and accurate runs [s].
 
     Returns
     -------
@@ -180,7 +191,9 @@ def compute(
         if store.exists() and points is None and described.design.kind != "adaptive":
             store.check(described)  # before workers are started for nothing
         with where.engine() as engine, _progress() as told:
-            result = computed(described, address, engine=engine, block=block, retry=retry, points=points, progress=told)
+            result = computed(
+                described, address, engine=engine, block=block, retry=retry, points=points, budget=budget, progress=told
+            )
     except KeyboardInterrupt:
         print(f"scissordyn: interrupted; {kept()}", file=sys.stderr)
         return INTERRUPTED

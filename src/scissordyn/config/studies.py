@@ -6,7 +6,7 @@ import os
 import tempfile
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.options import Options
+from scissordyn.study.accurate import Accurate
 from scissordyn.study.description import OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, Variation
@@ -55,6 +56,9 @@ def study(
     risk: str = "mean",
     population: int = 0,
     generations: int = 20,
+    screen: Mapping[str, Any] | Case | None = None,
+    verify: int = Accurate.points,
+    budget: float | None = None,
     store: Address | None = None,
     engine: Engine | int | None = None,
     block: int | None = None,
@@ -98,6 +102,13 @@ def study(
         ``"minimise peak_force"``: the points are then searched for, by CMA-ES, or with several goals by NSGA-II.
     risk, population, generations
         See `StudyResult.optimise`.
+    screen : mapping of str to value, or Case, optional
+        What makes runs cheap: other options, ``{"rtol": 1e-3, "atol": 1e-3}``, or another case with the same numbers at the
+        addresses that vary. All points are then run so, and some of them accurately too: see `StudyResult.estimates`.
+    verify : int
+        Points that are run accurately too, the first ones; of an optimisation the best ones.
+    budget : float, optional
+        Time for the runs of both kinds [s]: decides how many there are of each, in place of `points` and `verify`.
     store : path, optional
         A folder, in which the results stay; what it holds of this study already is not computed again. A temporary one, which
         ends with the result, if not given.
@@ -139,8 +150,11 @@ def study(
             goals=(goals,) if isinstance(goals, str) else tuple(goals),
             optimise={"risk": risk, "population": population, "generations": generations, "seed": seed},
         )
-        described = described_study(mechanism, chosen, asked)
-    return _result(described, store, engine, block, progress, compute)
+        cheap, quick = (mechanism, chosen) if screen is None else _screen(screen, mechanism, chosen)
+        described = described_study(cheap, quick, asked)
+        if screen is not None:
+            described = replace(described, accurate=Accurate(mechanism, chosen, verify))
+    return _result(described, store, engine, block, progress, compute, budget)
 
 
 def _result(
@@ -150,6 +164,7 @@ def _result(
     block: int | None,
     progress: Callable[[Progress], None] | None,
     compute: bool,
+    budget: float | None,
 ) -> StudyResult:
     if not compute:
         if store is None:
@@ -160,10 +175,11 @@ def _result(
         held.check(described)
         return StudyResult(replace(described, design=held.design()), held)
     if store is not None:
-        return computed(described, store, engine=engine, block=block, progress=progress)
+        return computed(described, store, engine=engine, block=block, budget=budget, progress=progress)
     folder = tempfile.TemporaryDirectory(prefix="scissordyn-study-")
     try:
-        found = computed(described, Path(folder.name) / "study.zarr", engine=engine, block=block, progress=progress)
+        inside = Path(folder.name) / "study.zarr"
+        found = computed(described, inside, engine=engine, block=block, budget=budget, progress=progress)
     except BaseException:
         folder.cleanup()
         raise
@@ -200,6 +216,16 @@ def open_study(
     files = [Path(file) for file in ([allow_code] if isinstance(allow_code, (str, os.PathLike)) else allow_code)]
     own = [_own(name, function) for name, function in (measures or {}).items()]
     return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=own))
+
+
+def _screen(screen: Any, mechanism: Mechanism, options: Options) -> tuple[Mechanism, Options]:
+    """The mechanism and the options of cheap runs."""
+    if isinstance(screen, Case):
+        return screen.mechanism, screen.run
+    known = [each.name for each in fields(Options)]
+    if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(known):
+        raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(known)}", "{'rtol': 1e-3}")
+    return mechanism, replace(options, **screen)
 
 
 def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> tuple[Mechanism, Options]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,6 +31,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
+from scissordyn.study.accurate import Accurate
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Variation
@@ -50,6 +51,22 @@ MOTOR = "motor_fraction"
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
+
+
+@dataclass(frozen=True)
+class Screen:
+    """The cheap runs of a study, which accurate ones verify.
+
+    Parameters
+    ----------
+    set : tuple of str
+        Changes of the case that make its runs cheap.
+    verify : int
+        Points that are run accurately too: the first ones of the design, or of an optimisation the best ones.
+    """
+
+    set: tuple[str, ...]
+    verify: int = Accurate.points
 
 
 @dataclass(frozen=True)
@@ -75,6 +92,7 @@ class StudyText:
         Of an optimisation: ``minimise peak_force``.
     optimise : mapping
         Options of `Optimisation`.
+    screen : Screen, optional
     """
 
     case: Path
@@ -89,6 +107,7 @@ class StudyText:
     motor: MotorCurve | None = None
     goals: tuple[str, ...] = ()
     optimise: Mapping[str, Any] = field(default_factory=dict)
+    screen: Screen | None = None
 
 
 LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
@@ -159,6 +178,12 @@ def _read_motor(given: Any, info: ValidationInfo) -> MotorCurve:
     return curve
 
 
+def _screen() -> type[Table]:
+    """The table of cheap runs, whose changes are texts."""
+    changes = Annotated[list[str], TEXTS, Field(description="changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
+    return table_of(Screen, (("set", changes),))
+
+
 class StudyTable(Table):
     """A whole study file."""
 
@@ -175,6 +200,7 @@ class StudyTable(Table):
     members: Annotated[int, Field(description="runs of each sample that differ by round-off")] = 1
     motor: Annotated[Any, PlainValidator(_read_motor), Field(description="curve of a motor that has to be enough")] = None
     optimise: Annotated[Any, _optimisation().reader(), Field(description="search for the best point")] = None
+    screen: Annotated[Any, _screen().reader(), Field(description="cheap runs, of which some are verified by the case")] = None
 
 
 def read_study(path: Path) -> StudyText:
@@ -215,6 +241,7 @@ def read_study(path: Path) -> StudyText:
         motor=given.motor,
         goals=tuple(optimise.pop("goals", ())),
         optimise=optimise,
+        screen=None if given.screen is None else Screen(tuple(given.screen.set), given.screen.verify),
     )
 
 
@@ -255,7 +282,12 @@ def study_of(text: StudyText) -> Study:
         For an address, a unit, a range or a requirement that does not fit.
     """
     case = read_case(text.case, list(text.changes))
-    return described_study(case.mechanism, Options(**case.run.keywords), text)
+    options = Options(**case.run.keywords)
+    if text.screen is None:
+        return described_study(case.mechanism, options, text)
+    cheap = read_case(text.case, [*text.changes, *text.screen.set])
+    accurate = Accurate(case.mechanism, options, text.screen.verify)
+    return replace(described_study(cheap.mechanism, Options(**cheap.run.keywords), text), accurate=accurate)
 
 
 def described_study(mechanism: Mechanism, options: Options, asked: StudyText) -> Study:

@@ -1,6 +1,16 @@
-"""The matrix of a linearly implicit step, W = 1/hg - d y' / d y, banded by the order of unknowns in `Model.permutation`."""
+"""The matrix of a linearly implicit step, W = 1/hg - d y' / d y, banded by the order of unknowns in `Model.permutation`.
+
+In larger mechanisms two kinds of unknowns are eliminated before it is factorized (`plan.ordering`):
+
+* the state z of a force element that has a single one: its row holds z itself and the element's coordinates only;
+* the multiplier of a constraint on two coordinates that no other constraint reads, with one of both. With the constraint's row
+  w . k = s and its column g the coordinates are k = a u + b s/|w|, b = w/|w|, a normal to w; the multiplier vanishes from the
+  sum of both rows in a direction normal to g. Entries for s, `Workspace.aside`, go to the right-hand side.
+"""
 
 from __future__ import annotations
+
+import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
@@ -8,6 +18,9 @@ from scissordyn.mechanics import band
 __all__ = ["acts", "factorize", "solve"]
 
 _band_factorize, _band_solve = band.factorize, band.solve
+
+LEAST_PIVOT = 0.1
+"""Of 1/hg: a state that grows faster than this allows is not eliminated; the step is to be made again with a smaller size."""
 
 
 @kernel(inline=True)
@@ -23,60 +36,151 @@ def factorize(hg, S):
     Positions are eliminated (k_x = hg (k_v + r_x)) and the multipliers' changes are kept as unknowns, so a chain stays banded.
     """
     M, W = S.model, S.work
-    n, m = M.n, W.multiplier.size
-    matrix, lower = W.band, M.band_limits[0]
-    place = M.permutation
-    matrix[:, :] = 0.0
+    n, lower, paired = M.n, M.band_limits[0], M.pair.shape[0] > 0
+    W.band[:, :] = 0.0
+    W.aside[:, :] = 0.0
     W.gamma[0] = hg
+    singular = orient_pairs(hg, S)
+    if singular >= 0:
+        return singular
     for i in range(n):
-        matrix[place[i], lower] = 1.0 / hg
-    for k in range(m):
-        matrix[place[n + k], lower] = W.inactive[k]
+        row, factor = M.permutation[i], W.row_factor[i] * (1.0 / hg)
+        W.band[row, lower] += W.unknown_factor[i] * factor
+        if paired:
+            W.aside[row, lower] += W.given_factor[i] * factor
+    add_constraints(hg, S)
+    singular = add_elements(hg, S)
+    if singular >= 0:
+        return singular
+    return _band_factorize(W.band, lower, M.band_limits[1], W.pivots)
+
+
+@kernel(inline=True)
+def constraint_row(p, hg, S):
+    """The weights that part p of a constraint has on the changes of its map."""
+    W = S.work
+    weight = W.part_weight[p]
+    wx = weight * (W.frozen_direction[p, 0] + hg * (2.0 * W.frozen_rate[p, 0] + hg * W.direction_acceleration[p, 0]))
+    wy = weight * (W.frozen_direction[p, 1] + hg * (2.0 * W.frozen_rate[p, 1] + hg * W.direction_acceleration[p, 1]))
+    return wx, wy
+
+
+@kernel(inline=True)
+def orient_pairs(hg, S):
+    """Write the factors of the two coordinates of each pair; returns a row whose constraint or gradient vanishes, or -1."""
+    M, W = S.model, S.work
+    for q in range(M.pair.shape[0]):
+        p, a, b = M.pair[q, 0], M.pair[q, 1], M.pair[q, 2]
+        wx, wy = constraint_row(p, hg, S)
+        wa = wb = ga = gb = 0.0
+        for i in range(M.part_start[p], M.part_start[p + 1]):
+            value = wx * M.constraint_row[0, i] + wy * M.constraint_row[1, i]
+            if M.constraint_column[i] == a:
+                wa, ga = value, W.frozen_gradient[i]
+            elif M.constraint_column[i] == b:
+                wb, gb = value, W.frozen_gradient[i]
+        size, steepness = math.hypot(wa, wb), math.hypot(ga, gb)
+        if not (size > 0.0 and steepness > 0.0):  # NaN counts as zero
+            return M.permutation[a]
+        W.pair_size[q] = size
+        W.given_factor[a], W.given_factor[b] = wa / size, wb / size
+        W.unknown_factor[a], W.unknown_factor[b] = -wb / size, wa / size
+        W.row_factor[a], W.row_factor[b] = -gb / steepness, ga / steepness
+    return -1
+
+
+@kernel(inline=True)
+def add_constraints(hg, S):
+    """Add the constraints' rows and columns, and what their gradients change."""
+    M, W = S.model, S.work
+    n, lower, place, matrix = M.n, M.band_limits[0], M.permutation, W.band
+    paired = M.pair.shape[0] > 0
+    for k in range(W.multiplier.size):
+        if place[n + k] >= 0:
+            matrix[place[n + k], lower] = W.inactive[k]
     for p in range(M.part_constraint.size):
-        start, stop, k, weight = M.part_start[p], M.part_start[p + 1], M.part_constraint[p], W.part_weight[p]
-        value = hg * W.frozen_multiplier[k] * weight
-        wx = weight * (W.frozen_direction[p, 0] + hg * (2.0 * W.frozen_rate[p, 0] + hg * W.direction_acceleration[p, 0]))
-        wy = weight * (W.frozen_direction[p, 1] + hg * (2.0 * W.frozen_rate[p, 1] + hg * W.direction_acceleration[p, 1]))
+        start, stop, k = M.part_start[p], M.part_start[p + 1], M.part_constraint[p]
+        value = hg * W.frozen_multiplier[k] * W.part_weight[p]
+        wx, wy = constraint_row(p, hg, S)
         constraint = place[n + k]
         for i in range(start, stop):
-            if M.constraint_column[i] >= n:
+            a = M.constraint_column[i]
+            if a >= n:
                 continue
-            row = place[M.constraint_column[i]]
-            rx, ry = M.constraint_row[0, i], M.constraint_row[1, i]
-            matrix[row, constraint - row + lower] += W.frozen_gradient[i]
-            matrix[constraint, row - constraint + lower] += wx * rx + wy * ry
+            row, rx, ry = place[a], M.constraint_row[0, i], M.constraint_row[1, i]
+            if constraint >= 0:
+                matrix[row, constraint - row + lower] += W.row_factor[a] * W.frozen_gradient[i]
+                matrix[constraint, row - constraint + lower] += (wx * rx + wy * ry) * W.unknown_factor[a]
             for j in range(start, stop):
-                if M.constraint_column[j] < n:
-                    column = place[M.constraint_column[j]]
-                    matrix[row, column - row + lower] += value * (rx * M.constraint_row[0, j] + ry * M.constraint_row[1, j])
+                b = M.constraint_column[j]
+                if b < n:
+                    at = place[b] - row + lower
+                    change = W.row_factor[a] * (value * (rx * M.constraint_row[0, j] + ry * M.constraint_row[1, j]))
+                    matrix[row, at] += change * W.unknown_factor[b]
+                    if paired:
+                        W.aside[row, at] += change * W.given_factor[b]
+
+
+@kernel(inline=True)
+def add_elements(hg, S):
+    """Add the force elements; returns -1, or the number of a state that cannot be eliminated."""
+    M, W = S.model, S.work
+    n, lower, place, matrix = M.n, M.band_limits[0], M.permutation, W.band
+    paired = M.pair.shape[0] > 0
+    first_row = n + W.multiplier.size
     for j in range(M.element_start.size - 1):
         first_state, last_state = M.state_start[j], M.state_start[j + 1]
-        states = last_state - first_state
+        states, condensed = last_state - first_state, False
         for s in range(states):
-            matrix[place[n + m + first_state + s], lower] += 1.0 / hg
+            if place[first_row + first_state + s] >= 0:
+                matrix[place[first_row + first_state + s], lower] += 1.0 / hg
+            else:
+                condensed = True
         if not acts(j, S):
+            if condensed:
+                W.state_inverse[first_state] = hg
             continue
+        inverse, at_state = 0.0, M.force_state_start[j]
+        if condensed:
+            pivot = 1.0 / hg - W.rate_by_state[M.state_state_start[j]]
+            if not hg * pivot > LEAST_PIVOT:
+                return first_state
+            inverse = 1.0 / pivot
+            W.state_inverse[first_state] = inverse
         first, count = M.element_start[j], M.element_start[j + 1] - M.element_start[j]
         for a in range(count):
-            if M.element_column[first + a] >= n:
+            here = M.element_column[first + a]
+            if here >= n:
                 continue
-            row = place[M.element_column[first + a]]
+            row, factor, start = place[here], W.row_factor[here], M.block_start[j] + a * count
+            by_state = W.force_by_state[at_state + a] * inverse if condensed else 0.0
             for b in range(count):
-                if M.element_column[first + b] < n:
-                    at = M.block_start[j] + a * count + b
-                    column = place[M.element_column[first + b]]
-                    matrix[row, column - row + lower] -= W.block_v[at] + hg * W.block_x[at]
+                there = M.element_column[first + b]
+                if there < n:
+                    value = W.block_v[start + b] + hg * W.block_x[start + b]
+                    if condensed:
+                        value += by_state * (W.rate_by_v[at_state + b] + hg * W.rate_by_x[at_state + b])
+                    value *= factor
+                    at = place[there] - row + lower
+                    matrix[row, at] -= value * W.unknown_factor[there]
+                    if paired:
+                        W.aside[row, at] -= value * W.given_factor[there]
+            if not condensed:
+                for s in range(states):
+                    at = at_state + a * states + s
+                    state = place[first_row + first_state + s]
+                    matrix[row, state - row + lower] -= factor * W.force_by_state[at]
+                    value = W.rate_by_v[at] + hg * W.rate_by_x[at]
+                    matrix[state, row - state + lower] -= value * W.unknown_factor[here]
+                    if paired:
+                        W.aside[state, row - state + lower] -= value * W.given_factor[here]
+        if not condensed:
             for s in range(states):
-                at = M.force_state_start[j] + a * states + s
-                state = place[n + m + first_state + s]
-                matrix[row, state - row + lower] -= W.force_by_state[at]
-                matrix[state, row - state + lower] -= W.rate_by_v[at] + hg * W.rate_by_x[at]
-        for s in range(states):
-            row = place[n + m + first_state + s]
-            for k in range(states):
-                column = place[n + m + first_state + k]
-                matrix[row, column - row + lower] -= W.rate_by_state[M.state_state_start[j] + s * states + k]
-    return _band_factorize(matrix, lower, M.band_limits[1], W.pivots)
+                row = place[first_row + first_state + s]
+                for k in range(states):
+                    column = place[first_row + first_state + k]
+                    matrix[row, column - row + lower] -= W.rate_by_state[M.state_state_start[j] + s * states + k]
+    return -1
 
 
 @kernel(inline=True)
@@ -86,11 +190,37 @@ def solve(r, S):
     n, m, nz = M.n, W.multiplier.size, M.state_start[-1]
     hg, work, place = W.gamma[0], W.work, M.permutation
     for i in range(n):
-        work[place[i]] = r[n + i]
+        W.load[i] = r[n + i]
+    for i in range(W.band.shape[0]):
+        work[i] = 0.0
+    load_constraints(r, S)
+    load_elements(r, S)
+    for i in range(n):
+        work[place[i]] += W.row_factor[i] * W.load[i]
     for s in range(nz):
-        work[place[n + m + s]] = r[2 * n + s]
-    for k in range(m):
-        work[place[n + k]] = 0.0
+        if place[n + m + s] >= 0:
+            work[place[n + m + s]] = r[2 * n + s]
+    lower, upper, last = M.band_limits[0], M.band_limits[1], W.band.shape[0] - 1
+    for q in range(M.pair.shape[0]):
+        column, given = place[M.pair[q, 1]], W.given[M.pair[q, 1]]
+        for row in range(max(0, column - upper), min(last, column + lower) + 1):
+            work[row] -= W.aside[row, column - row + lower] * given
+    _band_solve(W.band, lower, upper, W.pivots, work[: last + 1])
+    for i in range(n):
+        value = W.unknown_factor[i] * work[place[i]] + W.given_factor[i] * W.given[i]
+        r[n + i] = value
+        r[i] = hg * (value + r[i])
+    for s in range(nz):
+        if place[n + m + s] >= 0:
+            r[2 * n + s] = work[place[n + m + s]]
+    eliminated_states(r, S)
+
+
+@kernel(inline=True)
+def load_constraints(r, S):
+    """What the positions' part of r adds to the right-hand side through the constraints."""
+    M, W = S.model, S.work
+    n, hg, place = M.n, W.gamma[0], M.permutation
     for p in range(M.part_constraint.size):
         k, weight = M.part_constraint[p], W.part_weight[p]
         along = dx = dy = 0.0
@@ -104,28 +234,95 @@ def solve(r, S):
         for i in range(M.part_start[p], M.part_start[p + 1]):
             column = M.constraint_column[i]
             if column < n:
-                work[place[column]] -= value * (M.constraint_row[0, i] * dx + M.constraint_row[1, i] * dy)
+                W.load[column] -= value * (M.constraint_row[0, i] * dx + M.constraint_row[1, i] * dy)
         bend = weight * (dx * W.direction_acceleration[p, 0] + dy * W.direction_acceleration[p, 1])
-        work[place[n + k]] += hg * (along - hg * bend)
+        change = hg * (along - hg * bend)
+        if place[n + k] >= 0:
+            W.work[place[n + k]] += change
+        else:
+            q = M.pair_of[k]
+            W.given[M.pair[q, 1]] = W.given[M.pair[q, 2]] = change / W.pair_size[q]
+
+
+@kernel(inline=True)
+def load_elements(r, S):
+    """What the positions' part of r adds through the force elements, and what their eliminated states do."""
+    M, W = S.model, S.work
+    n, hg = M.n, W.gamma[0]
+    first_row = n + W.multiplier.size
     for j in range(M.element_start.size - 1):
         if not acts(j, S):
             continue
         first, count = M.element_start[j], M.element_start[j + 1] - M.element_start[j]
         first_state, states = M.state_start[j], M.state_start[j + 1] - M.state_start[j]
+        moved = W.local[0]
         for b in range(count):
-            if M.element_column[first + b] >= n:
-                continue
-            value = hg * r[M.element_column[first + b]]
+            column = M.element_column[first + b]
+            moved[b] = hg * r[column] if column < n else 0.0
+        for s in range(states):
+            total = r[2 * n + first_state + s]
+            for b in range(count):
+                total += W.rate_by_x[M.force_state_start[j] + b * states + s] * moved[b]
+            r[2 * n + first_state + s] = total
+        condensed = states == 1 and M.permutation[first_row + first_state] < 0
+        state = W.state_inverse[first_state] * r[2 * n + first_state] if condensed else 0.0
+        add_product(j, S)
+        if condensed:
             for a in range(count):
-                if M.element_column[first + a] < n:
-                    work[place[M.element_column[first + a]]] += W.block_x[M.block_start[j] + a * count + b] * value
-            for s in range(states):
-                at = M.force_state_start[j] + b * states + s
-                work[place[n + m + first_state + s]] += W.rate_by_x[at] * value
-    _band_solve(W.band, M.band_limits[0], M.band_limits[1], W.pivots, work)
-    for i in range(n):
-        value = work[place[i]]
-        r[n + i] = value
-        r[i] = hg * (value + r[i])
-    for s in range(nz):
-        r[2 * n + s] = work[place[n + m + s]]
+                column = M.element_column[first + a]
+                if column < n:
+                    W.load[column] += W.force_by_state[M.force_state_start[j] + a] * state
+
+
+@kernel(inline=True)
+def add_product(j, S):
+    """Add d force / d X of element j, times the first row of Work.local, to Work.load: four rows at a time."""
+    M, W = S.model, S.work
+    first, count, start, moved = M.element_start[j], M.element_start[j + 1] - M.element_start[j], M.block_start[j], W.local[0]
+    whole = 4 * (count // 4)
+    for a in range(0, whole, 4):
+        k, l = M.element_column[first + a], M.element_column[first + a + 1]
+        p, q = M.element_column[first + a + 2], M.element_column[first + a + 3]
+        one, two = W.load[k] if k < M.n else 0.0, W.load[l] if l < M.n else 0.0
+        three, four = W.load[p] if p < M.n else 0.0, W.load[q] if q < M.n else 0.0
+        at = start + a * count
+        for b in range(count):
+            one += W.block_x[at + b] * moved[b]
+            two += W.block_x[at + count + b] * moved[b]
+            three += W.block_x[at + 2 * count + b] * moved[b]
+            four += W.block_x[at + 3 * count + b] * moved[b]
+        if k < M.n:
+            W.load[k] = one
+        if l < M.n:
+            W.load[l] = two
+        if p < M.n:
+            W.load[p] = three
+        if q < M.n:
+            W.load[q] = four
+    for a in range(whole, count):
+        k = M.element_column[first + a]
+        if k < M.n:
+            total = W.load[k]
+            for b in range(count):
+                total += W.block_x[start + a * count + b] * moved[b]
+            W.load[k] = total
+
+
+@kernel(inline=True)
+def eliminated_states(r, S):
+    """Changes of the eliminated states, from those of the coordinates in r."""
+    M, W = S.model, S.work
+    n, hg = M.n, W.gamma[0]
+    first_row = n + W.multiplier.size
+    for j in range(M.element_start.size - 1):
+        first_state, states = M.state_start[j], M.state_start[j + 1] - M.state_start[j]
+        if states != 1 or M.permutation[first_row + first_state] >= 0:
+            continue
+        total = r[2 * n + first_state]
+        if acts(j, S):
+            for b in range(M.element_start[j + 1] - M.element_start[j]):
+                column = M.element_column[M.element_start[j] + b]
+                if column < n:
+                    at = M.force_state_start[j] + b
+                    total += (W.rate_by_v[at] + hg * W.rate_by_x[at]) * r[n + column]
+        r[2 * n + first_state] = W.state_inverse[first_state] * total

@@ -119,8 +119,10 @@ class Model(NamedTuple):
     block_start: I1  # (force elements + 1,) where an element's k x k blocks start
     force_state_start: I1
     state_state_start: I1
-    permutation: I1  # (n+m+nz,) row of the step matrix for each unknown
+    permutation: I1  # (n+m+nz,) row of the step matrix for each unknown, -1 if it is eliminated
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
+    pair: I2  # (pairs, 3) part of a constraint whose multiplier is eliminated, and its two coordinates
+    pair_of: I1  # (m,) pair of a constraint, or -1
 
 
 class Parameters(NamedTuple):
@@ -179,7 +181,15 @@ class Workspace(NamedTuple):
     frozen_gradient: F1
     frozen_multiplier: F1
     band: F2  # step matrix
+    aside: F2  # its entries for what constraints prescribe of their pairs
     pivots: I1
+    row_factor: F1  # (n,) of coordinates in the rows of the step matrix
+    unknown_factor: F1  # (n,) in its columns: both are 1 but for pairs
+    given_factor: F1  # (n,) what a pair's prescribed change contributes; 0 but for pairs
+    given: F1  # (n,) that change
+    pair_size: F1  # (pairs,) length of the constraint's row
+    load: F1  # (n,) right-hand side by coordinate
+    state_inverse: F1  # (nz,) inverse pivot of an eliminated state
     gram: F2  # (m, band)
     gram_pivots: I1
     segment: F1  # (2,) the break of a time function that has been reached, and the next one [s]

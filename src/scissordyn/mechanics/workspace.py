@@ -40,7 +40,8 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
     contacts, components = parameters.contact.size, model.component_port.size
     counts, states = np.diff(model.element_start), np.diff(model.state_start)
     entries, parts = model.constraint_column.size, model.part_constraint.size
-    size, most = model.permutation.size, int(np.max(states, initial=0))
+    size, most = int(np.max(model.permutation, initial=-1)) + 1, int(np.max(states, initial=0))
+    nz, lower, upper = int(model.state_start[-1]), int(model.band_limits[0]), int(model.band_limits[1])
     signals = len(SIGNALS)
     inactive = np.zeros(m)
     inactive[model.latch[:, 0]] = 1.0
@@ -67,8 +68,16 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         frozen_rate=np.zeros((parts, 2)),
         frozen_gradient=np.zeros(entries),
         frozen_multiplier=np.zeros(m),
-        band=np.zeros((size, width(int(model.band_limits[0]), int(model.band_limits[1])))),
+        band=np.zeros((size, width(lower, upper))),
+        aside=np.zeros((size if model.pair.size else 0, lower + upper + 1)),
         pivots=np.zeros(size, np.int64),
+        row_factor=np.ones(n),
+        unknown_factor=np.ones(n),
+        given_factor=np.zeros(n),
+        given=np.zeros(n),
+        pair_size=np.zeros(model.pair.shape[0]),
+        load=np.zeros(n),
+        state_inverse=np.zeros(nz),
         gram=np.zeros((m, width(int(model.band_limits[2]), int(model.band_limits[3])))),
         gram_pivots=np.zeros(m, np.int64),
         segment=np.array([-math.inf, math.inf]),
@@ -103,7 +112,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         signal_rate=np.zeros(signals),
         control_work=np.zeros((2, most)),
         observed=np.zeros((components, 2)),
-        work=np.zeros(size),
-        scratch=np.zeros(2 * n + int(model.state_start[-1])),
+        work=np.zeros(n + m + nz),
+        scratch=np.zeros(2 * n + nz),
         work_b=np.zeros(nb),
     )

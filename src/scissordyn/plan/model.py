@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.catalogue import COMPONENTS
@@ -28,11 +26,9 @@ from scissordyn.mechanics.system import RESULTS, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
+from scissordyn.plan.ordering import incidence, order_unknowns
 
 __all__ = ["make_model"]
-
-FEW = 12
-"""Up to so many unknowns the step matrix is taken as full."""
 
 
 def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -94,8 +90,9 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     counts = np.diff(element_start)
     rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
     track_start, track_column, track_row = _stacked([coordinates.tracked(track) for track in mechanism.tracks], 2)
-    permutation, reach = _ordering(coordinates, element_start, element_column, states)
     constraints = _constraints(mechanism, coordinates)
+    read = [each.columns[each.columns < n] for each in maps]
+    ordering = order_unknowns(n, coordinates.constraints, set(constraints["latch"][:, 0].tolist()), read, states)
     gram = int(np.max(-np.diff(constraints["overlap"], axis=1), initial=0))
     return Model(
         n=n,
@@ -116,8 +113,10 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         block_start=offsets(counts**2),
         force_state_start=offsets(counts * np.array(states, np.int64)),
         state_state_start=offsets(s * s for s in states),
-        permutation=permutation,
-        band_limits=_integers([reach, reach, gram, gram]),
+        permutation=ordering.permutation,
+        band_limits=_integers([ordering.reach, ordering.reach, gram, gram]),
+        pair=ordering.pair,
+        pair_of=ordering.pair_of,
         **constraints,
         **_components(mechanism, rotation_start.size - 1),
     )
@@ -229,37 +228,7 @@ def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.nd
 
 def _overlaps(coordinates: Coordinates) -> np.ndarray:
     """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
-    own = _incidence([each.columns[each.columns < coordinates.free] for each in coordinates.constraints], coordinates.free)
+    own = incidence([each.columns[each.columns < coordinates.free] for each in coordinates.constraints], coordinates.free)
     k, l = (own @ own.T).nonzero()
     pairs = np.stack([k, l], axis=1)[k >= l].astype(np.int64)
     return np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
-
-
-def _incidence(groups: list[np.ndarray], columns: int) -> csr_array:
-    """A matrix with a one wherever a group, its row, has a column."""
-    rows = np.repeat(np.arange(len(groups)), [group.size for group in groups])
-    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
-    return csr_array((np.ones(rows.size), (rows, held)), shape=(len(groups), columns))
-
-
-def _ordering(
-    coordinates: Coordinates, element_start: np.ndarray, element_column: np.ndarray, states: list[int]
-) -> tuple[np.ndarray, int]:
-    """Rows of the step matrix for accelerations, multipliers and internal states, so that its band is narrow, and its reach."""
-    n, m = coordinates.free, len(coordinates.constraints)
-    size = n + m + sum(states)
-    if size <= FEW:
-        return np.arange(size, dtype=np.int64), max(0, size - 1)
-    groups = [np.append(each.columns[each.columns < n], n + k) for k, each in enumerate(coordinates.constraints)]
-    first_state = n + m
-    for e, count in enumerate(states):
-        columns = element_column[element_start[e] : element_start[e + 1]]
-        groups.append(np.concatenate([columns[columns < n], np.arange(first_state, first_state + count)]))
-        first_state += count
-    own = _incidence([*groups, *np.arange(size)[:, None]], size)
-    graph = csr_array(own.T @ own)
-    graph.sort_indices()
-    rows, beside = graph.nonzero()
-    place = np.empty(size, np.int64)
-    place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
-    return place, int(np.max(np.abs(place[rows] - place[beside]), initial=0))

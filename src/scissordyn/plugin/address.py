@@ -13,7 +13,7 @@ import inspect
 import re
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 from llvmlite import ir
@@ -25,7 +25,7 @@ from numba.extending import intrinsic
 from scissordyn.jit import callback
 from scissordyn.jit import kernel as compile_inside
 
-__all__ = ["ANSWER", "Kernel", "address_of", "arguments_of", "call_at", "plain_kernel"]
+__all__ = ["ANSWER", "Kernel", "Recipe", "address_of", "arguments_of", "call_at", "plain_kernel", "recipe_of"]
 
 Kernel = Callable[..., Any]
 
@@ -64,6 +64,23 @@ PLAINLY = bool(getattr(numba.core.config, "DISABLE_JIT", False))
 
 _KEPT: dict[int, Any] = {}
 """Compiled functions by address: they live as long as the process, since their addresses travel as numbers."""
+
+
+class Recipe(NamedTuple):
+    """What the machine code at an address was made of: a function, what it is handed, and where its results go."""
+
+    function: Kernel
+    handed: tuple[str, ...]
+    targets: tuple[str, ...]
+    guarded: bool
+
+
+_RECIPES: dict[int, Recipe] = {}
+
+
+def recipe_of(address: int) -> Recipe:
+    """What the machine code at an address was made of, for another compiler."""
+    return _RECIPES[address]
 
 
 @cache
@@ -107,9 +124,11 @@ def address_of(kernel: Kernel, handed: tuple[str, ...], targets: tuple[str, ...]
     if PLAINLY:
         address = len(_KEPT) + 1
         _KEPT[address] = scope[name]
+        _RECIPES[address] = Recipe(plain, handed, targets, guarded)
         return address
     made = callback(scope[name], SIGNATURE, stored=ours)
     _KEPT[int(made.address)] = made
+    _RECIPES[int(made.address)] = Recipe(plain, handed, targets, guarded)
     return int(made.address)
 
 

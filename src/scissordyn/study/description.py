@@ -25,6 +25,7 @@ from scissordyn.run.configuration import Configuration
 from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.options import Options
+from scissordyn.study.accurate import Accurate
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.factor import Factor, Sampling, plain_factor, read_factor
 from scissordyn.study.goal import Optimisation
@@ -145,6 +146,8 @@ class Study:
         Proposes the points of an adaptive design.
     responses : tuple of Response
         Of single joints, drives, components or tracked points: answers in place of the largest value of all of them.
+    accurate : Accurate or None
+        The runs that verify those of this study, which are cheap: see `study.screening`.
     """
 
     mechanism: Mechanism
@@ -160,6 +163,7 @@ class Study:
     requirements: tuple[Requirement, ...] = ()
     optimisation: Optimisation | None = None
     responses: tuple[Response, ...] = ()
+    accurate: Accurate | None = None
 
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
@@ -324,6 +328,7 @@ class Study:
             "requirements": [vars(requirement).copy() for requirement in self.requirements],
             "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
             "responses": [vars(response).copy() for response in self.responses],
+            **({} if self.accurate is None else {"accurate": self.accurate.to_plain()}),
         }
 
     @classmethod
@@ -398,6 +403,7 @@ class Study:
             tuple(Requirement(**each) for each in plain["requirements"]),
             None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
             tuple(Response(**each) for each in plain.get("responses", ())),
+            Accurate.from_plain(plain["accurate"], allow_code=allow_code, reading=reading) if "accurate" in plain else None,
         )
 
     def fingerprint(self) -> dict[str, str]:

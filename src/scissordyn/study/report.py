@@ -22,8 +22,11 @@ from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bar
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
 from scissordyn.study.conclusion import conclude, numbers_text, trend_table
 from scissordyn.study.description import Study
+from scissordyn.study.fidelity import cost_note, fidelity_sentences, fidelity_tables
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
+from scissordyn.study.screening import verified_address, verified_results
+from scissordyn.study.store import Store
 from scissordyn.study.summary import (
     Table,
     agreement,
@@ -170,6 +173,7 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
     parts = [
+        *_fidelity(study, results, address),
         conclusion_html(study, results, address),
         "<h2>What was computed</h2>",
         summary_html(study, results),
@@ -244,6 +248,18 @@ def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str
     if said.next:
         steps = (f"<p>{_text(why)}:<br><code>{_text(what)}</code></p>" for why, what in said.next)
         yield "<h2>What to try next</h2>" + "".join(steps)
+
+
+def _fidelity(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
+    """What cheap and accurate runs say together, where there are both."""
+    accurate = verified_results(study, address)
+    if accurate is None:
+        return
+    first, *others = fidelity_sentences(study, results, accurate)
+    yield f"<p><strong>{_text(first)}</strong></p>" + "".join(f"<p>{_text(line)}</p>" for line in others)
+    for table in fidelity_tables(study, results, accurate):
+        yield f"<h2>{_text(table.title)}</h2>" + _table(table)
+    yield f"<p>{_text(cost_note(study, Store(address), Store(verified_address(address))))}</p>"
 
 
 def _trends(study: Study, results: xr.Dataset) -> Iterator[str]:

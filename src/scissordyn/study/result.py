@@ -31,10 +31,12 @@ from scissordyn.study.answer import (
 from scissordyn.study.description import Study
 from scissordyn.study.execute import Progress, execute, extend
 from scissordyn.study.export import export, table
+from scissordyn.study.fidelity import Corrected, confirmed, estimates
 from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import Optimum, candidates, optimise
 from scissordyn.study.recommendation import Recommendation, recommended, recommended_point
+from scissordyn.study.screening import screened, verified_address
 from scissordyn.study.store import Store, column
 from scissordyn.study.summary import design_size
 from scissordyn.study.trend import Trend, trends
@@ -146,6 +148,31 @@ class StudyResult:
         """By response, the power law or straight line that predicts points it has not seen best; see `study.trend.Trend`."""
         return {name: both[0] for name, both in trends(self.study, self.dataset).items()}
 
+    @property
+    def verified(self) -> StudyResult | None:
+        """The accurate runs of a study of cheap ones: their own study and store; None if there are none."""
+        store = Store(verified_address(self.store.address))
+        if self.study.accurate is None or not store.exists():
+            return None
+        return StudyResult(store.study(reading=True), store)
+
+    @property
+    def estimates(self) -> list[Corrected]:
+        """Fractions, means and quantiles from cheap and accurate runs together, with 95 % intervals: see `study.fidelity`."""
+        return estimates(self.study, self.dataset, self._verified().dataset)
+
+    @property
+    def confirmed(self) -> pd.DataFrame:
+        """The points of a search by cheap runs that were run accurately: see `study.fidelity.confirmed`."""
+        if self.study.optimisation is None:
+            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.zarr')")
+        return confirmed(self.study, self._verified().dataset, self.dataset)
+
+    def _verified(self) -> StudyResult:
+        if (found := self.verified) is None:
+            raise InputError("a study without accurate runs beside its own", "cheap runs", "screen={'rtol': 1e-3}")
+        return found
+
     def _need_requirements(self) -> None:
         if not self.study.requirements:
             raise InputError("a study without requirements", "bounds on measures", "requirements={'peak_force': 500.0}")
@@ -200,6 +227,9 @@ class StudyResult:
             points, place = self.points, recommended_point(self.study, self.dataset)
         else:
             points, place = self.optimum.points, self.optimum.best
+            if self.study.accurate is not None and len(self.study.optimisation.goals) == 1 and self.verified is not None:
+                table, goal = self.confirmed, self.study.optimisation.goals[0].label
+                place = int(table.sort_values(["accurate violation", f"accurate {goal}"]).index[0])
         if place < 0:
             several = len(self.study.optimisation.goals) if self.study.optimisation else 0
             what = f"the best point for {several} goals" if several > 1 else "the best of points that all failed"
@@ -260,7 +290,8 @@ class StudyResult:
         StudyResult
             The same, with what there is now.
         """
-        return self._now(computed(self.built(), self.store.address, engine=engine, retry=retry, progress=progress))
+        study = replace(self.built(), design=self.store.design())  # which may have more points by now
+        return self._now(computed(study, self.store.address, engine=engine, retry=retry, progress=progress))
 
     def extend(self, points: int, *, engine: Engine | int | None = None, progress: Told = None) -> StudyResult:
         """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
@@ -386,6 +417,7 @@ def computed(
     block: int | None = None,
     retry: bool = False,
     points: int | None = None,
+    budget: float | None = None,
     progress: Told = None,
 ) -> StudyResult:
     """Compute a study, or what its store lacks of it.
@@ -399,8 +431,15 @@ def computed(
         As for `study.execute.execute`.
     points : int, optional
         Number of points of the design from now on.
+    budget : float, optional
+        Time for cheap and accurate runs [s]; see `study.screening.screened`.
     """
-    if study.optimisation is not None:
+    if budget is not None and (study.accurate is None or points is not None):
+        sample = '[screen] with set = ["run.rtol=1e-3"], or screen={"rtol": 1e-3}'
+        raise InputError("a budget of a study without cheap and accurate runs", "a study with both", sample)
+    if study.accurate is not None and points is None:
+        store = screened(study, address, engine=engine, block=block, retry=retry, budget=budget, progress=progress)
+    elif study.optimisation is not None:
         store = optimise(study, address, engine=engine, block=block, progress=progress)
     elif points is not None:
         store = extend(study, address, points, engine=engine, progress=progress)

@@ -1,0 +1,1 @@
+"""Mechanisms that other programs drew, and mechanisms and forces for other programs."""

@@ -1,0 +1,220 @@
+"""The worst load of each bar as beams for CalculiX, the solver of FreeCAD's FEM, which reads these files too."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import Body
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.section import read_material
+
+__all__ = ["beam_file"]
+
+PIECES = 12
+"""Elements between two points of a bar."""
+
+STRAIGHT = 1e-9
+"""Points this fraction of a bar's length beside its line are on it."""
+
+UNIFORM = 1e-6
+"""A bar whose mass centre and inertia are this near those of a uniform one has its mass along its length."""
+
+RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
+METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
+
+@dataclass(frozen=True)
+class _Case:
+    """The load of a bar at one instant, in its own frame."""
+
+    body: Body
+    time: float
+    forces: tuple[tuple[str, str, float, float], ...]
+    torque: float
+    gravity: tuple[float, float]
+    acceleration: tuple[float, float]
+    rate: float
+    angular: float
+
+
+def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, section: str, material: str = "steel") -> bytes:
+    """An input file of CalculiX: each straight bar as beams in its own frame, with its load when the force on it is largest.
+
+    The forces of the pins, the weight and the inertia of the bar are in equilibrium; three supports in the plane take nothing
+    but what is missing to that, so that their reactions tell how exact it is.
+
+    Parameters
+    ----------
+    forces : Dataset
+        Of `pin_forces`.
+    run : Dataset
+    mechanism : Mechanism
+    section : str
+        Width across the plane and depth in the plane of a rectangle, as "20x30 mm".
+    material : str
+        "steel", "aluminium" or "titanium".
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputError
+        If the section is no rectangle, or no bar can be written.
+    """
+    found = RECTANGLE.fullmatch(section)
+    if found is None or not float(found[1]) > 0.0 < float(found[2]):
+        raise InputError(
+            f"section '{section}' of beams", "a rectangle: width across the plane x depth in it", "--section '20x30 mm'"
+        )
+    width, depth = (float(found[k]) * METRES[found[3]] for k in (1, 2))
+    chosen = read_material(material)
+    lines, left_out, node, element = [], [], 0, 0
+    loads: list[str] = []
+    supports: list[str] = []
+    for number, body in enumerate(mechanism.bodies):
+        case = _worst(forces, run, mechanism, body)
+        if isinstance(case, str):
+            left_out.append(f"** '{body.name}': left out, {case}")
+            continue
+        places = _nodes(body)
+        label = re.sub(r"\W", "_", body.name).upper()
+        height = number * 2.0 * mechanism.size
+        lines.append(f"** {body.name}: load at t = {case.time:.9g} s")
+        lines.append(f"*NODE, NSET=N_{label}")
+        lines += [f"{node + k + 1}, {x:.12g}, {height:.12g}, 0" for k, x in enumerate(places)]
+        lines.append(f"*ELEMENT, TYPE=B31, ELSET=E_{label}")
+        lines += [f"{element + k + 1}, {node + k + 1}, {node + k + 2}" for k in range(len(places) - 1)]
+        lines += [f"*BEAM SECTION, ELSET=E_{label}, MATERIAL=BAR, SECTION=RECT", f"{depth:.12g}, {width:.12g}", "0, 1, 0"]
+        loads += _loads(case, places, node)
+        last = node + len(places)
+        supports += [f"N_{label}, 3, 3", f"{node + 1}, 1, 2", f"{last}, 2, 2", f"{node + 1}, 4, 4"]
+        node, element = last, element + len(places) - 1
+    if not node:
+        raise InputError("no bar that can be written as beams", "a straight bar with joints on its line")
+    text = [
+        "** Written by scissordyn: bars as beams, SI units, each along x of its own frame.",
+        *left_out,
+        *lines,
+        "*MATERIAL, NAME=BAR",
+        f"*ELASTIC\n{chosen.youngs_modulus:.9g}, 0.3",
+        f"*DENSITY\n{chosen.density:.9g}",
+        "*BOUNDARY",
+        *supports,
+        "*STEP\n*STATIC\n*CLOAD",
+        *loads,
+        "*NODE FILE, OUTPUT=2D\nU, RF",
+        "*EL FILE, SECTION FORCES\nS",
+        *(f"*NODE PRINT, NSET={line.rpartition('NSET=')[2]}, TOTALS=ONLY\nRF" for line in lines if line.startswith("*NODE")),
+        "*END STEP\n",
+    ]
+    return "\n".join(text).encode()
+
+
+def _worst(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> _Case | str:
+    """The load at the instant of the largest force on a pin of the bar; or why there is none."""
+    ends = [k for k, name in enumerate(forces["end_body"].values) if name == body.name]
+    points = [str(forces["end_point"].values[k]) for k in ends]
+    size = body.extent
+    if not body.rotates or not ends or len(_line(body)) < 2:
+        return "it is no bar with a joint and a length"
+    if (
+        any(not point or abs(body.points[point][1]) > STRAIGHT * size for point in points)
+        or abs(body.centre[1]) > STRAIGHT * size
+    ):
+        return "its joints and its mass centre are not on its x axis"
+    along = forces["force_along"].values[:, ends]
+    if np.isnan(along).any():
+        return "a reaction is not determined"
+    at = int(np.argmax(np.max(np.hypot(along[..., 0], along[..., 1]), axis=1)))
+    b = mechanism.bodies.index(body)
+    other = forces["other_force"].values[at, b]
+    largest = float(np.max(abs(along[at])))
+    if np.hypot(*other) > 1e-6 * max(largest, 1.0):
+        return f"components pull at it with {np.hypot(*other):.4g} N at t = {run['time'].values[at]:.6g} s"
+    motion = run.isel(time=at).sel(body=body.name)
+    angle = float(motion["angle"])
+    cos, sin = math.cos(angle), math.sin(angle)
+
+    def own(x: float, y: float) -> tuple[float, float]:
+        return cos * x + sin * y, cos * y - sin * x
+
+    down = own(
+        mechanism.gravity * math.cos(mechanism.gravity_direction), mechanism.gravity * math.sin(mechanism.gravity_direction)
+    )
+    joints = [str(forces["end_joint"].values[k]) for k in ends]
+    return _Case(
+        body,
+        float(run["time"].values[at]),
+        tuple((joint, point, float(fx), float(fy)) for joint, point, (fx, fy) in zip(joints, points, along[at], strict=True)),
+        float(forces["other_torque"].values[at, b]),
+        down,
+        own(*map(float, motion["acceleration"].values)),
+        float(motion["angular_velocity"]),
+        float(motion["angular_acceleration"]),
+    )
+
+
+def _line(body: Body) -> list[float]:
+    """Places of the points and of the mass centre along the bar's x axis."""
+    return sorted({round(x, 12) for x, y in (*body.points.values(), body.centre) if abs(y) <= STRAIGHT * body.extent})
+
+
+def _nodes(body: Body) -> list[float]:
+    """These, and some between them."""
+    fixed = _line(body)
+    places = [fixed[0]]
+    for a, b in pairwise(fixed):
+        places += [a + (b - a) * k / PIECES for k in range(1, PIECES + 1)]
+    return places
+
+
+def _loads(case: _Case, places: list[float], before: int) -> list[str]:
+    """Forces and torques at the nodes: of the pins, the weight, and the inertia with its sign turned."""
+    body = case.body
+    lines: list[str] = []
+
+    def node(x: float) -> int:
+        return before + 1 + min(range(len(places)), key=lambda k: abs(places[k] - x))
+
+    def put(x: float, fx: float, fy: float, torque: float = 0.0) -> None:
+        lines.extend(f"{node(x)}, {degree}, {value:.12g}" for degree, value in ((1, fx), (2, fy), (6, torque)) if value != 0.0)
+
+    for joint, point, fx, fy in case.forces:
+        lines.append(f"** joint '{joint}'")
+        put(body.points[point][0], fx, fy)
+    length = places[-1] - places[0]
+    middle = 0.5 * (places[0] + places[-1])
+    own = body.mass * length**2 / 12.0
+    uniform = abs(body.centre[0] - middle) < UNIFORM * length and abs((body.inertia or 0.0) - own) < UNIFORM * own
+    lines.append("** drives and friction: a torque at the first joint" if case.torque else "** no further torque")
+    put(body.points[case.forces[0][1]][0], 0.0, 0.0, case.torque)
+    gx, gy = case.gravity
+    ax, ay = case.acceleration
+    if not uniform:
+        lines.append("** weight and inertia, at the mass centre: the bar is not uniform")
+        put(body.centre[0], body.mass * (gx - ax), body.mass * (gy - ay), -(body.inertia or 0.0) * case.angular)
+        return lines
+    lines.append("** weight and inertia, along the bar")
+    for a, b in pairwise(places):
+        for x, weight in _consistent(a, b):
+            arm = x - body.centre[0]
+            px, py = ax - case.rate**2 * arm, ay + case.angular * arm
+            part = body.mass * weight / length
+            for place, share in (((a, (b - x) / (b - a))), (b, (x - a) / (b - a))):
+                put(place, share * part * (gx - px), share * part * (gy - py))
+    return lines
+
+
+def _consistent(a: float, b: float) -> list[tuple[float, float]]:
+    """Two Gauss points: exact for the product of linear shapes and a linear load."""
+    half, middle = 0.5 * (b - a), 0.5 * (a + b)
+    return [(middle - half / math.sqrt(3.0), half), (middle + half / math.sqrt(3.0), half)]

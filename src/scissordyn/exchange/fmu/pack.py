@@ -1,0 +1,133 @@
+"""A unit as a file: source, description and, where there is a compiler, the library for this machine."""
+
+from __future__ import annotations
+
+import io
+import os
+import platform
+import re
+import shutil
+import subprocess
+import tempfile
+import uuid
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scissordyn.errors import InputError
+from scissordyn.exchange.fmu.description import build_description, model_description
+from scissordyn.exchange.fmu.source import Source
+from scissordyn.plan.plan import plan
+from scissordyn.run.options import Options
+from scissordyn.run.trajectory import make_driver
+
+if TYPE_CHECKING:
+    from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["compiled_library", "fmu"]
+
+COMPILERS = ("cc", "gcc", "clang")
+
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
+"""No contraction of products and sums: the numbers are to be those of the package."""
+
+ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
+SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
+
+LIMIT = 600
+"""Longest time that a compiler may take [s]."""
+
+
+def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
+    """A functional mock-up unit (FMI 3.0) of a mechanism, for model exchange and for co-simulation.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    run : Options
+        How it starts, and its tolerances.
+    name : str
+    sources_only : bool
+        Whether to leave the library out, for a target with a compiler of its own.
+
+    Returns
+    -------
+    bytes
+        A zip archive with the C source, the description and the library for this machine.
+
+    Raises
+    ------
+    InputError
+        If the mechanism has something that is not translated, or if there is no C compiler.
+    """
+    compiler = "" if sources_only else _compiler()
+    found = plan(mechanism)
+    driver, _, _ = make_driver(found, run)
+    identifier = re.sub(r"\W", "_", name) or "mechanism"
+    identifier = identifier if identifier[0].isalpha() else f"m_{identifier}"
+    token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"scissordyn {name} {mechanism!r} {run!r}")) + "}"
+    source = Source(found, driver, tolerance=float(run.rtol), token=token)
+    description = model_description(
+        name, identifier, token, source.variables, until=float(run.until), tolerance=float(run.rtol)
+    )
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", description)
+        archive.writestr("sources/model.c", source.text)
+        archive.writestr("sources/buildDescription.xml", build_description(identifier))
+        if compiler:
+            system, ending = SYSTEMS.get(platform.system(), ("linux", ".so"))
+            machine = platform.machine().lower()
+            folder = f"{ARCHITECTURES.get(machine, machine)}-{system}"
+            archive.writestr(f"binaries/{folder}/{identifier}{ending}", compiled_library(source.text, compiler))
+    return held.getvalue()
+
+
+def _compiler() -> str:
+    wanted = os.environ.get("CC", "").split()[:1] or [*COMPILERS]
+    found = next((path for path in map(shutil.which, wanted) if path), "")
+    if not found:
+        raise InputError(
+            f"an FMU needs a C compiler, and there is none ({', '.join(wanted)})",
+            "one on the PATH or in CC, or the sources alone",
+            "scissordyn export case.toml unit.fmu --sources",
+        )
+    return found
+
+
+def compiled_library(source: str, compiler: str = "", flags: tuple[str, ...] = FLAGS) -> bytes:
+    """The shared library of a C source.
+
+    Parameters
+    ----------
+    source : str
+    compiler : str
+        The system's if not given.
+    flags : tuple of str
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputError
+        If there is no compiler, or it fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        code, library = Path(folder, "model.c"), Path(folder, "model.so")
+        code.write_text(source, encoding="utf-8")
+        try:
+            done = subprocess.run(
+                [compiler or _compiler(), *flags, str(code), "-o", str(library), "-lm"],
+                capture_output=True,
+                text=True,
+                timeout=LIMIT,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise InputError(f"the C compiler '{compiler}' failed: {error}", "a C compiler that works, in CC") from None
+        if done.returncode:
+            said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[-200:])
+            raise InputError(f"the C compiler '{compiler}' failed: {said}", "a C compiler for C99, in CC")
+        return library.read_bytes()

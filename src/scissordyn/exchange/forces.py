@@ -1,0 +1,231 @@
+"""Forces on the pins of each bar over time and their envelopes, for strength calculations."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.place import GROUND
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["envelope", "force_json", "force_table", "pin_forces", "to_csv"]
+
+
+def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """What the joints exert on each bar.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+        That was run.
+
+    Returns
+    -------
+    Dataset
+        Dimension `end`: a body at one of its joints or guides, with coordinates `end_body`, `end_joint`, `end_point`.
+        `force (time, end, axis)`: on the body, in the fixed frame [N]; `force_along (time, end, axis)`: in the frame of the
+        body, the first component along its x axis [N]. `other_force (time, body, axis)` and `other_torque (time, body)`: what
+        acts on the body beside joints and gravity, such as drives, springs and friction, about its mass centre, from the
+        balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined.
+    """
+    ends, factors = _ends(mechanism)
+    if not ends:
+        raise InputError("a mechanism without joints", "bars with joints", "scissordyn new four-bar")
+    reaction = run["reaction"].transpose("time", "joint", "axis")
+    names = [str(name) for name in run["joint"].values]
+    force = np.stack(
+        [factor * reaction.values[:, names.index(joint)] for (_, joint, _), factor in zip(ends, factors, strict=True)], axis=1
+    )
+    bodies = [str(name) for name in run["body"].values]
+    angle = run["angle"].transpose("time", "body").values
+    turned = [np.nan_to_num(angle[:, bodies.index(body)]) for body, _, _ in ends]
+    along = np.stack([_turned(force[:, k], -turned[k]) for k in range(len(ends))], axis=1)
+    other, torque = _others(run, mechanism, ends, force)
+    return xr.Dataset(
+        {
+            "force": (("time", "end", "axis"), force, {"units": "N", "long_name": "force on the body"}),
+            "force_along": (("time", "end", "axis"), along, {"units": "N", "long_name": "force in the frame of the body"}),
+            "other_force": (("time", "body", "axis"), other, {"units": "N", "long_name": "further forces on the body"}),
+            "other_torque": (("time", "body"), torque, {"units": "N m", "long_name": "further torque about the mass centre"}),
+        },
+        coords={
+            "time": run["time"],
+            "axis": run["axis"],
+            "body": run["body"],
+            **{
+                f"end_{name}": ("end", np.array([end[k] for end in ends], dtype=object))
+                for k, name in enumerate(("body", "joint", "point"))
+            },
+        },
+    )
+
+
+def _ends(mechanism: Mechanism) -> tuple[list[tuple[str, str, str]], list[float]]:
+    """Body, joint and point of each end, and the sign of the joint's reaction there."""
+    ends: list[tuple[str, str, str]] = []
+    factors: list[float] = []
+    pairs: list[tuple[str, tuple[tuple[str, str], float]]] = []
+    for joint in mechanism.joints:
+        pairs += [(joint.name, (joint.journal, 1.0)), (joint.name, (joint.bearing, -1.0))]
+    for guide in mechanism.guides:
+        pairs.append((guide.name, (guide.follower, 1.0)))
+        if guide.body != GROUND:
+            pairs.append((guide.name, ((guide.body, ""), -1.0)))
+    for name, ((body, point), factor) in pairs:
+        if body != GROUND:
+            ends.append((body, name, point))
+            factors.append(factor)
+    return ends, factors
+
+
+def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.stack([cos * vector[:, 0] - sin * vector[:, 1], sin * vector[:, 0] + cos * vector[:, 1]], axis=1)
+
+
+def _others(
+    run: xr.Dataset, mechanism: Mechanism, ends: list[tuple[str, str, str]], force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is missing in the balance of momentum of each body."""
+    count = run.sizes["time"]
+    other, torque = np.zeros((count, len(mechanism.bodies), 2)), np.zeros((count, len(mechanism.bodies)))
+    down = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
+    for b, body in enumerate(mechanism.bodies):
+        motion = run.sel(body=body.name)
+        other[:, b] = body.mass * (motion["acceleration"].transpose("time", "axis").values - down)
+        if body.rotates:
+            torque[:, b] = (body.inertia or 0.0) * motion["angular_acceleration"].values
+        angle = np.nan_to_num(motion["angle"].values)
+        for k, (name, joint, point) in enumerate(ends):
+            if name != body.name:
+                continue
+            other[:, b] -= force[:, k]
+            if not body.rotates:
+                continue
+            if point:
+                place = np.subtract(body.points[point], body.centre)
+                arm = _turned(np.tile(place, (count, 1)), angle)
+            else:  # where the follower of a guide is on its carrier
+                guide = mechanism.guide(joint)
+                led = mechanism.body(guide.follower[0])
+                arm = _place(run, led.name, np.subtract(led.points[guide.follower[1]], led.centre))
+                arm = arm - motion["position"].transpose("time", "axis").values
+            torque[:, b] -= arm[:, 0] * force[:, k, 1] - arm[:, 1] * force[:, k, 0]
+    return other, torque
+
+
+def _place(run: xr.Dataset, body: str, arm: np.ndarray) -> np.ndarray:
+    motion = run.sel(body=body)
+    angle = np.nan_to_num(motion["angle"].values)
+    turned = _turned(np.tile(arm, (angle.size, 1)), angle)
+    return np.asarray(motion["position"].transpose("time", "axis").values + turned)
+
+
+def force_table(forces: xr.Dataset) -> pd.DataFrame:
+    """One row for each instant and end.
+
+    Parameters
+    ----------
+    forces : Dataset
+        Of `pin_forces`.
+
+    Returns
+    -------
+    DataFrame
+    """
+    import pandas as pd
+
+    count, ends = forces.sizes["time"], forces.sizes["end"]
+    columns: dict[str, Any] = {"time [s]": np.repeat(forces["time"].values, ends)}
+    for name in ("body", "joint", "point"):
+        columns[name] = np.tile(forces[f"end_{name}"].values, count)
+    for name, label in (("force", "{} [N]"), ("force_along", "along {} of the body [N]")):
+        for axis, letter in enumerate("xy"):
+            columns[label.format(letter)] = forces[name].values[:, :, axis].ravel()
+    return pd.DataFrame(columns)
+
+
+def envelope(forces: xr.Dataset) -> pd.DataFrame:
+    """Extremes over time of each end: the largest force, when it acts and its components, and the range of these.
+
+    Parameters
+    ----------
+    forces : Dataset
+        Of `pin_forces`.
+
+    Returns
+    -------
+    DataFrame
+    """
+    import pandas as pd
+
+    rows = []
+    time, along = forces["time"].values, forces["force_along"].values
+    for k in range(forces.sizes["end"]):
+        size = np.hypot(along[:, k, 0], along[:, k, 1])
+        row: dict[str, Any] = {name: str(forces[f"end_{name}"].values[k]) for name in ("body", "joint", "point")}
+        if np.isnan(size).all():  # not determined
+            row |= dict.fromkeys(ENVELOPE, math.nan)
+        else:
+            at = int(np.nanargmax(size))
+            numbers = [size[at], time[at], *along[at, k]]
+            numbers += [extreme(along[:, k, axis]) for axis in (0, 1) for extreme in (np.nanmin, np.nanmax)]
+            row |= dict(zip(ENVELOPE, map(float, numbers), strict=True))
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+ENVELOPE = (
+    "largest force [N]", "at time [s]", "x of the body then [N]", "y of the body then [N]",
+    "least x [N]", "largest x [N]", "least y [N]", "largest y [N]",
+)  # fmt: skip
+"""Columns of an envelope behind the names."""
+
+
+def to_csv(table: pd.DataFrame) -> bytes:
+    """A table as CSV."""
+    held = io.BytesIO()
+    table.to_csv(held, index=False, lineterminator="\n")
+    return held.getvalue()
+
+
+def force_json(forces: xr.Dataset) -> bytes:
+    """Forces over time and their envelope as JSON; what is not determined is null.
+
+    Parameters
+    ----------
+    forces : Dataset
+        Of `pin_forces`.
+
+    Returns
+    -------
+    bytes
+    """
+    ends = []
+    found = envelope(forces).to_dict("records")
+    for k, row in enumerate(found):
+        names = {name: row.pop(name) for name in ("body", "joint", "point")}
+        ends.append(
+            {
+                **names,
+                "envelope": {key: _plain(value) for key, value in row.items()},
+                "force": [[_plain(x) for x in pair] for pair in forces["force"].values[:, k].tolist()],
+                "force_along": [[_plain(x) for x in pair] for pair in forces["force_along"].values[:, k].tolist()],
+            }
+        )
+    whole = {"scissordyn": "pin forces", "units": "SI", "time": forces["time"].values.tolist(), "ends": ends}
+    return (json.dumps(whole, allow_nan=False) + "\n").encode()
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,272 @@
+"""MJCF and URDF, read by MuJoCo: the planar mechanisms among them.
+
+A mechanism is understood if all hinges have parallel axes and all slides are at right angles to these. What MuJoCo knows beside
+bodies, hinges, slides, connections, welds and gravity is named and left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.errors import InputError
+from scissordyn.exchange.drawing import Imported, plain_name
+from scissordyn.exchange.library import library
+from scissordyn.model.body import Body
+from scissordyn.model.connection import Weld
+from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["read_mjcf"]
+
+PARALLEL = 1e-9
+"""Axes are parallel, and gravity is in the plane, within this sine."""
+
+SAMPLE = "scissordyn import model.xml -o case.toml"
+
+LEFT_OUT = {
+    "nu": "actuators",
+    "ntendon": "tendons",
+    "nexclude": "contact exclusions",
+    "npair": "contact pairs",
+    "nsensor": "sensors",
+    "nflex": "flexible bodies",
+    "nplugin": "plugins",
+}
+"""Counts of a model and what they count that is left out."""
+
+
+def read_mjcf(text: str) -> Imported:
+    """The planar mechanism of a model in MJCF, or in URDF, at its start.
+
+    Parameters
+    ----------
+    text : str
+        XML without further files; MuJoCo reads both. A URDF is a tree: of mechanisms only chains without loops are in it.
+
+    Returns
+    -------
+    Imported
+        Bodies, joints and connections have the names of the model. The plane is at right angles to the hinges: its x and y are
+        x and y for hinges about z, x and z for hinges about y, y and z for hinges about x.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not planar.
+    """
+    mujoco = library("mujoco", "MJCF")
+    try:
+        model = mujoco.MjModel.from_xml_string(text)
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return _Reader(mujoco, model, data).imported()
+
+
+class _Reader:
+    """A model at its start, and the parts made of it so far."""
+
+    def __init__(self, mujoco: Any, model: Any, data: Any) -> None:
+        self.mujoco, self.model, self.data = mujoco, model, data
+        self.notes: list[str] = []
+        self.basis = self._plane()
+        self.names = self._names()
+        self.points: dict[str, dict[str, Point]] = {name: {} for name in self.names}
+        self.joints: list[Revolute] = []
+        self.guides: list[Guide] = []
+        self.welds: list[Weld] = []
+        self.turning = [False] * model.nbody
+
+    def imported(self) -> Imported:
+        for index in range(1, self.model.nbody):
+            self._attach(index)
+        for index in range(self.model.neq):
+            self._equality(index)
+        self._left_out()
+        bodies = tuple(self._body(index) for index in range(1, self.model.nbody))
+        if not bodies:
+            raise InputError("a model of MuJoCo without bodies", "one body or more", SAMPLE)
+        gravity = self._flat(self.model.opt.gravity)
+        size, across = math.hypot(*gravity), float(np.linalg.norm(self.model.opt.gravity))
+        if across - size > PARALLEL * across:
+            self.notes.append(f"gravity of {across:g} m/s^2: only its part in the plane, {size:g} m/s^2, is kept")
+        if not self.model.opt.disableflags & self.mujoco.mjtDisableBit.mjDSBL_GRAVITY and size > 0.0:
+            direction = math.atan2(gravity[1], gravity[0])
+        else:
+            size, direction = 0.0, -math.pi / 2
+        ground = tuple(self.points[GROUND].items())
+        mechanism = Mechanism(
+            bodies=bodies,
+            joints=tuple(self.joints),
+            guides=tuple(self.guides),
+            welds=tuple(self.welds),
+            ground=ground,
+            gravity=size,
+            gravity_direction=direction,
+            input_body=bodies[0].name,
+        )
+        return Imported(mechanism, tuple(self.notes))
+
+    def _plane(self) -> np.ndarray:
+        """Unit vectors of x and y of the plane, and of its normal, as rows."""
+        kinds = self.mujoco.mjtJoint
+        hinges = [self.data.xaxis[j] for j in range(self.model.njnt) if self.model.jnt_type[j] == kinds.mjJNT_HINGE]
+        slides = [self.data.xaxis[j] for j in range(self.model.njnt) if self.model.jnt_type[j] == kinds.mjJNT_SLIDE]
+        others = self.model.njnt - len(hinges) - len(slides)
+        if others:
+            raise InputError(f"a model with {others} free or ball joints", "hinges and slides, in one plane", SAMPLE)
+        if not hinges:
+            raise InputError("a model without hinges", "a planar mechanism with hinges", SAMPLE)
+        normal = max((abs(axis) for axis in hinges), key=lambda axis: float(axis.max()))
+        main = int(np.argmax(normal))
+        normal = np.eye(3)[main] * (-1.0 if main == 1 else 1.0)
+        if any(np.linalg.norm(np.cross(axis, normal)) > PARALLEL for axis in hinges):
+            raise InputError("a model whose hinges are not all parallel to x, y or z", "a planar mechanism", SAMPLE)
+        if any(abs(axis @ normal) > PARALLEL for axis in slides):
+            raise InputError("a model with a slide out of the plane of its hinges", "a planar mechanism", SAMPLE)
+        rows = {0: ([0, 1, 0], [0, 0, 1]), 1: ([1, 0, 0], [0, 0, 1]), 2: ([1, 0, 0], [0, 1, 0])}[main]
+        return np.array([*rows, normal], float)
+
+    def _flat(self, vector: Any) -> Point:
+        x, y, _ = self.basis @ np.asarray(vector, float)
+        return float(x), float(y)
+
+    def _names(self) -> list[str]:
+        names = [GROUND]
+        for index in range(1, self.model.nbody):
+            names.append(plain_name(self._name("mjOBJ_BODY", index) or f"body {index}", names))
+        return names
+
+    def _name(self, kind: str, index: int) -> str:
+        return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, kind), index) or ""
+
+    def _angle(self, index: int) -> float:
+        """Direction of a body's x axis in the plane; of its y axis where x is the normal."""
+        if index == 0:
+            return 0.0
+        axes = self.data.xmat[index].reshape(3, 3)
+        normal = abs(axes.T @ self.basis[2])
+        along = axes[:, 1] if int(np.argmax(normal)) == 0 else axes[:, 0]
+        x, y = self._flat(along)
+        return math.atan2(y, x)
+
+    def _local(self, index: int, place: Any) -> Point:
+        """A place in space, in the plane and in the frame of a body."""
+        x, y = self._flat(np.asarray(place) - self.data.xpos[index])
+        cos, sin = math.cos(self._angle(index)), math.sin(self._angle(index))
+        return cos * x + sin * y, cos * y - sin * x
+
+    def _at(self, index: int, place: Any, name: str) -> BodyPoint:
+        """A point of a body at a place in space."""
+        local, points = self._local(index, place), self.points[self.names[index]]
+        for known, other in points.items():
+            if math.dist(local, other) <= 1e-12:
+                return self.names[index], known
+        point = plain_name(name, points)
+        points[point] = local
+        return self.names[index], point
+
+    def _attach(self, index: int) -> None:
+        """The joints of a body with its parent."""
+        model, parent, kinds = self.model, int(self.model.body_parentid[index]), self.mujoco.mjtJoint
+        first, count = int(model.body_jntadr[index]), int(model.body_jntnum[index])
+        own = list(range(first, first + count)) if count else []
+        hinges = [j for j in own if model.jnt_type[j] == kinds.mjJNT_HINGE]
+        slides = [j for j in own if model.jnt_type[j] == kinds.mjJNT_SLIDE]
+        name = plain_name(next((self._name("mjOBJ_JOINT", j) for j in own), "") or f"joint of {self.names[index]}", ())
+        if len(hinges) > 1 or len(slides) > 2:
+            raise InputError(
+                f"body '{self.names[index]}' with {len(hinges)} hinges and {len(slides)} slides", "one hinge", SAMPLE
+            )
+        if not own:
+            place = self.data.xpos[index]
+            self.welds.append(Weld(name, self._at(index, place, "origin"), self._at(parent, place, name)))
+        elif not slides:
+            place = self.data.xanchor[hinges[0]]
+            self.joints.append(Revolute(name, self._at(index, place, name), self._at(parent, place, name)))
+        elif len(slides) == 1:
+            place = self.data.xanchor[hinges[0] if hinges else slides[0]]
+            x, y = self._flat(self.data.xaxis[slides[0]])
+            direction = math.atan2(y, x) - self._angle(parent)
+            through = self._local(parent, place)
+            follower = self._at(index, place, name)
+            self.guides.append(Guide(name, follower, through, direction, self.names[parent], aligned=not hinges))
+        elif not hinges:
+            self.notes.append(f"body '{self.names[index]}' slides in two directions: here it also rotates")
+        for j in own:
+            self._joint_left_out(j)
+
+    def _joint_left_out(self, j: int) -> None:
+        model, name = self.model, self._name("mjOBJ_JOINT", j) or f"joint {j}"
+        dof = int(model.jnt_dofadr[j])
+        found = {
+            "limits": bool(model.jnt_limited[j]),
+            "a spring": float(np.ravel(model.jnt_stiffness[j])[0]) != 0.0,
+            "damping": float(np.ravel(model.dof_damping[dof])[0]) != 0.0,
+            "dry friction": float(model.dof_frictionloss[dof]) != 0.0,
+            "rotor inertia": float(model.dof_armature[dof]) != 0.0,
+        }
+        self.notes += [f"{what} of joint '{name}': left out" for what, there in found.items() if there]
+
+    def _equality(self, index: int) -> None:
+        model, kinds = self.model, self.mujoco.mjtEq
+        name = plain_name(self._name("mjOBJ_EQUALITY", index) or f"connection {index + 1}", ())
+        kind = kinds(int(model.eq_type[index]))
+        if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) or not model.eq_active0[index]:
+            self.notes.append(f"equality '{name}': left out; it is inactive or neither a connection nor a weld")
+            return
+        a, b = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+        if model.eq_objtype[index] == self.mujoco.mjtObj.mjOBJ_SITE:
+            places = self.data.site_xpos[a], self.data.site_xpos[b]
+            a, b = int(model.site_bodyid[a]), int(model.site_bodyid[b])
+        else:
+            # data of a connection: anchors in both bodies; of a weld: in the second one, then in the first one
+            one, other = model.eq_data[index][:3], model.eq_data[index][3:6]
+            if kind == kinds.mjEQ_WELD:
+                one, other = other, one
+            places = self._place(a, one), self._place(b, other)
+        if np.linalg.norm(self.basis[:2] @ (places[0] - places[1])) > 1e-6:
+            self.notes.append(f"connection '{name}' is open by {np.linalg.norm(places[0] - places[1]):.3g} m at the start")
+        points = self._at(a, places[0], name), self._at(b, places[1], name)
+        if points[0][0] == GROUND:
+            points = points[1], points[0]
+        self.joints += [Revolute(name, *points)] if kind == kinds.mjEQ_CONNECT else []
+        self.welds += [Weld(name, *points)] if kind == kinds.mjEQ_WELD else []
+
+    def _place(self, index: int, local: Any) -> np.ndarray:
+        return np.asarray(self.data.xpos[index] + self.data.xmat[index].reshape(3, 3) @ np.asarray(local))
+
+    def _body(self, index: int) -> Body:
+        mass = float(self.model.body_mass[index])
+        axes = self.data.ximat[index].reshape(3, 3)
+        along = axes.T @ self.basis[2]
+        inertia = float(along**2 @ self.model.body_inertia[index])
+        name = self.names[index]
+        if not mass > 0.0 or not inertia > 0.0:
+            raise InputError(
+                f"body '{name}' of the model without mass or inertia", "an <inertial>, or geoms with a mass", SAMPLE
+            )
+        points = self.points[name]
+        return Body(
+            name,
+            mass,
+            inertia,
+            points=points or {"origin": (0.0, 0.0)},
+            centre=self._local(index, self.data.xipos[index]),
+            position=self._flat(self.data.xpos[index]),
+            angle=self._angle(index),
+        )
+
+    def _left_out(self) -> None:
+        for count, what in LEFT_OUT.items():
+            number = int(getattr(self.model, count, 0))
+            self.notes += [f"{number} {what}: left out"] if number else []
+        touching = int(np.sum((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0)))
+        if touching:
+            self.notes.append(f"{touching} geoms that may touch: only their masses are kept, bodies do not collide here")

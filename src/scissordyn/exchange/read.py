@@ -1,0 +1,76 @@
+"""A mechanism from whatever another program gave: a link or a file, by what it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from scissordyn.errors import InputError
+from scissordyn.exchange.drawing import LINEAR_DENSITY, Imported
+
+__all__ = ["ENDINGS", "read_drawing"]
+
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf")
+
+LARGEST = 50_000_000
+"""Size of a file [bytes] beyond which it is not read."""
+
+
+def read_drawing(source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY) -> Imported:
+    """The mechanism of a link of PMKS+, a drawing in DXF, or a model in MJCF or URDF.
+
+    Parameters
+    ----------
+    source : str or path
+        A link, or a file that ends in .dxf, .xml, .mjcf or .urdf; a file with any other ending holds a link.
+    unit : str
+        Of a DXF that names none, see `read_dxf`.
+    linear_density : float
+        Mass per length of what has no mass in the drawing [kg/m].
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is no mechanism.
+    """
+    if isinstance(source, str) and ("://" in source or "?" in source):
+        from scissordyn.exchange.pmks import read_pmks
+
+        _no_unit(unit, "a link of PMKS+")
+        return read_pmks(source, linear_density=linear_density)
+    path = Path(source)
+    text = _text(path)
+    ending = path.suffix.lower()
+    if ending == ".dxf":
+        from scissordyn.exchange.dxf import read_dxf
+
+        return read_dxf(text, unit=unit, linear_density=linear_density)
+    if ending in ENDINGS:
+        from scissordyn.exchange.mjcf import read_mjcf
+
+        _no_unit(unit, "a model of MuJoCo")
+        return read_mjcf(text)
+    if "?" not in text.strip() or "\n" in text.strip():
+        raise InputError(
+            f"'{path}' is no drawing", "a file that ends in " + ", ".join(ENDINGS) + ", or one with a link of PMKS+"
+        )
+    return read_drawing(text.strip(), unit=unit, linear_density=linear_density)
+
+
+def _no_unit(unit: str, what: str) -> None:
+    if unit:
+        raise InputError(f"unit '{unit}' for {what}", "a unit for a DXF only; this one has its own")
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise InputError(f"'{path}' has {path.stat().st_size} bytes", f"at most {LARGEST}")
+        return path.read_text(encoding="utf-8", errors="surrogateescape")
+    except OSError as error:
+        raise InputError(
+            f"cannot read '{path}': {error.strerror or error}", "a file or a link", "scissordyn import linkage.dxf"
+        ) from None

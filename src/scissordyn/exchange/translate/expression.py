@@ -1,0 +1,343 @@
+"""Expressions of kernels in C."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scissordyn.exchange.translate.kind import (
+    BOOL,
+    FLOAT,
+    INT,
+    Array,
+    Called,
+    Kind,
+    Problem,
+    Record,
+    Scalar,
+    Struct,
+    TranslationError,
+    Tuple,
+    Value,
+    joined,
+)
+
+if TYPE_CHECKING:
+    from scissordyn.exchange.translate.unit import Unit
+
+__all__ = ["Expressions", "Scope", "field", "plain"]
+
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
+return short signed sizeof static struct switch typedef union unsigned void volatile while sin cos tan exp log sqrt pow fabs
+floor ceil atan atan2 asinh asin acos tanh sinh cosh expm1 log1p hypot copysign erf isnan isinf fmod abs NAN INFINITY word
+"""
+RESERVED = frozenset(_WORDS.split())
+"""Names that a variable in C is not to have."""
+
+MATH = {
+    "sqrt": FLOAT, "cos": FLOAT, "sin": FLOAT, "tan": FLOAT, "atan2": FLOAT, "atan": FLOAT, "asin": FLOAT, "acos": FLOAT,
+    "exp": FLOAT, "expm1": FLOAT, "log": FLOAT, "log1p": FLOAT, "tanh": FLOAT, "sinh": FLOAT, "cosh": FLOAT, "asinh": FLOAT,
+    "hypot": FLOAT, "copysign": FLOAT, "isnan": BOOL, "isinf": BOOL, "pow": FLOAT, "erf": FLOAT, "fabs": FLOAT,
+}  # fmt: skip
+"""Functions of Python's `math` that C has under the same name, and what they give."""
+
+OPERATORS: Mapping[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
+COMPARISONS: Mapping[type, str] = {
+    ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Is: "==", ast.IsNot: "!=",
+}  # fmt: skip
+
+
+def plain(name: str) -> str:
+    """A variable's name in C."""
+    return f"{name}_" if name in RESERVED else name
+
+
+def field(pointer: str, name: str) -> str:
+    """A field of what a pointer points to."""
+    return f"{pointer[1:]}.{name}" if pointer.startswith("&") else f"{pointer}->{name}"
+
+
+class Scope:
+    """The variables of a function and the names that its module gives it."""
+
+    def __init__(self, names: Callable[[str], Any]) -> None:
+        self.kinds: dict[str, Kind] = {}
+        self.names = names
+        self.changed = False
+
+    def assign(self, name: str, kind: Kind) -> None:
+        """A variable is given a value of some type."""
+        new = joined(self.kinds.get(name), kind)
+        if self.kinds.get(name) != new:
+            self.kinds[name], self.changed = new, True
+
+
+class Expressions:
+    """Translates expressions within a scope."""
+
+    def __init__(self, unit: Unit, scope: Scope) -> None:
+        self.unit, self.scope = unit, scope
+
+    def value(self, node: ast.expr) -> Value:
+        """An expression in C."""
+        method = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if method is None:
+            raise TranslationError(f"{type(node).__name__} in a kernel: {ast.unparse(node)}", "numbers, arrays and arithmetic")
+        found: Value = method(node)
+        return found
+
+    def text(self, node: ast.expr) -> str:
+        """The same, without its type."""
+        return self.value(node).c
+
+    def _constant(self, node: ast.Constant) -> Value:
+        return self.unit.constant(node.value, "a constant")
+
+    def _name(self, node: ast.Name) -> Value:
+        if node.id in self.scope.kinds:
+            kind = self.scope.kinds[node.id]
+            return Value("" if isinstance(kind, Called | Problem) else plain(node.id), kind)
+        return self.unit.constant(self.scope.names(node.id), node.id)
+
+    def _attribute(self, node: ast.Attribute) -> Value:
+        if isinstance(node.value, ast.Name) and node.value.id not in self.scope.kinds:
+            module = self.scope.names(node.value.id)
+            return self.unit.constant(getattr(module, node.attr), node.attr)
+        base = self.value(node.value)
+        if isinstance(base.kind, Problem):
+            return Value("", Called(self.unit.problem[node.attr]))
+        if isinstance(base.kind, Record):
+            return Value(field(base.c, node.attr), dict(base.kind.fields)[node.attr])
+        if isinstance(base.kind, Struct):
+            kind = base.kind.fields[node.attr]
+            inner = field(base.c, node.attr)
+            return Value(f"&{inner}" if isinstance(kind, Struct) else inner, kind)
+        if isinstance(base.kind, Array) and node.attr == "size":
+            return Value(" * ".join(f"{base.c}.n{k}" for k in range(base.kind.dimensions)), INT)
+        raise TranslationError(f"'.{node.attr}' of a {base.kind.letter} in a kernel", "fields, size and shape")
+
+    def _subscript(self, node: ast.Subscript) -> Value:
+        if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
+            base, index = self.value(node.value.value), node.slice
+            if isinstance(index, ast.Constant) and isinstance(index.value, int):
+                return Value(f"{base.c}.n{index.value:d}", INT)
+        base = self.value(node.value)
+        if isinstance(base.kind, Tuple):
+            return self._item(base, node.slice)
+        if not isinstance(base.kind, Array):
+            raise TranslationError(f"an index into a {base.kind.letter} in a kernel", "arrays and tuples")
+        indices = list(node.slice.elts) if isinstance(node.slice, ast.Tuple) else [node.slice]
+        return self.indexed(base, indices)
+
+    def _item(self, base: Value, index: ast.expr) -> Value:
+        assert isinstance(base.kind, Tuple)
+        place = self.value(index)
+        if isinstance(place.constant, int):
+            at = place.constant % len(base.kind.items)
+            return Value(item_of(base, at), base.kind.items[at])
+        if not base.kind.alike:
+            raise TranslationError("a variable index into a tuple of unlike values in a kernel", "an array")
+        return Value(f"{base.c}.v[{place.c}]", base.kind.items[0])
+
+    def indexed(self, base: Value, indices: list[ast.expr]) -> Value:
+        """An entry, a row or a part of an array."""
+        kind = base.kind
+        assert isinstance(kind, Array)
+        simple = [None if isinstance(index, ast.Slice) else self.place(base, k, index) for k, index in enumerate(indices)]
+        if len(indices) == kind.dimensions and all(simple):
+            at = place_of(base, [str(index) for index in simple])
+            entry = f"{base.c}.p[{at}]"
+            return Value(f"&{entry}" if isinstance(kind.element, Record) else entry, kind.element)
+        if len(indices) < kind.dimensions and all(simple):
+            return self._rows(base, [str(index) for index in simple])
+        ranges = [self.bounds(base, k, index) for k, index in enumerate(indices)]
+        if kind.dimensions == 1:
+            low, high = ranges[0]
+            return Value(f"({kind.c}){{{base.c}.p + {low}, {high} - {low}}}", kind)
+        if kind.dimensions == 2 and simple == [None, None]:
+            (low, high), (first, last) = ranges
+            start = f"{base.c}.p + {low} * {base.c}.s + {first}"
+            return Value(f"({kind.c}){{{start}, {high} - {low}, {last} - {first}, {base.c}.s}}", kind)
+        if kind.dimensions == 2 and simple[0] is not None:
+            low, high = ranges[1]
+            row = Array(kind.element, 1)
+            return Value(f"({row.c}){{{base.c}.p + ({simple[0]}) * {base.c}.s + {low}, {high} - {low}}}", row)
+        raise TranslationError("a column of an array as a value in a kernel", "a row")
+
+    def _rows(self, base: Value, at: list[str]) -> Value:
+        assert isinstance(base.kind, Array)
+        a, dimensions = base.c, base.kind.dimensions
+        row = Array(base.kind.element, dimensions - len(at))
+        if dimensions == 2:
+            return Value(f"({row.c}){{{a}.p + ({at[0]}) * {a}.s, {a}.n1}}", row)
+        if len(at) == 1:
+            return Value(f"({row.c}){{{a}.p + ({at[0]}) * {a}.n1 * {a}.n2, {a}.n1, {a}.n2, {a}.n2}}", row)
+        return Value(f"({row.c}){{{a}.p + (({at[0]}) * {a}.n1 + {at[1]}) * {a}.n2, {a}.n2}}", row)
+
+    def place(self, base: Value, axis: int, index: ast.expr) -> str:
+        """An index, counted from the end if it is a negative constant."""
+        found = self.value(index)
+        if isinstance(found.constant, int) and found.constant < 0:
+            return f"{base.c}.n{axis} - {-found.constant}"
+        return found.c
+
+    def bounds(self, base: Value, axis: int, index: ast.expr) -> tuple[str, str]:
+        """First and last place of a slice, or of one place."""
+        if not isinstance(index, ast.Slice):
+            at = f"({self.place(base, axis, index)})"
+            return at, f"({at} + 1)"
+        if index.step is not None:
+            raise TranslationError("a slice with a step in a kernel", "a slice without")
+        low = "0" if index.lower is None else f"({self.place(base, axis, index.lower)})"
+        return low, f"{base.c}.n{axis}" if index.upper is None else f"({self.place(base, axis, index.upper)})"
+
+    def _tuple(self, node: ast.Tuple) -> Value:
+        parts = [self.value(each) for each in node.elts]
+        return self.together(parts)
+
+    def together(self, parts: list[Value]) -> Value:
+        """Some values as a tuple."""
+        kind = Tuple(tuple(part.kind for part in parts))
+        self.unit.use(kind)
+        inner = ", ".join(part.c for part in parts)
+        constant = tuple(part.constant for part in parts) if all(part.constant is not None for part in parts) else None
+        return Value(
+            f"({kind.c}){{{{{inner}}}}}" if parts and kind.alike else f"({kind.c}){{{inner}}}" if parts else "", kind, constant
+        )
+
+    def _unaryop(self, node: ast.UnaryOp) -> Value:
+        inner = self.value(node.operand)
+        if isinstance(node.op, ast.Not):
+            return Value(f"!({inner.c})", BOOL)
+        if not isinstance(node.op, ast.USub):
+            return inner
+        kind = INT if inner.kind == BOOL else inner.kind
+        return Value(
+            f"-({inner.c})" if inner.constant is None else f"-{inner.c}",
+            kind,
+            None if inner.constant is None else -inner.constant,
+        )
+
+    def _binop(self, node: ast.BinOp) -> Value:
+        left, right = self.value(node.left), self.value(node.right)
+        return self.arithmetic(node.op, left, right)
+
+    def arithmetic(self, operator: ast.operator, left: Value, right: Value) -> Value:
+        """A sum, a difference, and so on, of two numbers."""
+        if not isinstance(left.kind, Scalar) or not isinstance(right.kind, Scalar):
+            raise TranslationError("arithmetic of arrays in a kernel", "arithmetic of numbers")
+        kind = joined(joined(left.kind, right.kind), INT)
+        a, b = left.c, right.c
+        if type(operator) in OPERATORS:
+            return Value(f"({a} {OPERATORS[type(operator)]} {b})", kind)
+        if isinstance(operator, ast.Div):
+            divisor = b if right.kind == FLOAT else f"(double)({b})"
+            return Value(f"({a} / {divisor})", FLOAT)
+        if isinstance(operator, ast.Pow):
+            if isinstance(right.constant, int) and 0 <= right.constant <= 8 and kind == FLOAT:
+                return Value(f"whole_power({a}, {b})", FLOAT)
+            return Value(f"pow({a}, {b})", FLOAT)
+        suffix = "floats" if kind == FLOAT else "whole"
+        names = {ast.FloorDiv: "floor_division", ast.Mod: "remainder"}
+        if type(operator) not in names:
+            raise TranslationError(f"{type(operator).__name__} in a kernel", "+, -, *, /, //, % and **")
+        return Value(f"{names[type(operator)]}_{suffix}({a}, {b})", kind)
+
+    def _compare(self, node: ast.Compare) -> Value:
+        parts, left = [], self.value(node.left)
+        for operator, each in zip(node.ops, node.comparators, strict=True):
+            if type(operator) not in COMPARISONS:
+                members = [self.value(one) for one in each.elts] if isinstance(each, ast.Tuple) else self._members(each)
+                found = " || ".join(f"{left.c} == {one.c}" for one in members)
+                parts.append(f"({found})" if isinstance(operator, ast.In) else f"!({found})")
+                continue
+            right = self.value(each)
+            parts.append(f"{left.c} {COMPARISONS[type(operator)]} {right.c}")
+            left = right
+        return Value(f"({' && '.join(parts)})" if len(parts) > 1 else f"({parts[0]})", BOOL)
+
+    def _members(self, node: ast.expr) -> list[Value]:
+        found = self.value(node)
+        if not isinstance(found.constant, tuple):
+            raise TranslationError("'in' of something other than a tuple of constants in a kernel", "a tuple")
+        return [self.unit.constant(member, "a constant") for member in found.constant]
+
+    def _boolop(self, node: ast.BoolOp) -> Value:
+        joint = " && " if isinstance(node.op, ast.And) else " || "
+        return Value("(" + joint.join(self.text(each) for each in node.values) + ")", BOOL)
+
+    def _ifexp(self, node: ast.IfExp) -> Value:
+        test, one, other = self.value(node.test), self.value(node.body), self.value(node.orelse)
+        kind = joined(one.kind, other.kind)
+        if isinstance(kind, Tuple) and one.kind != other.kind:
+            raise TranslationError("tuples of unlike numbers in a conditional expression of a kernel", "tuples alike")
+        return Value(f"({test.c} ? {one.c} : {other.c})", kind)
+
+    def _call(self, node: ast.Call) -> Value:
+        if isinstance(node.func, ast.Name) and node.func.id not in self.scope.kinds:
+            function = self.scope.names(node.func.id)
+        elif (
+            isinstance(node.func, ast.Attribute)
+            and isinstance(node.func.value, ast.Name)
+            and node.func.value.id not in self.scope.kinds
+        ):
+            function = getattr(self.scope.names(node.func.value.id), node.func.attr)
+        else:
+            called = self.value(node.func)
+            if not isinstance(called.kind, Called):
+                raise TranslationError(f"a call of {ast.unparse(node.func)} in a kernel", "a function")
+            function = called.kind.function
+        arguments = [self.value(each) for each in node.args]
+        named = {each.arg: self.value(each.value) for each in node.keywords if each.arg}
+        return self._built_in(function, arguments) or self.unit.call(function, arguments, named)
+
+    def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
+        """Functions of Python and of its library."""
+        texts = [each.c for each in arguments]
+        if function is abs:
+            whole = arguments[0].kind != FLOAT
+            return Value(f"{'whole_size' if whole else 'fabs'}({texts[0]})", INT if whole else FLOAT)
+        if function in (min, max):
+            kind: Kind = arguments[0].kind
+            for each in arguments[1:]:
+                kind = joined(kind, each.kind)
+            name = f"{'least' if function is min else 'largest'}_{'float' if kind == FLOAT else 'whole'}"
+            found = texts[0]
+            for text in texts[1:]:
+                found = f"{name}({found}, {text})"
+            return Value(found, kind)
+        if function in (int, np.int64):
+            constant = arguments[0].constant
+            return Value(f"((int64_t)({texts[0]}))", INT, int(constant) if isinstance(constant, int) else None)
+        if function is bool:
+            return Value(f"(({texts[0]}) != 0)", BOOL)
+        if function in (float, np.float64):
+            return Value(f"((double)({texts[0]}))", FLOAT)
+        if function is math.floor:
+            return Value(f"((int64_t)floor({texts[0]}))", INT)
+        if function is math.ceil:
+            return Value(f"((int64_t)ceil({texts[0]}))", INT)
+        name = getattr(function, "__name__", "")
+        if name in MATH and (getattr(math, name, None) is function or getattr(np, name, None) is function):
+            return Value(f"{name}({', '.join(texts)})", MATH[name])
+        return None
+
+
+def item_of(base: Value, at: int) -> str:
+    """An item of a tuple by its number."""
+    assert isinstance(base.kind, Tuple)
+    return f"{base.c}.v[{at}]" if base.kind.alike else f"{base.c}.e{at}"
+
+
+def place_of(base: Value, at: list[str]) -> str:
+    """Where an entry lies among the numbers of an array."""
+    if len(at) == 1:
+        return at[0]
+    if len(at) == 2:
+        return f"({at[0]}) * {base.c}.s + {at[1]}"
+    return f"(({at[0]}) * {base.c}.n1 + {at[1]}) * {base.c}.n2 + {at[2]}"

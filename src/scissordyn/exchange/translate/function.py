@@ -1,0 +1,259 @@
+"""Functions of kernels in C."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING, Any
+
+from scissordyn.exchange.translate.expression import Expressions, Scope, item_of, plain
+from scissordyn.exchange.translate.kind import (
+    VOID,
+    Array,
+    Called,
+    Kind,
+    Problem,
+    Record,
+    Scalar,
+    Struct,
+    TranslationError,
+    Tuple,
+    Value,
+    declared,
+    joined,
+)
+
+if TYPE_CHECKING:
+    from scissordyn.exchange.translate.unit import Unit
+
+__all__ = ["Body"]
+
+MOST_PASSES = 8
+"""Passes over a function after which the types of its variables must have settled."""
+
+
+class Body:
+    """The statements of one function, for arguments of given types.
+
+    Parameters
+    ----------
+    unit : Unit
+    definition : ast.FunctionDef
+    kinds : tuple of Kind
+        Of the arguments.
+    names : callable
+        What the function's module means by a name.
+    """
+
+    def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any) -> None:
+        self.unit, self.definition = unit, definition
+        self.arguments = [each.arg for each in definition.args.args]
+        self.scope = Scope(names)
+        self.scope.kinds = dict(zip(self.arguments, kinds, strict=True))
+        self.given = dict(self.scope.kinds)
+        self.expressions = Expressions(unit, self.scope)
+        self.result: Kind | None = None
+        self.lines: list[str] = []
+        self.depth = 1
+        self.temporaries = 0
+
+    def translate(self) -> None:
+        """Go through the statements until the types of the variables have settled."""
+        for _ in range(MOST_PASSES):
+            self.scope.changed, self.lines, self.temporaries = False, [], 0
+            result = self.result
+            self._all(self.definition.body)
+            if not self.scope.changed and result == self.result:
+                break
+        else:
+            raise TranslationError(f"the types of variables in '{self.definition.name}' do not settle", "one type each")
+        self.result = VOID if self.result is None else self.result
+
+    def text(self, name: str) -> str:
+        """The function in C."""
+        head = self.head(name)
+        own = {key: kind for key, kind in self.scope.kinds.items() if key not in self.given}
+        changed = [key for key, kind in self.given.items() if self.scope.kinds[key] != kind]
+        if changed:
+            raise TranslationError(f"argument '{changed[0]}' of '{self.definition.name}' changes its type", "another variable")
+        declarations = [
+            f"    {declared(kind)}{plain(key)}{' = 0' if isinstance(kind, Scalar | Record | Struct) else ' = {0}'};"
+            for key, kind in own.items()
+            if not isinstance(kind, Called | Problem)
+        ]
+        return "\n".join((f"{head} {{", *declarations, *self.lines, "}"))
+
+    def head(self, name: str) -> str:
+        """Its declaration."""
+        assert self.result is not None
+        handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not isinstance(kind, Called | Problem)]
+        return f"static {declared(self.result)}{name}({', '.join(handed) or 'void'})"
+
+    def _line(self, text: str) -> None:
+        self.lines.append("    " * self.depth + text)
+
+    def _all(self, statements: list[ast.stmt]) -> None:
+        for statement in statements:
+            method = getattr(self, f"_{type(statement).__name__.lower()}", None)
+            if method is None:
+                raise TranslationError(
+                    f"{type(statement).__name__} in '{self.definition.name}'", "assignments, if, for, while and return"
+                )
+            method(statement)
+
+    def _inside(self, statements: list[ast.stmt]) -> None:
+        self.depth += 1
+        self._all(statements)
+        self.depth -= 1
+
+    def _expr(self, node: ast.Expr) -> None:
+        if not isinstance(node.value, ast.Constant):
+            self._line(f"{self.expressions.text(node.value)};")
+
+    def _pass(self, _: ast.Pass) -> None:
+        self._line(";")
+
+    def _break(self, _: ast.Break) -> None:
+        self._line("break;")
+
+    def _continue(self, _: ast.Continue) -> None:
+        self._line("continue;")
+
+    def _return(self, node: ast.Return) -> None:
+        if node.value is None:
+            self._line("return;")
+            return
+        found = self.expressions.value(node.value)
+        self.result = joined(self.result, found.kind)
+        if isinstance(self.result, Tuple):
+            self.unit.use(self.result)
+            if found.kind != self.result:
+                found = self._converted(found, self.result)
+        self._line(f"return {found.c};")
+
+    def _converted(self, found: Value, kind: Tuple) -> Value:
+        """A tuple of other numbers."""
+        kept = self._kept(found)
+        inner = ", ".join(item_of(kept, k) for k in range(len(kind.items)))
+        return Value(f"({kind.c}){{{{{inner}}}}}" if kind.alike else f"({kind.c}){{{inner}}}", kind)
+
+    def _if(self, node: ast.If) -> None:
+        self._line(f"if ({self.expressions.text(node.test)}) {{")
+        self._inside(node.body)
+        while len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
+            node = node.orelse[0]
+            self._line(f"}} else if ({self.expressions.text(node.test)}) {{")
+            self._inside(node.body)
+        if node.orelse:
+            self._line("} else {")
+            self._inside(node.orelse)
+        self._line("}")
+
+    def _while(self, node: ast.While) -> None:
+        self._line(f"while ({self.expressions.text(node.test)}) {{")
+        self._inside(node.body)
+        self._line("}")
+
+    def _for(self, node: ast.For) -> None:
+        """A loop over a range: its bounds are computed once, and the variable keeps its last value."""
+        ranged = node.iter
+        if not (isinstance(ranged, ast.Call) and isinstance(ranged.func, ast.Name) and ranged.func.id == "range"):
+            raise TranslationError(f"a loop over {ast.unparse(ranged)} in '{self.definition.name}'", "a loop over a range")
+        if node.orelse or not isinstance(node.target, ast.Name):
+            raise TranslationError(f"a loop with 'else' or several variables in '{self.definition.name}'", "one variable")
+        bounds = [self.expressions.value(each) for each in ranged.args]
+        first = "0" if len(bounds) == 1 else bounds[0].c
+        last = bounds[0].c if len(bounds) == 1 else bounds[1].c
+        step = bounds[2].constant if len(bounds) == 3 else 1
+        if not isinstance(step, int) or step == 0:
+            raise TranslationError(f"a range with a variable step in '{self.definition.name}'", "a whole number")
+        number = self._number()
+        name, compared = f"loop_{number}", "<" if step > 0 else ">"
+        self._line(
+            f"for (int64_t {name} = {first}, end_{number} = {last}; {name} {compared} end_{number}; {name} += {step}) {{"
+        )
+        if node.target.id != "_":
+            self.scope.assign(node.target.id, self.unit.whole)
+            self.lines.append("    " * (self.depth + 1) + f"{plain(node.target.id)} = {name};")
+        self._inside(node.body)
+        self._line("}")
+
+    def _number(self) -> int:
+        self.temporaries += 1
+        return self.temporaries
+
+    def _annassign(self, node: ast.AnnAssign) -> None:
+        if node.value is not None:
+            self._put(node.target, self.expressions.value(node.value))
+
+    def _assign(self, node: ast.Assign) -> None:
+        if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
+            targets, values = node.targets[0].elts, node.value.elts
+            found = [self.expressions.value(each) for each in values]
+            kept = [each if self._is_fixed(each) else self._kept(each) for each in found]
+            for target, value in zip(targets, kept, strict=True):
+                self._put(target, value)
+            return
+        found_one = self.expressions.value(node.value)
+        if len(node.targets) > 1 and not self._is_fixed(found_one):
+            found_one = self._kept(found_one)
+        for target in node.targets:
+            self._put(target, found_one)
+
+    def _is_fixed(self, value: Value) -> bool:
+        return value.constant is not None or isinstance(value.kind, Called | Problem)
+
+    def _kept(self, value: Value) -> Value:
+        """The value in a variable of its own, so that what follows does not change it."""
+        name = f"kept_{self._number()}"
+        self._line(f"{declared(value.kind)}{name} = {value.c};")
+        return Value(name, value.kind)
+
+    def _put(self, target: ast.expr, value: Value) -> None:
+        """Give a variable, an entry or several of them a value."""
+        if isinstance(target, ast.Tuple):
+            if not isinstance(value.kind, Tuple) or len(value.kind.items) != len(target.elts):
+                raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "as many values as names")
+            kept = self._kept(value)
+            for k, each in enumerate(target.elts):
+                self._put(each, Value(item_of(kept, k), value.kind.items[k]))
+        elif isinstance(target, ast.Name):
+            if target.id == "_":
+                self._line(f"(void)({value.c});")
+                return
+            self.scope.assign(target.id, value.kind)
+            if not isinstance(value.kind, Called | Problem):
+                self._line(f"{plain(target.id)} = {value.c};")
+        elif isinstance(target, ast.Attribute):
+            self._line(f"{self.expressions.text(target)} = {value.c};")
+        elif isinstance(target, ast.Subscript):
+            self._put_entry(target, value)
+        else:
+            raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "a variable or an entry")
+
+    def _put_entry(self, target: ast.Subscript, value: Value) -> None:
+        base = self.expressions.value(target.value)
+        indices = list(target.slice.elts) if isinstance(target.slice, ast.Tuple) else [target.slice]
+        if not isinstance(base.kind, Array):
+            raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "an entry of an array")
+        if not any(isinstance(index, ast.Slice) for index in indices) and len(indices) == base.kind.dimensions:
+            entry = self.expressions.indexed(base, indices)
+            if isinstance(entry.kind, Record):
+                self._line(f"*({entry.c}) = *({value.c});")
+            else:
+                self._line(f"{entry.c} = {value.c};")
+            return
+        if not isinstance(value.kind, Scalar) or base.kind.dimensions > 2 or len(indices) != base.kind.dimensions:
+            raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "a number into a part of an array")
+        places, loops = [], []
+        for axis, index in enumerate(indices):
+            low, high = self.expressions.bounds(base, axis, index)
+            number = self._number()
+            places.append(f"at_{number}")
+            loops.append(f"for (int64_t at_{number} = {low}; at_{number} < {high}; at_{number}++) ")
+        at = places[0] if len(places) == 1 else f"{places[0]} * {base.c}.s + {places[1]}"
+        self._line("".join(loops) + f"{base.c}.p[{at}] = {value.c};")
+
+    def _augassign(self, node: ast.AugAssign) -> None:
+        read = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node.target)
+        found = self.expressions.arithmetic(node.op, self.expressions.value(read), self.expressions.value(node.value))
+        self._put(node.target, found)

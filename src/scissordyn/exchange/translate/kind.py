@@ -1,0 +1,226 @@
+"""Types of what kernels work on, and how they are written in C."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError
+
+__all__ = [
+    "BOOL",
+    "FLOAT",
+    "INT",
+    "VOID",
+    "Array",
+    "Called",
+    "Kind",
+    "Record",
+    "Scalar",
+    "Struct",
+    "TranslationError",
+    "Tuple",
+    "Value",
+    "declared",
+    "joined",
+    "kind_of",
+    "written",
+]
+
+
+class TranslationError(InputError):
+    """A kernel that is not in the language that is translated."""
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A number."""
+
+    c: str
+    letter: str
+    rank: int
+
+
+VOID = Scalar("void", "v", -1)
+BOOL = Scalar("int", "b", 0)
+INT = Scalar("int64_t", "i", 1)
+FLOAT = Scalar("double", "f", 2)
+
+
+@dataclass(frozen=True)
+class Record:
+    """An entry of a structured array; expressions of it are pointers."""
+
+    name: str
+    fields: tuple[tuple[str, Scalar], ...]
+
+    @property
+    def letter(self) -> str:
+        """In the names of functions."""
+        return self.name
+
+    @property
+    def c(self) -> str:
+        """Its name in C."""
+        return self.name
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of numbers or records: where its entries lie, how many there are, and in two dimensions how rows follow."""
+
+    element: Scalar | Record
+    dimensions: int
+
+    @property
+    def letter(self) -> str:
+        """In the names of functions."""
+        return f"{self.element.letter.upper() if isinstance(self.element, Scalar) else self.element.name}{self.dimensions}"
+
+    @property
+    def c(self) -> str:
+        """Its name in C."""
+        return f"{self.letter}_array"
+
+
+@dataclass(frozen=True)
+class Tuple:
+    """Some values together."""
+
+    items: tuple[Kind, ...]
+
+    @property
+    def letter(self) -> str:
+        """In the names of functions."""
+        return "t" + "".join(item.letter for item in self.items)
+
+    @property
+    def alike(self) -> bool:
+        """Whether it can be indexed by a variable."""
+        return len({item.letter for item in self.items}) == 1
+
+    @property
+    def c(self) -> str:
+        """Its name in C."""
+        return f"tuple_{len(self.items)}{self.items[0].letter}" if self.alike else f"tuple_{self.letter[1:]}"
+
+
+class Struct:
+    """A named tuple of arrays; expressions of it are pointers."""
+
+    def __init__(self, name: str, fields: Mapping[str, Kind]) -> None:
+        self.name, self.fields = name, dict(fields)
+        self.letter = self.c = name
+
+
+@dataclass(frozen=True)
+class Called:
+    """A function that is handed to another one."""
+
+    function: Any
+
+    @property
+    def letter(self) -> str:
+        """In the names of functions."""
+        return str(self.function.__name__)
+
+    @property
+    def c(self) -> str:
+        """It is nothing in C: who calls it is translated for it."""
+        return ""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The functions of a problem by name."""
+
+    letter: str = "p"
+    c: str = ""
+
+
+Kind = Scalar | Record | Array | Tuple | Struct | Called | Problem
+
+
+@dataclass(frozen=True)
+class Value:
+    """An expression in C, its type, and its number if it is a constant."""
+
+    c: str
+    kind: Kind
+    constant: Any = None
+
+
+NUMBERS = {"f": FLOAT, "i": INT, "b": BOOL}
+
+
+def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> Kind:
+    """The type of a value of Python; `known` keeps the types of records and named tuples by what they are.
+
+    Parameters
+    ----------
+    value
+        A number, an array, or a named tuple of such.
+    name : str
+        What a record is called.
+    known : dict, optional
+
+    Returns
+    -------
+    Kind
+    """
+    known = {} if known is None else known
+    if isinstance(value, bool | np.bool_):
+        return BOOL
+    if isinstance(value, int | np.integer):
+        return INT
+    if isinstance(value, float | np.floating):
+        return FLOAT
+    if isinstance(value, np.ndarray):
+        if value.dtype.names is None:
+            return Array(NUMBERS[value.dtype.kind], value.ndim)
+        fields = tuple((field, NUMBERS[value.dtype[field].kind]) for field in value.dtype.names)
+        if fields not in known:
+            taken = [kind.name for kind in known.values()]
+            named = f"{name}_record" if f"{name}_record" not in taken else f"{name}_record_{len(taken)}"
+            known[fields] = Record(named, fields)
+        return Array(known[fields], value.ndim)
+    if hasattr(value, "_asdict"):
+        kind = type(value)
+        if kind not in known:
+            known[kind] = Struct(kind.__name__, {key: kind_of(part, key, known) for key, part in value._asdict().items()})
+        found: Struct = known[kind]
+        return found
+    raise TranslationError(f"a {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
+
+
+def joined(one: Kind | None, other: Kind) -> Kind:
+    """The type of a variable that is given values of two types."""
+    if one is None or one == other:
+        return other
+    if isinstance(one, Scalar) and isinstance(other, Scalar):
+        return one if one.rank >= other.rank else other
+    if isinstance(one, Tuple) and isinstance(other, Tuple) and len(one.items) == len(other.items):
+        return Tuple(tuple(joined(a, b) for a, b in zip(one.items, other.items, strict=True)))
+    raise TranslationError(f"a variable that is a {one.letter} and a {other.letter} in a kernel", "one kind of value")
+
+
+def written(number: Any) -> str:
+    """A number as C has it."""
+    if isinstance(number, bool | np.bool_):
+        return str(int(number))
+    if isinstance(number, int | np.integer):
+        return f"{int(number)}LL" if abs(int(number)) > 2**31 - 1 else str(int(number))
+    value = float(number)
+    if value != value:
+        return "NAN"
+    if value in (float("inf"), float("-inf")):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(value)
+
+
+def declared(kind: Kind) -> str:
+    """How C declares a variable or an argument of a type."""
+    return f"{kind.c} *" if isinstance(kind, Record | Struct) else f"{kind.c} "

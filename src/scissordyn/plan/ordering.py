@@ -1,0 +1,125 @@
+"""Which unknowns of the step matrix are eliminated beforehand, and the order of the others that makes its band narrow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from scissordyn.plan.coordinates import Constraint
+
+__all__ = ["Ordering", "incidence", "order_unknowns"]
+
+FEW = 12
+"""Up to so many unknowns the step matrix is taken as full, and nothing is eliminated."""
+
+ELIMINATED = -1
+"""In the place of a row."""
+
+
+class Ordering(NamedTuple):
+    """Rows of the step matrix.
+
+    Parameters
+    ----------
+    permutation : ndarray of int, shape (n+m+nz,)
+        Row of each acceleration, multiplier and internal state; -1 if it is eliminated. The coordinates of a pair share one.
+    reach : int
+        Off-diagonals on either side.
+    pair : ndarray of int, shape (pairs, 3)
+        Part of the constraint, and its two coordinates.
+    pair_of : ndarray of int, shape (m,)
+        Pair of a constraint, or -1.
+    """
+
+    permutation: np.ndarray
+    reach: int
+    pair: np.ndarray
+    pair_of: np.ndarray
+
+
+def incidence(groups: Sequence[np.ndarray], columns: int) -> csr_array:
+    """A matrix with a one wherever a group, its row, has a column."""
+    rows = np.repeat(np.arange(len(groups)), [group.size for group in groups])
+    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
+    return csr_array((np.ones(rows.size), (rows, held)), shape=(len(groups), columns))
+
+
+def order_unknowns(
+    free: int, constraints: Sequence[Constraint], latched: set[int], elements: Sequence[np.ndarray], states: Sequence[int]
+) -> Ordering:
+    """Rows of the step matrix for accelerations, multipliers and internal states.
+
+    Parameters
+    ----------
+    free : int
+        Number of free coordinates.
+    constraints : sequence of Constraint
+    latched : set of int
+        Those that are inactive at times.
+    elements : sequence of ndarray of int
+        Free coordinates that each force element reads.
+    states : sequence of int
+        Number of its states.
+
+    Returns
+    -------
+    Ordering
+    """
+    m, first = len(constraints), free + len(constraints)
+    size = first + sum(states)
+    if size <= FEW:
+        nothing = np.zeros((0, 3), np.int64), np.full(m, -1, np.int64)
+        return Ordering(np.arange(size, dtype=np.int64), max(0, size - 1), *nothing)
+    columns = [each.columns[each.columns < free] for each in constraints]
+    pair, pair_of = _pairs(constraints, columns, latched, free)
+    kept = np.ones(size, bool)
+    kept[free + np.flatnonzero(pair_of >= 0)] = False
+    same = np.arange(size)
+    if pair.size:
+        kept[pair[:, 2]] = False
+        same[pair[:, 2]] = pair[:, 1]
+    groups = [np.append(columns[k], free + k) for k in range(m) if pair_of[k] < 0]
+    for each, count in zip(elements, states, strict=True):
+        own = np.arange(first, first + count)
+        if count == 1:
+            kept[own] = False
+            own = own[:0]
+        groups.append(np.concatenate([np.unique(same[each]), own]))
+        first += count
+    row = np.cumsum(kept) - 1
+    place, reach = _narrow([row[same[group]] for group in groups], int(kept.sum()))
+    permutation = np.where(kept[same], place[row[same]], ELIMINATED).astype(np.int64)
+    return Ordering(permutation, reach, pair, pair_of)
+
+
+def _pairs(
+    constraints: Sequence[Constraint], columns: Sequence[np.ndarray], latched: set[int], free: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Constraints of one part on two coordinates that no other constraint reads."""
+    readers = np.zeros(free, np.int64)
+    for each in columns:
+        readers[np.unique(each)] += 1
+    first_part = np.cumsum([0, *(len(each.parts) for each in constraints)])
+    pairs = list[tuple[int, int, int]]()
+    pair_of = np.full(len(constraints), -1, np.int64)
+    for k, constraint in enumerate(constraints):
+        own = np.unique(columns[k])
+        if own.size == columns[k].size == 2 and len(constraint.parts) == 1 and k not in latched and np.all(readers[own] == 1):
+            pair_of[k] = len(pairs)
+            pairs.append((int(first_part[k]), int(own[0]), int(own[1])))
+    return np.array(pairs, np.int64).reshape(-1, 3), pair_of
+
+
+def _narrow(groups: Sequence[np.ndarray], size: int) -> tuple[np.ndarray, int]:
+    """Places of unknowns that are coupled in groups, and how far coupled ones are apart."""
+    own = incidence([*groups, *np.arange(size)[:, None]], size)
+    graph = csr_array(own.T @ own)
+    graph.sort_indices()
+    rows, beside = graph.nonzero()
+    place = np.empty(size, np.int64)
+    place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
+    return place, int(np.max(np.abs(place[rows] - place[beside]), initial=0))

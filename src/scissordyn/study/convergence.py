@@ -1,0 +1,186 @@
+"""Which tolerance, or which step, is enough for a number of a run: from coarse to fine until it stays."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scissordyn.errors import InputError, whole_number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.batch import Perturbed, simulate_cases
+from scissordyn.run.interrupt import pass_on
+from scissordyn.run.measure import MEASURES
+from scissordyn.run.options import Options
+from scissordyn.study.description import check_part
+from scissordyn.study.requirement import Response, read_response, response_values
+
+__all__ = ["Convergence", "Level", "convergence", "read_wanted"]
+
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+"""From coarse to fine; each is compared with the next two."""
+
+PERTURBATION = 1e-14
+"""Of the starts of members, relative: round-off."""
+
+AGREEING = 2
+"""Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance."""
+
+NOISE = 2.0
+"""Means over members that differ by less than so many standard errors of their difference count as equal."""
+
+WANTED = re.compile(r"\s*(\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
+
+
+@dataclass(frozen=True)
+class Level:
+    """Runs at one tolerance.
+
+    Parameters
+    ----------
+    tolerance : float
+        Of rtol and atol.
+    value : float
+        Mean over the members; NaN if one failed.
+    spread : float
+        Largest less smallest member, as a fraction of the value.
+    error : float
+        Standard error of the mean.
+    seconds : float
+        Of a run [s].
+    cause : str
+        Why a member failed.
+    """
+
+    tolerance: float
+    value: float
+    spread: float
+    error: float
+    seconds: float
+    cause: str = ""
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """From which tolerance on a number stays.
+
+    Parameters
+    ----------
+    response : str
+        What was asked for.
+    units : str
+    within : float
+        As a fraction.
+    levels : tuple of Level
+        From coarse to fine.
+    tolerance : float
+        The coarsest one with which the number agrees with those of the next two; NaN if none does.
+    chaotic : bool
+        Whether members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
+        mean that agrees within its standard error.
+    """
+
+    response: str
+    units: str
+    within: float
+    levels: tuple[Level, ...]
+    tolerance: float
+    chaotic: bool
+
+    @property
+    def value(self) -> float:
+        """With the finest tolerance."""
+        return self.levels[-1].value
+
+
+def read_wanted(text: str) -> tuple[str, float]:
+    """A response and how well it is to be known: ``tip.error within 1 %``.
+
+    Parameters
+    ----------
+    text : str
+        Without "within" 1 % is meant.
+    """
+    found = WANTED.fullmatch(text)
+    if found is None or (found[2] and not 0.0 < float(found[2]) < 100.0):
+        raise InputError(f"'{text}' to converge", "a measure, and a percentage", "'tip.error within 1 %'")
+    return found[1], float(found[2] or 1.0) / 100.0
+
+
+def convergence(
+    mechanism: Mechanism, options: Options, response: str, *, within: float = 0.01, members: int = 2, threads: int | None = None
+) -> Convergence:
+    """Which tolerance is enough for a number of a run.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+        Of the runs; rtol and atol are those that are tried.
+    response : str
+        A measure of `simulate_many`, or that of a part: ``peak_force``, ``tip.error``.
+    within : float
+        How well it is to be known, as a fraction of it.
+    members : int
+        Runs at each tolerance from starts that differ by round-off.
+    threads : int, optional
+
+    Returns
+    -------
+    Convergence
+
+    Raises
+    ------
+    InputError
+        If there is no such measure or part.
+    """
+    if not 0.0 < within < 1.0:
+        raise InputError(f"within = {within!r}", "a fraction above 0 and below 1", "within=0.01")
+    whole_number("members", members, 2)
+    part, measure, _ = read_response(response)
+    wanted = Response(measure, part)
+    check_part(mechanism, wanted)
+    levels: list[Level] = []
+    for level in _levels(mechanism, options, wanted, members, threads):
+        levels.append(level)
+        at = len(levels) - 1 - AGREEING
+        if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
+            return Convergence(
+                wanted.name, MEASURES[measure].units, within, tuple(levels), levels[at].tolerance, _chaotic(levels, within)
+            )
+    return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), math.nan, _chaotic(levels, within))
+
+
+def _levels(mechanism: Mechanism, options: Options, wanted: Response, members: int, threads: int | None) -> Iterator[Level]:
+    """Runs at one tolerance after the other."""
+    starts = Perturbed(np.arange(members), PERTURBATION)
+    for tolerance in TOLERANCES:
+        now = replace(options, rtol=tolerance, atol=tolerance, trust=False)
+        over = {"gravity": np.full(members, mechanism.gravity)}
+        runs = pass_on(simulate_cases(mechanism, over, now, [wanted.measure], starts, threads=threads))
+        runs[wanted.measure].attrs["role"] = "measure"
+        values = response_values(runs, wanted)
+        failed = runs["status"].values != "complete"
+        cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""
+        mean = math.nan if failed.any() else float(values.mean())
+        spread = float(np.ptp(values)) / (abs(mean) or 1.0)
+        error = float(np.std(values, ddof=1)) / math.sqrt(members)
+        yield Level(tolerance, mean, spread, error, float(runs.attrs["integration_seconds"]) / members, cause)
+
+
+def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
+    """Whether a level has the number of finer ones: within what is asked for, or within the noise of members."""
+    if any(level.cause for level in (coarse, *finer)):
+        return False
+    reference = finer[-1]
+    return all(
+        abs(coarse.value - level.value) <= max(within * abs(reference.value), NOISE * math.hypot(coarse.error, level.error))
+        for level in finer
+    )
+
+
+def _chaotic(levels: Sequence[Level], within: float) -> bool:
+    return any(not level.cause and level.spread > within for level in levels[-AGREEING:])

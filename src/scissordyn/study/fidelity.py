@@ -1,0 +1,243 @@
+"""Answers of a study of cheap and accurate runs: which number comes from which, and what both together say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.study.answer import answered, meets_all
+from scissordyn.study.control_variate import Estimate, fraction_estimate, mean_estimate, quantile_estimates
+from scissordyn.study.description import Study
+from scissordyn.study.goal import risk_value
+from scissordyn.study.optimise import candidates, nondominated
+from scissordyn.study.requirement import Requirement, response_unit, response_values
+from scissordyn.study.store import COMPLETE, Store, column
+from scissordyn.study.summary import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Corrected", "confirmed", "cost_note", "estimates", "fidelity_sentences", "fidelity_tables"]
+
+LEVELS = (0.5, 0.95)
+"""Of the quantiles."""
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A number of a study from cheap and accurate runs.
+
+    Parameters
+    ----------
+    label : str
+    kind : {"fraction", "mean", "quantile"}
+    units : str
+    estimate : Estimate
+    """
+
+    label: str
+    kind: str
+    units: str
+    estimate: Estimate
+
+
+def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Corrected]:
+    """Fractions that meet the requirements, means and quantiles of the responses, each from both kinds of runs.
+
+    Parameters
+    ----------
+    study : Study
+    cheap, accurate : Dataset
+        Results of both stores, from `Store.results`.
+
+    Returns
+    -------
+    list of Corrected
+        Independent trials are the points, or the samples of a single point. Quantiles only where a trial is a single case.
+    """
+    trials, size = _trials(study, cheap), _trials(study, accurate).shape[0]
+    complete = _complete(cheap, trials)
+    pairs = complete[:size] & _complete(accurate, trials[:size])
+
+    def by_trial(results: xr.Dataset, values: np.ndarray) -> np.ndarray:
+        rows = trials[: results.sizes["case"] // trials.shape[1]]
+        return np.asarray(values[rows].mean(axis=1), float)
+
+    def both(values: Callable[[xr.Dataset], np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        here, there = by_trial(cheap, values(cheap)), by_trial(accurate, values(accurate))
+        return there[pairs], here[:size][pairs], here[complete]
+
+    def met(requirement: Requirement) -> Callable[[xr.Dataset], np.ndarray]:
+        return lambda runs: requirement.met(response_values(runs, requirement.response))
+
+    found = [Corrected(one.label, "fraction", "1", fraction_estimate(*both(met(one)))) for one in study.requirements]
+    if study.requirements:
+        every = fraction_estimate(*both(lambda runs: meets_all(study, runs)))
+        found.append(Corrected("all requirements", "fraction", "1", every))
+    for one in answered(study, cheap):
+        three = both(partial(response_values, response=one))
+        if not all(np.all(np.isfinite(each)) for each in three):
+            continue
+        units = response_unit(cheap, one)
+        found.append(Corrected(f"mean {one.name}", "mean", units, mean_estimate(*three)))
+        if trials.shape[1] == 1:
+            both_ends = zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True)
+            found += [Corrected(f"{level:.0%} quantile of {one.name}", "quantile", units, each) for level, each in both_ends]
+    return found
+
+
+def _trials(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Cases of each independent trial, shape (trials, cases of a trial)."""
+    width = study.per_point if study.factors else study.members
+    return np.arange(results.sizes["case"] // width * width).reshape(-1, width)
+
+
+def _complete(results: xr.Dataset, trials: np.ndarray) -> np.ndarray:
+    return np.asarray((results["status"].values[trials] == COMPLETE).all(axis=1))
+
+
+def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataFrame:
+    """The points of a search that were run accurately.
+
+    Parameters
+    ----------
+    study : Study
+        With an optimisation.
+    accurate, cheap : Dataset
+        Results of both stores.
+
+    Returns
+    -------
+    DataFrame
+        A row for each: the chosen numbers; of each goal its risk in cheap and in accurate runs (``accurate ...``), to be made
+        small; `violation` in both; `front`, whether it meets the requirements in accurate runs and no other is better there.
+    """
+    import pandas as pd
+
+    assert study.optimisation is not None
+    count = accurate.sizes["case"] // study.per_point
+    names = [factor.address for factor in study.factors]
+    tried = candidates(study, cheap).points
+    numbers = np.stack([tried[name].values for name in names], axis=1)
+    here = np.stack([accurate[column(name)].values[:: study.per_point][:count] for name in names], axis=1)
+    places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
+    table = {name: here[:, k] for k, name in enumerate(names)}
+    goals = []
+    for goal in study.optimisation.goals:
+        sign = -1.0 if goal.maximise else 1.0
+        chosen = goal.measure in study.addresses
+        values = accurate[column(goal.measure)].values if chosen else response_values(accurate, goal.response)
+        goals.append(risk_value(sign * values[: count * study.per_point].reshape(count, -1), study.optimisation.risk))
+        table[goal.label] = tried[goal.label].values[places]
+        table[f"accurate {goal.label}"] = goals[-1]
+    violation = np.zeros(count)
+    for requirement in study.requirements:
+        margin = requirement.margin(response_values(accurate, requirement.response))[: count * study.per_point]
+        beyond = risk_value(-margin.reshape(count, -1), study.optimisation.risk)
+        violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+    violation[~np.all(np.isfinite(np.stack(goals)), axis=0)] = np.inf
+    table["violation"], table["accurate violation"] = tried["violation"].values[places], violation
+    front = np.zeros(count, bool)
+    usable = violation <= 0.0
+    front[usable] = nondominated(np.stack(goals, axis=1)[usable])
+    return pd.DataFrame({**table, "front": front}, index=pd.Index(places, name="point"))
+
+
+def fidelity_sentences(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[str]:
+    """What both kinds of runs say together, a sentence each; the first is the answer."""
+    if study.optimisation is not None:
+        table = confirmed(study, accurate, cheap)
+        stays = int(table["front"].sum())
+        said = [
+            f"Of {len(table)} points of the search that were run accurately, {stays} meet all requirements and are best there"
+            if len(study.optimisation.goals) > 1
+            else f"Of the best {len(table)} points of the search, {int((table['accurate violation'] <= 0.0).sum())} meet all "
+            "requirements in accurate runs"
+        ]
+        return [f"{said[0]}; all other numbers of the search are of cheap runs."]
+    found = estimates(study, cheap, accurate)
+    every = next((one for one in found if one.label == "all requirements"), None)
+    said = []
+    if every is not None:
+        one = every.estimate
+        points = f"{one.screened} points with cheap runs and {one.verified} with accurate ones"
+        saved = f"; accurate runs alone would take {one.saved:.1f} times as many" if np.isfinite(one.saved) else ""
+        met = f"{one.value:.1%} of the range ({one.low:.1%} to {one.high:.1%}, 95 %)"
+        said.append(f"All requirements are met by {met}, from {points}{saved}.")
+    return [*said, "Points, maps, trends and worst cases are of the cheap runs; the table of both kinds corrects its numbers."]
+
+
+def fidelity_tables(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Table]:
+    """The numbers of both kinds of runs side by side."""
+    if study.optimisation is not None:
+        return [_confirmed_table(study, cheap, accurate)]
+    rows = [_row(one) for one in estimates(study, cheap, accurate)]
+    head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
+    saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
+    return [Table(head, rows, "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))]
+
+
+def _row(one: Corrected) -> tuple[str, ...]:
+    """Of the table of both kinds of runs."""
+    found, scale = one.estimate, scale_of(xr.DataArray(one.estimate.value, attrs={"units": one.units}))
+    shown = partial(_shown, scale=None if one.kind == "fraction" else scale)
+    return (
+        one.label if one.kind == "fraction" or not scale.unit else f"{one.label} [{scale.unit}]",
+        shown(found.cheap),
+        f"{shown(found.accurate)} ({shown(found.accurate_low)} to {shown(found.accurate_high)})",
+        f"{shown(found.value)} ({shown(found.low)} to {shown(found.high)})",
+        "-" if np.isnan(found.correlation) else f"{found.correlation:.2f}",
+        f"{found.saved:.1f}" if np.isfinite(found.saved) else "-",
+    )
+
+
+def _shown(value: float, scale: Scale | None) -> str:
+    """A number in its unit, or as a fraction."""
+    if not np.isfinite(value):
+        return "-"
+    return f"{value:.1%}" if scale is None else scale.text(value, 4)
+
+
+def _confirmed_table(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> Table:
+    assert study.optimisation is not None
+    table, points = confirmed(study, accurate, cheap), candidates(study, cheap).points
+    labels = [goal.label for goal in study.optimisation.goals]
+    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
+    names = [factor.address for factor in study.factors]
+    scales = {name: scale_of(points[name].isel(point=table.index.values)) for name in (*names, *labels)}
+    head = ["point", *(scales[name].label(name) for name in names)]
+    for label in labels:
+        head += [f"{scales[label].label(label)}, cheap", "accurate"]
+    rows = []
+    for point, row in table.sort_values(f"accurate {labels[0]}").iterrows():
+        cells = [str(point), *(scales[name].text(row[name], 4) for name in names)]
+        for label in labels:
+            cells += [scales[label].text(signs[label] * row[each], 4) for each in (label, f"accurate {label}")]
+        violated = row["accurate violation"]
+        met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
+        rows.append((*cells, met, "yes" if row["front"] else "no"))
+    return Table((*head, "requirements, accurate", "best there"), rows, "Search by cheap runs, confirmed by accurate ones")
+
+
+def cost_note(study: Study, cheap: Store, accurate: Store) -> str:
+    """How many cases of each kind there are, and what they cost.
+
+    Parameters
+    ----------
+    study : Study
+    cheap, accurate : Store
+    """
+    said = []
+    assert study.accurate is not None
+    for name, store, options in (("cheap", cheap, study.options), ("accurate", accurate, study.accurate.options)):
+        times = store.times()
+        cases, seconds = float(times["cases"].sum()), float(times["seconds"].sum())
+        each = f"{seconds / cases * 1e3:.3g} ms each" if cases else "not yet timed"
+        said.append(f"{store.cases} {name} runs ({each}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
+    return " and ".join(said) + "."

@@ -1,0 +1,71 @@
+"""Links of PMKS+ as its public source writes them, made from joints and links; nothing of the package is used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+
+PRISMATIC, INPUT, GROUNDED, WELDED = 1, 2, 4, 8
+
+PLACE = tuple[float, float]
+
+
+def number(value: int) -> str:
+    """To the base of 64; a zero in front means negative."""
+    left, text = abs(value), ""
+    while True:
+        text = DIGITS[left % 64] + text
+        left //= 64
+        if not left:
+            return ("0" if value < 0 else "") + text
+
+
+def decimal(value: float) -> str:
+    return number(round(1000 * value))
+
+
+def joint(name: str, place: PLACE, flags: int = 0, angle: float = 0.0, *further: str) -> str:
+    return ",".join((DIGITS[flags] + name, name, decimal(place[0]), decimal(place[1]), decimal(angle), *further))
+
+
+def bar(name: str, joints: Iterable[str], mass: float, inertia: float, centre: PLACE, kind: str = "YR") -> str:
+    numbers = (decimal(mass), decimal(inertia), decimal(centre[0]), decimal(centre[1]))
+    return ",".join((kind + name, name, *numbers, "c5cae9", *joints, "", ""))
+
+
+def checked(text: str) -> str:
+    return text + DIGITS[len(text) % 62]
+
+
+def link(
+    joints: Iterable[str],
+    bars: Iterable[str],
+    forces: Iterable[str] = (),
+    *,
+    speed: int = 20,
+    clockwise: bool = False,
+    units: str = "2011",
+    decimals: str = "TY",
+) -> str:
+    """The address; lengths are in metres unless other units are given."""
+    settings = DIGITS[0] + DIGITS[int(clockwise)]
+    parts = (settings, decimals, f"{number(speed)},0", units, *joints, "", *bars, "", *forces, "", "N_")
+    return "https://app.pmksplus.com/?" + checked(".".join(parts))
+
+
+def linkage(
+    places: Mapping[str, PLACE], links: Mapping[str, str], ground: str, first: str, *, slides: Mapping[str, float] = {}, **how
+) -> str:
+    """Joints of one letter; links by the letters of their joints, with their mass; a slide carries a pin of the same place."""
+    joints = [
+        joint(name, place, (GROUNDED if name in ground else 0) | (INPUT if name == first else 0))
+        for name, place in places.items()
+    ]
+    joints += [joint(f"{pin}s", places[pin], PRISMATIC | GROUNDED, angle) for pin, angle in slides.items()]
+    bars = []
+    for name, on in links.items():
+        centre = tuple(sum(places[pin][k] for pin in on) / len(on) for k in (0, 1))
+        bars.append(bar(name, on, 2.0, 0.3, centre))
+    bars += [bar(f"block {pin}", (pin, f"{pin}s"), 1.5, 0.0, (0.0, 0.0), "YP") for pin in slides]
+    return link(joints, bars, **how)

@@ -1,0 +1,155 @@
+"""Mechanisms and runs for other programs: drawings, cut lists, MJCF, and the commands."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+
+import numpy as np
+import pytest
+from tests.exchange.links import linkage
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.errors import InputError
+from scissordyn.exchange.cut import cut_list, drawing
+from scissordyn.exchange.mjcf_text import mjcf
+
+ezdxf = pytest.importorskip("ezdxf")
+mujoco = pytest.importorskip("mujoco")
+
+LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)
+
+
+def arm():
+    return sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30)).with_clearance("A", LOOSE)
+
+
+def test_holes_have_the_sizes_of_the_joints():
+    """Closed form: bore = journal radius + clearance; the outline is half circles around the ends and two sides."""
+    mechanism = sd.four_bar().with_clearance("all", LOOSE)
+    space = ezdxf.read(io.StringIO(drawing(mechanism, width=0.06))).modelspace()
+    outlines = list(space.query("LWPOLYLINE"))
+    assert len(outlines) == 3
+    radii = {layer: [circle.dxf.radius for circle in space.query(f'CIRCLE[layer=="{layer}"]')] for layer in ("bore", "journal")}
+    assert radii["bore"] == pytest.approx([10.5] * len(radii["bore"]))
+    assert radii["journal"] == pytest.approx([10.0] * len(radii["journal"]))
+    assert len(radii["bore"]) + len(radii["journal"]) == 6
+    for outline, body in zip(outlines, mechanism.bodies, strict=True):
+        points = [(x, y) for x, y, _ in outline.get_points("xyb")]
+        turned = [4.0 * math.atan(bulge) for *_, bulge in outline.get_points("xyb")]
+        assert sum(turned) == pytest.approx(2.0 * math.pi)
+        pairs = list(zip(points, points[1:] + points[:1], turned, strict=True))
+        for a, b, arc in pairs:
+            if arc:
+                assert math.dist(a, b) == pytest.approx(60.0 * math.sin(0.5 * arc))
+        hull = sum(math.dist(a, b) for a, b, arc in pairs if not arc)
+        places = sorted(body.points.values())
+        if len({y for _, y in places}) == 1:
+            assert hull == pytest.approx(2e3 * (places[-1][0] - places[0][0]))
+    with pytest.raises(InputError, match="a wider bar"):
+        drawing(mechanism, width=0.02)
+
+
+def test_equal_bars_are_one_row_of_the_cut_list():
+    """Closed form: the bars of a scissor array with pins of 8 mm; a joint without a size is an error."""
+    mechanism = arm()
+    with pytest.raises(InputError, match="has no size"):
+        cut_list(mechanism)
+    rows = list(csv.DictReader(io.StringIO(cut_list(mechanism, pin_radius=4e-3).decode())))
+    assert sum(int(row["count"]) for row in {row["bar"]: row for row in rows}.values()) == 4
+    assert {row["length [mm]"] for row in rows} == {"2000"}
+    assert {row["diameter [mm]"] for row in rows} == {"8", "20"}
+    assert {row["x [mm]"] for row in rows} == {"0", "1000", "2000"}
+
+
+def swing(model, until, samples):
+    """Mass centres of all bodies in MuJoCo."""
+    made = mujoco.MjModel.from_xml_string(model.text)
+    data = mujoco.MjData(made)
+    mujoco.mj_resetDataKeyframe(made, data, 0)
+    names = [mujoco.mj_id2name(made, mujoco.mjtObj.mjOBJ_BODY, k) for k in range(1, made.nbody)]
+    every = round(until / made.opt.timestep / (samples - 1))
+    rows = []
+    for step in range(every * (samples - 1) + 1):
+        if step % every == 0:
+            mujoco.mj_kinematics(made, data)
+            rows.append(data.xipos[1:, :2].copy())
+        mujoco.mj_step(made, data)
+    return names, np.array(rows)
+
+
+def chain():
+    bars = (sd.bar("a", length=0.5, mass=1.0, angle=-0.4), sd.bar("b", length=0.4, mass=0.7, angle=-1.1))
+    start = (0.5 * math.cos(-0.4), 0.5 * math.sin(-0.4))
+    bars = (bars[0], sd.bar("b", length=0.4, mass=0.7, angle=-1.1, position=start))
+    joints = (sd.Revolute("O", ("a", "start"), ("ground", "O")), sd.Revolute("A", ("b", "start"), ("a", "end")))
+    return sd.Mechanism(bars, joints, ground=(("O", (0.0, 0.0)),))
+
+
+def crank():
+    lengths = {"crank": 0.3, "rod": 0.8, "angle": 0.7}
+    return sd.slider_crank(crank_mass=1.0, rod_mass=1.0, rod_inertia=0.06, slider_mass=2.0, gravity=9.81, **lengths)
+
+
+@pytest.mark.parametrize(("made", "allowed"), [(chain, 1e-9), (crank, 2e-5), (sd.four_bar, 2e-5)])
+def test_the_ideal_mechanism_moves_the_same_in_mujoco(made, allowed):
+    """Cross-check by a second code: free motion for 0.5 s; loops only as exactly as MuJoCo's soft constraints close them."""
+    mechanism = made()
+    run = sd.simulate(mechanism, until=0.5, samples=11, rtol=1e-10)
+    model = mjcf(mechanism)
+    names, found = swing(model, 0.5, 11)
+    for k, name in enumerate(names):
+        assert np.max(abs(found[:, k] - run["position"].sel(body=name).values)) < allowed, name
+
+
+def test_drives_and_components_are_named_and_a_rod_is_refused():
+    """Identity: what MJCF does not hold is said; the speed of a drive is kept at the start."""
+    model = mjcf(arm().driven(speed=sd.rpm(150)))
+    assert any("the prescribed angle of 'unit 1/bar 1'" in note for note in model.notes)
+    assert "joints with clearance are ideal" in model.notes
+    assert f"{sd.rpm(150)!r}"[:8] in model.text
+    rod = sd.Rod("rod", ("a", "end"), ("ground", "O"), 0.5)
+    with pytest.raises(InputError, match="'rod' in MJCF"):
+        mjcf(sd.Mechanism(chain().bodies, chain().joints, ground=chain().ground, rods=(rod,)))
+
+
+def test_a_link_becomes_a_case_that_runs_and_is_exported(tmp_path, capsys, monkeypatch):
+    """Identity: import, run and export by the commands; wrong input is one line with status 2 and writes nothing."""
+    monkeypatch.chdir(tmp_path)
+    places = {"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.75, 1.1), "D": (1.6, 0.0)}
+    address = linkage(places, {"AB": "AB", "BC": "BC", "CD": "CD"}, "AD", "A", speed=30)
+    assert status_of(["import", address, "-o", "case.toml", "--until", "0.2 s"]) == 0
+    assert "note: units: lengths in m" in capsys.readouterr().out
+    assert status_of(["run", "case.toml", "-o", "run.nc", "-q"]) == 0
+    for words in (
+        ["run.nc", "forces.csv", "--forces"],
+        ["run.nc", "envelope.csv", "--envelope"],
+        ["run.nc", "forces.json", "--forces"],
+        ["run.nc", "forces.inp", "--forces", "--section", "20x30 mm"],
+        ["run.nc", "table.csv"],
+        ["case.toml", "bars.dxf", "--pin", "20 mm"],
+        ["case.toml", "cut.csv", "--pin", "20 mm"],
+        ["case.toml", "model.xml"],
+        ["case.toml", "unit.fmu", "--sources"],
+    ):
+        assert status_of(["export", *words]) == 0, words
+        assert status_of(["export", *words]) == 0, words  # what it wrote it may replace
+        assert (tmp_path / words[1]).stat().st_size > 100
+    capsys.readouterr()
+    monkeypatch.setenv("CC", "no-such-compiler")
+    for words in (
+        ["import", address[:-3], "-o", "new.toml"],
+        ["import", "none.dxf", "-o", "new.toml"],
+        ["import", "case.toml", "-o", "new.toml"],
+        ["import", address, "--unit", "mm", "-o", "new.toml"],
+        ["export", "case.toml", "new.fmu"],
+        ["export", "case.toml", "new.dxf"],
+        ["export", "case.toml", "new.stl"],
+        ["export", "run.nc", "new.inp", "--forces"],
+        ["export", "run.nc", "new.dxf"],
+    ):
+        assert status_of(words) == 2, words
+        assert capsys.readouterr().err.count("\n") == 1
+        assert not list(tmp_path.glob("new.*"))

@@ -1,0 +1,218 @@
+"""Functional mock-up units against the package's own runs, in fmpy."""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.errors import InputError
+from scissordyn.exchange.fmu import pack
+
+fmpy = pytest.importorskip("fmpy")
+from fmpy.fmi3 import FMU3Slave  # noqa: E402
+from fmpy.validation import validate_fmu  # noqa: E402
+
+LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
+
+OURS = 1e-10
+
+CASES = {
+    "crank": (sd.slider_crank().with_clearance("slider pin", LOOSE).driven(speed=100.0), 0.06),
+    "arm": (
+        sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+        .with_clearance("A", LOOSE)
+        .driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)),
+        0.15,
+    ),
+    "servo": (
+        sd.slider_crank()
+        .with_clearance("crank pin", LOOSE)
+        .controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
+        0.2,
+    ),
+}
+TOLERANCE, SAMPLES = {"CoSimulation": 1e-10, "ModelExchange": 1e-12}, 4001
+"""CVode adds up a thousand times its tolerance over these contacts, and less with a smaller one (docs/export.md); it makes at
+most 500 steps between two samples."""
+
+
+@pytest.fixture(scope="module")
+def units(tmp_path_factory):
+    """The units, each made when it is first asked for, with a compiler that does not optimise much."""
+    folder, made = tmp_path_factory.mktemp("units"), {}
+
+    def unit(name):
+        if name not in made:
+            mechanism, until = CASES[name]
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
+                content = pack.fmu(mechanism, sd.Options(until=until, rtol=OURS), name=name)
+            made[name] = folder / f"{name}.fmu"
+            made[name].write_bytes(content)
+        return str(made[name])
+
+    return unit
+
+
+def simulated(unit, kind, until, **options):
+    found = fmpy.simulate_fmu(
+        unit,
+        stop_time=until,
+        output_interval=until / (SAMPLES - 1),
+        fmi_type=kind,
+        relative_tolerance=TOLERANCE[kind],
+        **options,
+    )
+    # at an event there are two rows, before and after it
+    rows = [int(np.argmin(abs(found["time"] - until * k / (SAMPLES - 1)))) for k in range(SAMPLES)]
+    return {name: np.array(found[name], float)[rows] for name in found.dtype.names}
+
+
+def apart(found, exact):
+    """Largest difference."""
+    return float(np.max(abs(np.asarray(found) - np.asarray(exact))))
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+@pytest.mark.parametrize("name", CASES)
+def test_a_unit_moves_as_the_mechanism(units, name, kind):
+    """Cross-check: positions and angles to 1e-6 over contacts with clearance, forces to a thousandth of the largest.
+
+    The whole time is within the horizon of predictability that the run itself states. A force is the millionfold of an
+    indentation, and a sample may lie between the instants that two programs find for the start of a contact. Co-simulation
+    runs the package's loop in C; model exchange is integrated by CVode of fmpy.
+    """
+    mechanism, until = CASES[name]
+    run = sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS, trust=True)
+    assert run.attrs["trusted_until"] == until
+    assert run.sizes["contact"] >= 3
+    found = simulated(units(name), kind, until)
+    for body in mechanism.bodies:
+        place = run["position"].sel(body=body.name).values
+        for axis, letter in enumerate("xy"):
+            assert apart(found[f"bodies.{body.name}.{letter}"], place[:, axis]) < 1e-6
+        if body.rotates:
+            assert apart(found[f"bodies.{body.name}.angle"], run["angle"].sel(body=body.name)) < 1e-6
+    joint = mechanism.clearance_joints[0].name
+    force = run["reaction"].sel(joint=joint).values
+    for axis, letter in enumerate("xy"):
+        assert apart(found[f"joints.{joint}.force_{letter}"], force[:, axis]) < 1e-3 * np.max(abs(force))
+    for drive in mechanism.drives:
+        torque = run["drive_torque"].values
+        assert apart(found[f"drives.{drive.body}.torque"], torque) < 1e-3 * np.max(abs(torque))
+
+
+def test_the_description_is_valid(units):
+    """Identity: the checks of fmpy, against the standard's schema and its rules for references."""
+    for name in CASES:
+        assert validate_fmu(units(name)) == []
+    description = fmpy.read_model_description(units("servo"))
+    assert description.fmiVersion == "3.0"
+    assert description.numberOfEventIndicators == 1
+    names = {variable.name for variable in description.modelVariables}
+    assert {"references.actuator of crank.angle", "components.actuator of crank.torque", "joints.crank pin.normal"} <= names
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_an_input_takes_the_place_of_a_reference(units, kind):
+    """Limit: the inputs prescribe the motion that the reference had; communication is fine enough for a parabola between."""
+    mechanism, _ = CASES["servo"]
+    until = 0.02
+    run = sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS)
+    time = np.linspace(0.0, until, 40001 if kind == "CoSimulation" else 501)
+    phase = 10.0 * time
+    name = "references.actuator of crank"
+    given = np.zeros(
+        time.size, [(label, "f8") for label in ("time", *(f"{name}.{x}" for x in ("angle", "speed", "acceleration")))]
+    )
+    given["time"] = time
+    given[f"{name}.angle"] = 0.3 + 0.2 * np.sin(phase)
+    given[f"{name}.speed"], given[f"{name}.acceleration"] = 2.0 * np.cos(phase), -20.0 * np.sin(phase)
+    found = simulated(units("servo"), kind, until, input=given, start_values={f"{name}.external": True})
+    assert apart(found["bodies.crank.angle"], run["angle"].sel(body="crank")) < 1e-6
+    other = simulated(
+        units("servo"), kind, until, start_values={f"{name}.external": True, f"{name}.speed": 0.0, f"{name}.acceleration": 0.0}
+    )
+    assert apart(other["bodies.crank.angle"], run["angle"].sel(body="crank")) > 1e-4
+
+
+def slave(unit, tmp_path, **options):
+    description = fmpy.read_model_description(unit)
+    made = FMU3Slave(
+        guid=description.instantiationToken,
+        unzipDirectory=fmpy.extract(unit, str(tmp_path)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )
+    made.instantiate(**options)
+    made.enterInitializationMode(tolerance=OURS)
+    made.exitInitializationMode()
+    return made, {variable.name: variable.valueReference for variable in description.modelVariables}
+
+
+def test_a_step_ends_early_where_a_contact_begins_or_ends(units, tmp_path):
+    """Cross-check: the instants are those of the contacts of our own run."""
+    mechanism, until = CASES["crank"]
+    run = sd.simulate(mechanism, until=until, rtol=OURS)
+    made, _ = slave(units("crank"), tmp_path, earlyReturnAllowed=True)
+    time, instants = 0.0, []
+    while time < until:
+        _, _, early, time = made.doStep(time, until - time)
+        instants += [time] if early else []
+    made.terminate()
+    made.freeInstance()
+    starts = run["contact_start"].values
+    ends = starts + run["contact_duration"].values
+    expected = np.sort([t for t in (*starts, *ends) if 0.0 < t < until - 1e-9])
+    assert len(instants) == expected.size
+    assert instants == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_kept_state_is_where_it_goes_on(units, tmp_path):
+    """Identity: a step from a state that was put back, or read from bytes, is the same to the last bit."""
+    made, references = slave(units("crank"), tmp_path)
+    wanted = [references["bodies.slider.x"], references["joints.slider pin.force_x"]]
+    made.doStep(0.0, 0.004)
+    state = made.getFMUState()
+    content = made.serializeFMUState(state)
+    found = []
+    for put_back in (
+        lambda: None,
+        lambda: made.setFMUState(state),
+        lambda: made.setFMUState(made.deserializeFMUState(content)),
+    ):
+        put_back()
+        made.doStep(0.004, 0.004)
+        found.append(list(made.getFloat64(wanted)))
+    made.reset()
+    made.enterInitializationMode(tolerance=OURS)
+    made.exitInitializationMode()
+    made.doStep(0.0, 0.004)
+    made.doStep(0.004, 0.004)
+    found.append(list(made.getFloat64(wanted)))
+    made.freeInstance()
+    assert found[0] == found[1] == found[2] == found[3]
+    assert all(math.isfinite(value) for value in found[0])
+
+
+def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
+    """Identity: one line for the whole unit; the sources alone need no compiler."""
+    mechanism, until = CASES["crank"]
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(InputError, match="needs a C compiler, and there is none") as error:
+        pack.fmu(mechanism, sd.Options(until=until))
+    assert "\n" not in str(error.value)
+    with zipfile.ZipFile(io.BytesIO(pack.fmu(mechanism, sd.Options(until=until), sources_only=True))) as archive:
+        assert set(archive.namelist()) == {"modelDescription.xml", "sources/model.c", "sources/buildDescription.xml"}
+        assert "fmi3DoStep" in archive.read("sources/model.c").decode()
+
+
+def test_a_controller_that_looks_back_is_refused():
+    """Identity: what is not in a unit is said in one line."""
+    delayed = sd.slider_crank().controlled(sd.Pyragas(1.0, 0.01), speed=10.0)
+    with pytest.raises(InputError, match="looks back"):
+        pack.fmu(delayed, sd.Options(until=0.1))

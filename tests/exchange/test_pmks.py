@@ -1,0 +1,232 @@
+"""Links of PMKS+: ten linkages against closed forms, and links that are damaged or of a later version."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.exchange import links
+from tests.exchange.links import PRISMATIC, WELDED, linkage
+
+import scissordyn as sd
+from scissordyn.errors import InputError
+
+RPM = 2.0 * math.pi / 60.0
+
+
+def crossing(p, q, a, b, side):
+    """Where circles of radius a about p and b about q meet: complex, on the left of p to q for side = 1."""
+    d = abs(q - p)
+    along = (a * a - b * b + d * d) / (2.0 * d)
+    return p + (along + 1j * side * np.sqrt(a * a - along * along)) * (q - p) / d
+
+
+class _Closed:
+    """Positions of joints at crank angles, in complex numbers, from those of the start; no equation of the package is used."""
+
+    def __init__(self, places, angles):
+        self.start = {name: complex(*place) for name, place in places.items()}
+        self.now = {name: np.full(angles.shape, place) for name, place in self.start.items()}
+        self.turn = np.exp(1j * (angles - angles[0]))
+
+    def crank(self, centre, *pins):
+        for pin in pins:
+            self.now[pin] = self.start[centre] + (self.start[pin] - self.start[centre]) * self.turn
+
+    def dyad(self, pin, first, second):
+        p, q, x = (self.start[name] for name in (first, second, pin))
+        side = np.sign(((x - p) / (q - p)).imag)
+        self.now[pin] = crossing(self.now[first], self.now[second], abs(x - p), abs(x - q), side)
+
+    def plate(self, pin, first, second):
+        p, q, x = (self.start[name] for name in (first, second, pin))
+        self.now[pin] = self.now[first] + (x - p) / (q - p) * (self.now[second] - self.now[first])
+
+    def slide(self, pin, other, angle):
+        way = np.exp(1j * angle)
+        p = (self.now[other] - self.start[pin]) / way
+        length, side = abs(self.start[pin] - self.start[other]), np.sign(((self.start[pin] - self.start[other]) / way).real)
+        self.now[pin] = self.start[pin] + (p.real + side * np.sqrt(length**2 - p.imag**2)) * way
+
+    def angle(self, first, second):
+        return np.unwrap(np.angle(self.now[second] - self.now[first]))
+
+
+FOUR = {"AB": "AB", "BC": "BC", "CD": "CD"}
+
+
+def four(c, _):
+    c.crank("A", "B")
+    c.dyad("C", "B", "D")
+
+
+def slider(c, angle):
+    c.crank("A", "B")
+    c.slide("C", "B", angle)
+
+
+def watt_one(c, _):
+    four(c, _)
+    c.plate("E", "B", "C")
+    c.plate("F", "C", "D")
+    c.dyad("G", "E", "F")
+
+
+def watt_two(c, _):
+    four(c, _)
+    c.plate("E", "D", "C")
+    c.dyad("F", "E", "G")
+
+
+def stephenson_three(c, _):
+    four(c, _)
+    c.plate("E", "B", "C")
+    c.dyad("F", "E", "G")
+
+
+CRANK_ROCKER = {"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.75, 1.1), "D": (1.6, 0.0)}
+CASES = {
+    "crank and rocker": (CRANK_ROCKER, FOUR, "AD", four, {}),
+    "double crank": ({"A": (0.0, 0.0), "B": (0.2, 1.1), "C": (1.3, 1.5), "D": (0.5, 0.1)}, FOUR, "AD", four, {}),
+    "crossed": ({"A": (0.0, 0.0), "B": (0.0, 0.35), "C": (1.55, -0.75), "D": (1.3, 0.1)}, FOUR, "AD", four, {}),
+    "turned and moved": ({"A": (-2.5, 1.25), "B": (-2.9, 1.0), "C": (-2.1, -0.4), "D": (-1.1, 0.1)}, FOUR, "AD", four, {}),
+    "slider in line": ({"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.5, 0.0)}, {"AB": "AB", "BC": "BC"}, "A", slider, {"C": 0.0}),
+    "slider beside": ({"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.6, -0.2)}, {"AB": "AB", "BC": "BC"}, "A", slider, {"C": 0.0}),
+    "slider at an angle": (
+        {"A": (0.1, 0.0), "B": (0.35, 0.3), "C": (1.2, 0.9)},
+        {"AB": "AB", "BC": "BC"},
+        "A",
+        slider,
+        {"C": 0.611},
+    ),
+    "Watt I": (
+        CRANK_ROCKER | {"E": (0.9, 1.6), "F": (2.5, 0.7), "G": (2.3, 2.1)},
+        {"AB": "AB", "BCE": "BCE", "CDF": "CDF", "EG": "EG", "FG": "FG"},
+        "AD",
+        watt_one,
+        {},
+    ),
+    "Watt II": (
+        CRANK_ROCKER | {"E": (2.2, 0.8), "F": (3.5, 1.2), "G": (3.2, 0.0)},
+        {"AB": "AB", "BC": "BC", "CDE": "CDE", "EF": "EF", "FG": "FG"},
+        "ADG",
+        watt_two,
+        {},
+    ),
+    "Stephenson III": (
+        CRANK_ROCKER | {"E": (0.8, 1.5), "F": (2.6, 1.9), "G": (2.9, 0.2)},
+        {"AB": "AB", "BCE": "BCE", "CD": "CD", "EF": "EF", "FG": "FG"},
+        "ADG",
+        stephenson_three,
+        {},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_angles_of_a_revolution_are_those_of_the_closed_form(name):
+    """Closed form: the angle of every bar over a revolution, by intersections of circles in complex numbers."""
+    places, bars, ground, closed, slides = CASES[name]
+    address = linkage(places, bars, ground, "A", slides=slides, speed=30, clockwise=name == "double crank")
+    mechanism, notes = sd.read_pmks(address)
+    assert mechanism.drives[0].body == "AB"
+    run = sd.simulate(mechanism, until=2.0, samples=181)
+    sign = -1.0 if name == "double crank" else 1.0
+    angles = mechanism.body("AB").angle + sign * 30 * RPM * run["time"].values
+    form = _Closed(places, angles)
+    closed(form, *slides.values() or (0.0,))
+    for bar, pins in bars.items():
+        found = run["angle"].sel(body=bar).values
+        exact = form.angle(pins[0], pins[1])
+        assert np.max(abs(found - exact - 2 * math.pi * np.round((found - exact)[0] / (2 * math.pi)))) < 1e-9, bar
+    for pin in slides:
+        there = run["position"].sel(body=f"block {pin}").values
+        assert np.max(abs(there[:, 0] + 1j * there[:, 1] - form.now[pin])) < 1e-9
+    assert not [note for note in notes if "left out" in note]
+
+
+def test_masses_lengths_and_forces_have_the_units_of_the_link():
+    """Closed form: a bar of 2 lb and 0.3 lb in^2 on a pin, with a force of 3 lbf that follows it, in inches."""
+    joints = [links.joint("A", (1.0, 2.0), links.GROUNDED), links.joint("B", (5.0, 2.0))]
+    bars = [links.bar("AB", "AB", 2.0, 0.3, (3.0, 2.0))]
+    force = "3F1,AB,F1," + ",".join(links.decimal(x) for x in (5.0, 2.0, 5.0, 4.0, 3.0))
+    mechanism, notes = sd.read_pmks(links.link(joints, bars, [force], units="0000"))
+    body = mechanism.body("AB")
+    assert body.mass == pytest.approx(2 * 0.45359237, rel=1e-15)
+    assert body.inertia == pytest.approx(0.3 * 0.45359237 * 0.0254**2, rel=1e-15)
+    assert body.position == pytest.approx((0.0254, 0.0508), rel=1e-15)
+    assert body.points["B"] == pytest.approx((4 * 0.0254, 0.0), rel=1e-15)
+    pull = mechanism.components[0]
+    assert pull.point == ("AB", "B")
+    assert pull.follows
+    assert pull.force == pytest.approx((0.0, 3 * 4.4482216152605), abs=1e-15, rel=1e-12)
+    assert any("no input turns a link" in note for note in notes)
+
+
+def test_a_slot_in_a_moving_link_and_a_welded_pin():
+    """Closed form: a crank whose block slides in a turning link (angle from the pivot to the crank pin); a Scotch yoke."""
+    places = {"A": (0.0, 0.0), "B": (0.0, 3.0), "C": (1.0, 0.0), "D": (-0.6, 4.8)}
+    joints = [
+        links.joint("A", places["A"], links.GROUNDED | links.INPUT),
+        links.joint("B", places["B"]),
+        links.joint("C", (1.0, 0.0), links.GROUNDED),
+        links.joint("D", (-0.6, 4.8)),
+        links.joint("P", places["B"], PRISMATIC, 0.0, "CD", "C", "D"),
+    ]
+    bars = [links.bar("AB", "AB", 1.0, 1.0, (0.0, 1.5)), links.bar("CD", "CD", 1.0, 1.0, (0.2, 2.4))]
+    mechanism, _ = sd.read_pmks(links.link(joints, [*bars, links.bar("BP", "BP", 1.0, 0.0, (0, 0), "YP")], speed=30))
+    run = sd.simulate(mechanism, until=2.0, samples=91)
+    crank = math.pi / 2 + 30 * RPM * run["time"].values
+    exact = np.unwrap(np.angle(3 * np.exp(1j * crank) - 1.0))
+    assert run["angle"].sel(body="CD").values == pytest.approx(exact, abs=1e-9)
+    joints = [
+        links.joint("A", (0.0, 0.0), links.GROUNDED | links.INPUT),
+        links.joint("B", (1.0, 0.0)),
+        links.joint("C", (1.0, -2.0), WELDED),
+        links.joint("D", (1.0, 1.8)),
+        links.joint("E", (1.0, 0.0), PRISMATIC, 0.0, "CD", "C", "D"),
+        links.joint("F", (1.0, -2.0), PRISMATIC | links.GROUNDED),
+    ]
+    bars = [links.bar("AB", "AB", 1.0, 1.0, (0.5, 0.0)), links.bar("CD", "CD", 1.0, 1.0, (1.0, 0.0))]
+    blocks = [links.bar("BE", "BE", 1.0, 0.0, (0, 0), "YP"), links.bar("CF", "CF", 2.0, 0.0, (0, 0), "YP")]
+    yoke, _ = sd.read_pmks(links.link(joints, [*bars, *blocks], speed=30))
+    assert yoke.body("CD").mass == 3.0
+    run = sd.simulate(yoke, until=2.0, samples=91)
+    moved = run["position"].sel(body="CD").values[:, 0]
+    assert moved == pytest.approx(np.cos(30 * RPM * run["time"].values), abs=1e-9)
+    assert run["angle"].sel(body="CD").values == pytest.approx(math.pi / 2, abs=1e-12)
+
+
+GOOD = linkage(CRANK_ROCKER, FOUR, "AD", "A")
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("https://app.pmksplus.com/", "is no link of PMKS+"),
+        ("https://example.org/?q=1", "is no link of PMKS+"),
+        (GOOD[:-4] + GOOD[-3:], "is damaged"),
+        (linkage(CRANK_ROCKER, FOUR, "AD", "A", decimals="TY,Fe,Fe"), "a later version"),
+        (links.link(["-A,A,0,0,0", links.joint("B", (1, 0))], [links.bar("AB", "AB", 1, 1, (0, 0))]), "a later version"),
+        (links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], ["zRAB,AB,Fe,Fe,0,0,,A,B,,"]), "a later version"),
+        (links.link([links.joint("A", (0, 0)), links.joint("B", (1, 0))], [], units="9011"), "units"),
+        (
+            links.link([links.joint("A", (0, 0), PRISMATIC), links.joint("B", (1, 0))], [links.bar("AB", "AB", 1, 1, (0, 0))]),
+            "block",
+        ),
+    ],
+)
+def test_what_cannot_be_understood_is_one_line(address, said):
+    """Identity: the error names what came and what is allowed."""
+    with pytest.raises(InputError, match=said.replace("+", r"\+")) as error:
+        sd.read_pmks(address)
+    assert "\n" not in str(error.value)
+
+
+def test_a_link_without_masses_says_what_is_assumed():
+    """Closed form: a uniform bar of 3 kg/m and 2 m has m L^2/12."""
+    joints = [links.joint("A", (0, 0), links.GROUNDED), links.joint("B", (2, 0))]
+    mechanism, notes = sd.read_pmks(links.link(joints, [links.bar("AB", "AB", 0.0, 0.0, (0, 0))]), linear_density=3.0)
+    assert (mechanism.body("AB").mass, mechanism.body("AB").inertia) == (6.0, 2.0)
+    assert any("no mass in the drawing" in note for note in notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import math
+import shutil
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +19,7 @@ from scissordyn.component.compiled import kernels_of
 from scissordyn.config.part import PARTS
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
-from scissordyn.exchange.fmu.pack import FLAGS, compiled_library
+from scissordyn.exchange.fmu.pack import COMPILERS, FLAGS, compiled_library
 from scissordyn.exchange.fmu.source import Source
 from scissordyn.exchange.translate.kind import FLOAT, INT
 from scissordyn.exchange.translate.unit import Unit
@@ -29,6 +30,8 @@ from scissordyn.plan.plan import plan
 from scissordyn.plugin.address import recipe_of
 from scissordyn.plugin.element import addresses, row_of
 from scissordyn.run.trajectory import make_driver
+
+pytestmark = pytest.mark.skipif(not any(map(shutil.which, COMPILERS)), reason="there is no C compiler")
 
 POINTER = ctypes.POINTER(ctypes.c_double)
 KERNEL = ctypes.CFUNCTYPE(ctypes.c_double, *[POINTER] * 6)

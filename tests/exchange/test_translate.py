@@ -124,6 +124,9 @@ def machines():
         ),
         "servo": servo.controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
         "scissor": arm.driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.5)),
+        "bars that bend": arm.with_bending("all", section="tube 60x60x1.5 mm", material="aluminium", mass="section").driven(
+            speed=3.0
+        ),
         "oil": sd.slider_crank()
         .with_clearance("slider pin", sd.Clearance(1e-4, lubrication=sd.Lubrication(viscosity=0.05)))
         .driven(speed=60.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,7 +21,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["Axis", "axes_of", "clamped_bodies", "contact_frequency", "flexible_bars", "mode_count"]
+__all__ = ["Axis", "axes_of", "clamped_bodies", "contact_frequency", "flexible_bars", "mode_count", "with_mode_counts"]
 
 IMPACT_SPEED = 1.0
 """Of the impact whose duration stands for that of contacts [m/s]."""
@@ -194,6 +195,17 @@ def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
     shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MOST_MODES)
     below = shapes.wave_numbers**2 * math.sqrt(bar.bending_stiffness / bar.mass_per_length) <= wanted
     return min(max(least, int(np.sum(below))), MOST_MODES)
+
+
+def with_mode_counts(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with the numbers of modes in place of none given; itself if all are."""
+    if all(bar.modes is not None for bar in flexible_bars(mechanism)):
+        return mechanism
+    components = tuple(
+        dataclasses.replace(part, modes=mode_count(mechanism, part)) if isinstance(part, FlexibleBar) else part
+        for part in mechanism.components
+    )
+    return mechanism.with_parts({"components": components}, check=False)
 
 
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:

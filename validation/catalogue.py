@@ -11,6 +11,7 @@ from validation.controlled_four_bar.case import CASE as CONTROLLED_FOUR_BAR
 from validation.cradle.case import CASE as CRADLE
 from validation.four_bar.case import CASE as FOUR_BAR
 from validation.guide.case import CASE as GUIDE
+from validation.hard_contact.case import CASE as HARD_CONTACT
 from validation.n_four_bar.case import CASE as N_FOUR_BAR
 from validation.pendulum.case import CASE as PENDULUM
 from validation.slider_crank.case import CASE as SLIDER_CRANK
@@ -26,6 +27,7 @@ CASES: tuple[Case, ...] = (
     SQUEEZER,
     SLIDER_CRANK,
     GUIDE,
+    HARD_CONTACT,
     FOUR_BAR,
     CONTROLLED_FOUR_BAR,
     ARRAY,

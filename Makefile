@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 
-.PHONY: paper test check slow bounds browser bench validate docs clean
+.PHONY: paper test check slow bounds browser bench validate docs distributions workflows clean
 
 paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
@@ -59,6 +59,15 @@ bench: .venv/.dev
 .venv/.docs: .venv/.installed requirements-docs.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-docs.txt
 	touch $@
+
+# sdist and wheel in dist/, checked and installed into an empty environment
+distributions:
+	PYTHON="$(PYTHON)" packaging/check.sh
+
+# needs zizmor from PyPI, which is not pinned here: its rules follow what is found
+workflows: .venv/.dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check zizmor
+	$(BIN)/zizmor --offline --persona=regular .github
 
 clean:
 	rm -rf .venv out

@@ -39,6 +39,9 @@ PATIENCE = 600.0
 FILM, FILM_RATE, FILM_WIDTH = 4.0, 15, 720
 """Length of a film of the zoo [s], its frames per second, and its width [pixel]."""
 
+STILLS = 0.0, 0.4, 0.8
+"""Instants of the stills of the zoo, as fractions of the run; a crank is not at the same place at two of them."""
+
 COLOURS = 128
 """Of a screenshot: drawings need no more, and files are a quarter as large."""
 
@@ -100,7 +103,8 @@ def zoo(name: str) -> None:
     """Draw a mechanism of the zoo, and film it."""
     entry = sd.zoo[name]
     run = entry.simulate()
-    figure = structure(run, entry.mechanism, times=3)[0].get_figure(root=True)
+    instants = [part * float(run["time"][-1]) for part in STILLS]
+    figure = structure(run, entry.mechanism, times=instants)[0].get_figure(root=True)
     assert figure is not None
     target = DOCS / "_static" / "zoo" / f"{name}.mp4"
     print(write(figure, DOCS / "zoo" / f"{name}.png"), flush=True)

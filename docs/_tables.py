@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.component.port import AXIS
 from scissordyn.config.part import PARTS
 from scissordyn.config.quantity import written
 from scissordyn.config.table import Table, key_help, quantity_of, table_of
@@ -67,6 +68,8 @@ def component_outputs(section: str) -> str:
     """The variables of a run that a component makes."""
     declared = COMPONENTS[section].declaration
     if declared.force is None:  # a constraint, whose force is a reaction
+        if declared.port is AXIS:  # in words: its parts are those of beams
+            return ""
         names = {"latch": ("torque", "N m", "angle", "rad"), "rod": ("force", "N", "length", "m")}[section]
         return "Outputs: " + ", ".join(f"`{section}_{name}` [{unit}]" for name, unit in (names[:2], names[2:])) + "."
     kind, unit = ("torque", "N m") if declared.port.forces == ("torque",) else ("force", "N")
@@ -112,7 +115,8 @@ def filled(what: str) -> list[str]:
     if kind == "bibliography":
         return bibliography_list()
     if kind == "component":
-        return [*component_keys(name), "", component_outputs(name)]
+        outputs = component_outputs(name)
+        return [*component_keys(name), *(("", outputs) if outputs else ())]
     known: dict[str, Any] = dict(CONTROLLERS if name == "controllers" else BY_KIND.get(name, {}))
     return {"components": _all_components, "laws": lambda: _parameters(known), "states": lambda: _states(known)}[kind]()
 

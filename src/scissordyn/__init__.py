@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from scissordyn.component.constant_force_spring import ConstantForceSpring
     from scissordyn.component.declaration import component
     from scissordyn.component.element import element
+    from scissordyn.component.flexible_bar import FlexibleBar
     from scissordyn.component.force import Force
     from scissordyn.component.latch import Latch
     from scissordyn.component.motor import Motor
@@ -164,6 +165,7 @@ __all__ = [
     "ExtendedDelayedFeedback",
     "FeedForward",
     "Fit",
+    "FlexibleBar",
     "Flores",
     "Force",
     "Guide",
@@ -339,6 +341,7 @@ _HOMES = {
     "component.constant_force_spring": ("ConstantForceSpring",),
     "component.declaration": ("component",),
     "component.element": ("element",),
+    "component.flexible_bar": ("FlexibleBar",),
     "component.force": ("Force",),
     "component.latch": ("Latch",),
     "component.motor": ("Motor",),

@@ -224,13 +224,13 @@ def you_pellegrino_ring() -> Values:
 
 
 def woodpecker() -> Values:
-    """By Moreau's time stepping, see test_woodpecker.py."""
+    """By Lagrange's equations, see test_zoo.py."""
     return [None] * 2
 
 
 def tape_spring_hinge() -> Values:
     """Constant moment M* until the fold snaps back at M*/k: th = th_0 - M* t^2/(2 J)."""
-    inertia, moment, stiffness = 1.0 * 0.5**2 / 3.0, 0.3, 20.0
+    inertia, moment, stiffness = 1.0 * 0.5**2 / 3.0, 0.3, 40.0
     rate = moment / inertia
     snap = math.sqrt(2.0 * (rad(90) - moment / stiffness) / rate)
     return [rad(90) - 0.5 * rate * 0.5**2, snap, -rate * 0.9]

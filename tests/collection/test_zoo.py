@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import scissordyn as sd
@@ -64,6 +65,24 @@ def test_squeezer_has_the_published_angles() -> None:
 
     declared = [read_quantity(number.value, Quantity("rad")) for number in sd.zoo["a03-squeezer"].numbers]
     assert declared == [pytest.approx(TEST_SET[k], rel=1e-15) for k in (0, 2, 6)]
+
+
+def test_woodpecker_touches_the_pole_when_its_free_flight_does() -> None:
+    """Cross-check: instant and speed of the first contact as declared, by Lagrange's equations of the free flight."""
+    from reference.woodpecker import first_contact
+
+    declared = [read_quantity(each.value, Quantity(each.value.split()[1])) for each in sd.zoo["woodpecker"].numbers]
+    assert first_contact(np.array([0.0, 0.0, 0.0, 0.0, 0.0, -0.34, 0.0, -7.5])) == pytest.approx(declared, rel=2e-9)
+
+
+@pytest.mark.slow
+def test_woodpecker_descends_as_its_page_says_with_rigid_contact() -> None:
+    """Cross-check: 154 mm/s by Moreau's time stepping in Glocker's coordinates, 0.3 million steps."""
+    from reference.woodpecker import march
+
+    heights, hits = march(np.zeros(3), np.array([-0.34, 0.0, -7.5]), 1e-5, 3.0, np.full(3, 0.3))
+    assert heights[2 * (len(heights) // 3)] - heights[-1] == pytest.approx(0.154, abs=1e-3)
+    assert len(hits) > 15
 
 
 def test_names_are_found_however_they_are_spelt() -> None:

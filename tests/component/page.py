@@ -8,8 +8,8 @@ from pathlib import Path
 from scissordyn.component.catalogue import COMPONENTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "components.md"
-SECTIONS = tuple(section for section in COMPONENTS if section != "actuator")
-"""Components with a table of their own; [control] describes an actuator."""
+SECTIONS = tuple(section for section in COMPONENTS if section not in ("actuator", "flexible_bar"))
+"""Components that a short case can hold alone; [control] describes an actuator, [[bending]] makes flexible bars."""
 
 
 def outputs(section: str) -> str:

@@ -45,6 +45,22 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
             yield_strength=2.35e8,
         ),
     ),
+    sd.FlexibleBar: (
+        sd.FlexibleBar(
+            "bar", ("crank", "rod"), (0.1, 0.1 + 1.0 / 3.0), axial_stiffness=1e7, bending_stiffness=1e3, mass_per_length=0.3
+        ),
+        sd.FlexibleBar(
+            "bar",
+            ("crank", "rod"),
+            (0.0, 0.7),
+            axial_stiffness=1e7,
+            bending_stiffness=1e3,
+            mass_per_length=0.3,
+            modes=5,
+            turned=(0.1, -0.2),
+            depth=0.06,
+        ),
+    ),
     sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
     sd.Harmonic: (sd.Harmonic(0.1, 0.2, 3.3, 0.4),),
 }

@@ -23,11 +23,14 @@ from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.errors import InputError
 
 ROOT = Path(__file__).parents[2]
-FILES = [
-    path for path in ROOT.glob("**/*.toml") if not {".venv", "out", "build"} & set(path.parts) and path.name != "pyproject.toml"
-]
-STUDIES = [path for path in FILES if path.parent.name == "studies"]
-CASES = sorted(set(FILES) - set(STUDIES))
+ELSEWHERE = {".venv", "out", "build"}
+FILES = {
+    path: tomllib.loads(path.read_text(encoding="utf-8"))
+    for path in sorted(ROOT.glob("**/*.toml"))
+    if not ELSEWHERE & set(path.relative_to(ROOT).parts)
+}
+CASES = [path for path, tree in FILES.items() if isinstance(tree.get("structure"), dict)]
+STUDIES = [path for path, tree in FILES.items() if isinstance(tree.get("case"), str)]
 
 
 @pytest.fixture(scope="module")

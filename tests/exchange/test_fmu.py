@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import math
+import shutil
 import zipfile
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -16,6 +19,8 @@ from scissordyn.exchange.fmu import pack
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
+
+pytestmark = pytest.mark.skipif(not any(map(shutil.which, pack.COMPILERS)), reason="there is no C compiler")
 
 LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
 
@@ -209,6 +214,45 @@ def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
     with zipfile.ZipFile(io.BytesIO(pack.fmu(mechanism, sd.Options(until=until), sources_only=True))) as archive:
         assert set(archive.namelist()) == {"modelDescription.xml", "sources/model.c", "sources/buildDescription.xml"}
         assert "fmi3DoStep" in archive.read("sources/model.c").decode()
+
+
+def own_clutch(angle, speed, load, factor, capacity, yield_angle):
+    """Torque, stored energy, dissipated power and the rate of the state."""
+    torque = factor * capacity * load
+    return -torque, 0.0, torque * speed, (speed - abs(speed) * load) / yield_angle
+
+
+@sd.component(
+    port="hinge", force=own_clutch, section="own_clutch", states=(sd.State("load", "1", scale=1.0),), context=("factor",)
+)
+class OwnClutch:
+    """A clutch of a user's own."""
+
+    name: str
+    body: str
+    capacity: Annotated[float, sd.Quantity("N m", above=0.0)] = 1.0
+    yield_angle: Annotated[float, sd.Quantity("rad", above=0.0)] = 1e-3
+    base: str = "ground"
+    time_function: sd.Cycloidal | None = None
+
+
+def soft(indentation, stiffness):
+    """A law of a user's own, as a function."""
+    return stiffness * indentation**1.5
+
+
+def test_an_element_of_a_users_own_is_in_a_unit_and_a_function_is_not():
+    """Identity: the clutch's kernel is translated; a function that may raise anything is refused by its name."""
+    mechanism, until = CASES["crank"]
+    with_clutch = dataclasses.replace(mechanism, components=(OwnClutch("clutch", "rod"),))
+    content = pack.fmu(with_clutch, sd.Options(until=until), sources_only=True)
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        text = archive.read("sources/model.c").decode()
+        assert "k_own_clutch(double angle" in text
+        assert 'name="components.clutch.torque"' in archive.read("modelDescription.xml").decode()
+    law = mechanism.replace("slider pin.stiffness", sd.UserElastic(soft, (1e10,)))
+    with pytest.raises(InputError, match="the function 'soft' of yours"):
+        pack.fmu(law, sd.Options(until=until), sources_only=True)
 
 
 def test_a_controller_that_looks_back_is_refused():

@@ -101,6 +101,7 @@ def test_a_urdf_is_a_chain():
     ("content", "said"),
     [
         ("<mujoco>", "no model of MuJoCo"),
+        ('<mujoco><include file="/etc/passwd"/></mujoco>', "names further files"),
         ('<mujoco><worldbody><body><freejoint/><geom size="1"/></body></worldbody></mujoco>', "1 free or ball joints"),
         (DOUBLE.replace('name="knee" type="hinge" axis="0 1 0"', 'name="knee" type="hinge" axis="0 0 1"'), "not all parallel"),
         (CRANK.replace('name="track" type="slide" axis="1 0 0"', 'name="track" type="slide" axis="1 0 1"'), "out of the plane"),

@@ -1,15 +1,17 @@
-"""Hard contact: Moreau's time stepping for the woodpecker toy in Glocker's coordinates; no equation of the package is used.
+"""The woodpecker toy: free flight by Lagrange's equations, and Moreau's time stepping; no equation of the package is used.
 
-Coordinates are the height of the sleeve, its rotation and that of the bird, small angles; contacts are the beak and the lower
-and the upper edge of the sleeve on the pole. Model and parameters of Glocker 1995 and of Leine, Glocker and van Campen 2001.
+Free flight has the place of the sleeve and both angles, of any size. The time stepping has the height of the sleeve, its
+rotation and that of the bird, small angles; contacts are the beak and the lower and the upper edge of the sleeve on the pole.
+Model and parameters of Glocker 1995 and of Leine, Glocker and van Campen 2001.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from scipy.integrate import solve_ivp
 
-__all__ = ["march"]
+__all__ = ["first_contact", "march"]
 
 MASS_SLEEVE, MASS_BIRD, INERTIA_SLEEVE, INERTIA_BIRD = 0.3e-3, 4.5e-3, 5e-9, 7e-7
 TO_SPRING, TO_BIRD, BEAK_UP, BEAK_BACK = 0.010, 0.015, 0.020, 0.0201
@@ -81,3 +83,56 @@ def march(q, u, step, until, friction):
         u = new
         heights[k + 1] = q[0]
     return heights, np.array(hits[1:])
+
+
+def _motion(_: float, state: np.ndarray) -> np.ndarray:
+    """Lagrange's equations of sleeve and bird without contact: x, y, both angles, and their rates."""
+    first, second, w1, w2 = state[2], state[3], state[6], state[7]
+    to_bird = np.array(
+        [
+            [1.0, 0.0, -TO_SPRING * np.sin(first), -TO_BIRD * np.sin(second)],
+            [0.0, 1.0, TO_SPRING * np.cos(first), TO_BIRD * np.cos(second)],
+        ]
+    )
+    inward = -TO_SPRING * w1**2 * np.array([np.cos(first), np.sin(first)])
+    inward -= TO_BIRD * w2**2 * np.array([np.cos(second), np.sin(second)])
+    mass = np.diag([MASS_SLEEVE, MASS_SLEEVE, INERTIA_SLEEVE, INERTIA_BIRD]) + MASS_BIRD * to_bird.T @ to_bird
+    weight = np.array([0.0, -GRAVITY])
+    force = MASS_BIRD * to_bird.T @ (weight - inward)
+    force[:2] += MASS_SLEEVE * weight
+    twist = STIFFNESS * (first - second)
+    force += np.array([0.0, 0.0, -twist, twist])
+    return np.concatenate([state[4:], np.linalg.solve(mass, force)])
+
+
+EDGE = 0.1e-3
+"""Rounding of the sleeve's edges [m]."""
+
+
+def _distances(_: float, state: np.ndarray) -> float:
+    """The least distance of an edge of the sleeve or of the beak from the pole [m]."""
+    x, first, second = state[0], state[2], state[3]
+    found = []
+    for side in (-1.0, 1.0):
+        for end in (-1.0, 1.0):
+            across = x + side * (SLEEVE + EDGE) * np.cos(first) - end * HALF_HEIGHT * np.sin(first)
+            found.append(side * across - EDGE - POLE)
+    beak = x + TO_SPRING * np.cos(first) + (TO_BIRD - BEAK_BACK + EDGE) * np.cos(second) - BEAK_UP * np.sin(second)
+    return min(*found, beak - EDGE - POLE)
+
+
+def first_contact(start: np.ndarray) -> tuple[float, float]:
+    """When something touches the pole first [s], and how fast [m/s].
+
+    Parameters
+    ----------
+    start : ndarray, shape (8,)
+        x, y, angle of the sleeve, angle of the bird, and their rates.
+    """
+    touch = lambda time, state: _distances(time, state)  # noqa: E731
+    touch.terminal, touch.direction = True, -1.0  # type: ignore[attr-defined]
+    found = solve_ivp(_motion, (0.0, 0.2), start, method="DOP853", rtol=1e-12, atol=1e-14, events=touch)
+    time, state = float(found.t_events[0][0]), found.y_events[0][0]
+    step = 1e-7
+    ahead, behind = state + step * _motion(time, state), state - step * _motion(time, state)
+    return time, float(_distances(time, behind) - _distances(time, ahead)) / (2.0 * step)

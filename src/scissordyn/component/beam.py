@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 from scissordyn.component.declaration import check_attachment, component
 from scissordyn.component.place import BodyPoint
@@ -12,7 +12,7 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["ACROSS", "DAMPING", "EXPANSION", "WARMER", "Beam", "node_inertia"]
+__all__ = ["ACROSS", "DAMPING", "EXPANSION", "WARMER", "Beam", "node_inertia", "thermal_loads"]
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
@@ -29,6 +29,12 @@ ACROSS = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature differ
 def node_inertia(mass_per_length: float, length: float) -> float:
     """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
     return mass_per_length * length**3 / 105.0
+
+
+def thermal_loads(bar: Any) -> tuple[float, float]:
+    """Strain [1] and curvature [1/m] that temperatures give a bar without stress."""
+    gradient = bar.temperature_difference / bar.depth if bar.depth else 0.0
+    return bar.thermal_expansion * bar.temperature_rise, bar.thermal_expansion * gradient
 
 
 def force(
@@ -200,7 +206,5 @@ class Beam:
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """What the kernel reads."""
-        gradient = self.temperature_difference / self.depth if self.depth else 0.0
-        heated = self.thermal_expansion * self.temperature_rise, self.thermal_expansion * gradient
         stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
-        return self.length, *stiffness, *heated, self.depth, self.youngs_modulus, self.yield_strength
+        return self.length, *stiffness, *thermal_loads(self), self.depth, self.youngs_modulus, self.yield_strength

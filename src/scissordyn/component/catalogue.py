@@ -14,6 +14,7 @@ from scissordyn.component.cable import Cable
 from scissordyn.component.clutch import Clutch
 from scissordyn.component.constant_force_spring import ConstantForceSpring
 from scissordyn.component.declaration import Component
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.force import Force
 from scissordyn.component.latch import Latch
 from scissordyn.component.motor import Motor
@@ -36,6 +37,7 @@ _CLASSES: tuple[Any, ...] = (
     Clutch,
     Bushing,
     Beam,
+    FlexibleBar,
     Force,
     Torque,
     Motor,

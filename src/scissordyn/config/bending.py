@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
@@ -12,7 +12,7 @@ from scissordyn.config.shape import accepting
 from scissordyn.config.table import Call, Table, table_of_call, toml
 from scissordyn.config.time_function import TIME_FUNCTION
 from scissordyn.errors import InputError
-from scissordyn.model.bending import with_bending
+from scissordyn.model.bending import ELEMENTS, with_bending
 
 __all__ = ["ALL_BARS", "BARS_SAMPLE", "BendingTable"]
 
@@ -23,6 +23,11 @@ BendingTable = table_of_call(
         ("bodies", Annotated[str, Field(description="which bars, by name or pattern", examples=["unit */bar *"])]),
         ("section", Annotated[str | None, Field(description="tube, box, solid, angle or strip with its dimensions")]),
         ("material", Annotated[str | None, Field(description="steel, aluminium or titanium")]),
+        (
+            "modes",
+            Annotated[int | Literal["auto"], Field(description="bending modes of a bar, its points held", examples=["auto"])],
+        ),
+        ("elements", Annotated[int | None, ELEMENTS, Field(description="beam elements along a bar, in place of modes")]),
         (
             "time_function",
             Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor of temperatures over time")],

@@ -231,6 +231,10 @@ def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
         return _named(value, "name" if isinstance(value, Controller) else "law", folder)
     if field.hint in (BodyPoint, BodyPoint | None):
         return _body_point(value)
+    if field.hint == tuple[str, ...]:
+        return "[" + ", ".join(map(_string, value)) + "]"
+    if field.hint == tuple[float, ...]:
+        return _quantity(value, unit)
     if field.hint == tuple[Point, ...]:
         return "[" + ", ".join(_quantity(each, "m") for each in value) + "]"
     if isinstance(value, tuple) and len(value) == 2:

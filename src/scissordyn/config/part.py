@@ -226,6 +226,17 @@ def _pairs_of(pairs: Pairs) -> PlainValidator:
     return PlainValidator(read)
 
 
+def _read_names(given: Any) -> tuple[str, ...]:
+    if not isinstance(given, list | tuple) or not all(isinstance(name, str) for name in given):
+        raise InputError("not a list of names", "names of bodies", '["crank", "crank/1"]')
+    return tuple(given)
+
+
+def _numbers(unit: str) -> PlainValidator:
+    """For a key whose value is some numbers with a unit."""
+    return PlainValidator(lambda given: read_numbers(given, unit))
+
+
 def _component_hints(kind: type) -> Hints:
     """How the fields of a component class are read."""
     port = kind.declaration.port  # type: ignore[attr-defined]
@@ -237,10 +248,14 @@ def _component_hints(kind: type) -> Hints:
                 hints[name] = Annotated[tuple[Point, ...], _pairs_of(extra), Field(description=extra.help)]
             elif isinstance(extra, Quantity) and field.hint == Point:
                 hints[name] = Annotated[Point, pair(extra.unit), Field(description=extra.help)]
+            elif isinstance(extra, Quantity) and field.hint == tuple[float, ...]:
+                hints[name] = Annotated[tuple[float, ...], _numbers(extra.unit), Field(description=extra.help)]
         if name in _FUNCTIONS:
             hints[name] = _FUNCTIONS[name]
         elif field.hint is Controller:
             hints[name] = Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them")]
+        elif field.hint == tuple[str, ...]:
+            hints[name] = Annotated[tuple[str, ...], PlainValidator(_read_names), Field(description="names of bodies")]
         elif field.hint == BodyPoint | None:
             hints[name] = Annotated[BodyPoint | None, BODY_POINT, Field(description='a point, as "BODY.POINT"')]
     return tuple((name, hints[name]) for name in declared(kind) if name in hints)

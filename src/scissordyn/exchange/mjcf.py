@@ -7,6 +7,7 @@ bodies, hinges, slides, connections, welds and gravity is named and left out.
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ PARALLEL = 1e-9
 """Axes are parallel, and gravity is in the plane, within this sine."""
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
+
+FURTHER_FILES = re.compile(r"<\s*include\b|\bfile(name)?\s*=")
+"""What would make MuJoCo read other files."""
 
 LEFT_OUT = {
     "nu": "actuators",
@@ -59,6 +63,10 @@ def read_mjcf(text: str) -> Imported:
         If it cannot be read, or is not planar.
     """
     mujoco = library("mujoco", "MJCF")
+    if FURTHER_FILES.search(text):
+        raise InputError(
+            "a model of MuJoCo that names further files (meshes, includes)", "a model in one text, with masses", SAMPLE
+        )
     try:
         model = mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as error:

@@ -3,9 +3,12 @@
 Beside the functions of `advance`, a problem that jumps has
 
     step(t, h, y, new, S, H)                a step of size h from y to `new`, with everything that touches in it
+    restore(H)                              forget the step just made, to make it anew
+    impact(t, h, y, S, H)                   impacts at an instant; h is the size of a step
     monitor(t, h, y, S, H, power, rows)     integrands and monitored numbers, means over the step just made; a NaN is left out
 
-with H the address of what touches. Guards of other parts act at the ends of steps. What is read between two ends, as samples
+with H the address of what touches. Where impacts are located, a step ends where the
+first open gap closes. Guards of other parts act at the ends of steps. What is read between two ends, as samples
 and signals that controllers look back at, is linear.
 """
 
@@ -46,6 +49,14 @@ ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED
 SHORTEST = 1e-4
 """A step that is still too long at this fraction of the size that was chosen ends the run."""
 
+LOOKS = 60
+
+ROUND_OFF = 1e-14
+"""An impact is located to this part of a step."""
+
+DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
+"""Columns of `State.total` that impacts add to, see `mechanics.monitored.POWERS`."""
+
 SLIVER = 1e-9
 """A step that would leave this part of a step before an end is made longer."""
 
@@ -54,6 +65,8 @@ class Jumps(NamedTuple):
     """Typed pointers to the functions of a problem that jumps."""
 
     step: Any
+    restore: Any
+    impact: Any
     monitor: Any
 
 
@@ -63,6 +76,9 @@ class Touching(NamedTuple):
     which: I1  # (k,) guards
     result: F2  # (k, columns) of the last step
     impact: I1  # (2,) whether the state jumped in it, and whether it is too long and was not made
+    locate: I1  # (1,) whether impacts are located
+    ahead: F1  # (2,) largest indentation of what is open at the end of the step, time until what rebounds is back
+    work: F1  # (1,) of the drives in the last impact
     size: F1  # (1,) of a step
 
 
@@ -73,6 +89,8 @@ def _signatures() -> dict[str, Any]:
     t, vector, matrix, address = types.float64, types.float64[::1], types.float64[:, ::1], int64
     return {
         "step": void(t, t, vector, vector, address, address),
+        "restore": void(address),
+        "impact": void(t, t, vector, address, address),
         "monitor": void(t, t, vector, address, address, vector, matrix),
     }
 
@@ -134,6 +152,9 @@ def choose_size(t, s, w, K):
     if w.delays.size > 0:
         h = up_to_multiple(t, h, w.delays)
     h = min(h, clock.longest)
+    if K.ahead[1] < h:  # not across the next impact of what rebounds and the one after it
+        h = 1.2 * K.ahead[1]
+    K.ahead[1] = math.inf
     if clock.end - t <= h * (1.0 + SLIVER):
         return clock.end - t, True
     return h, False
@@ -155,6 +176,10 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         jumps.step(t, h, s.y, w.new, S, H)
     if K.impact[1] == 1:
         return STEP_TOO_SMALL
+    strikes = False
+    if K.locate[0] == 1 and K.ahead[0] > 0.0:
+        h, strikes = first_impact(jumps, t, h, s, w, S, H, K)
+        last = last and not strikes
     now = clock.end if last else t + h
     counts.steps += 1
     counts.rates += 1
@@ -180,10 +205,82 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         s.y[i] = w.new[i]
     clock.time, clock.longest = now, w.accepted[1]
     clock.stalled = clock.stalled + 1 if now <= t else 0
+    if strikes:
+        take_impacts(jumps, now, s, w, S, H, K, r.log)
+        problem.accept(now, s.y, S, w.accepted)
+        clock.longest = w.accepted[1]
     if r.steps.time.size > 0:
         record_step(now, s, r.steps)
     pass_guards(problem, now, s, w, S, K, r.log)
     return STUCK if clock.stalled > 1000 else ADVANCING
+
+
+@kernel()
+def first_impact(jumps, t, h, s, w, S, H, K):
+    """Make a step from t again that ends where the first open gap closes; returns its size, and whether there is such a place.
+
+    The gap at the end of a shorter and shorter step is looked at until it is open, then the size in between is found by
+    regula falsi with the Illinois rule.
+    """
+    high, above = h, K.ahead[0]
+    low, below = 0.0, 0.0
+    for _ in range(LOOKS):
+        tried = 0.5 * high
+        repeat(jumps, t, tried, s, w, S, H, K)
+        if K.ahead[0] <= 0.0:
+            low, below = tried, K.ahead[0]
+            break
+        high, above = tried, K.ahead[0]
+    if low == 0.0:  # what has just parted
+        repeat(jumps, t, h, s, w, S, H, K)
+        return h, False
+    for _ in range(LOOKS):
+        if high - low <= ROUND_OFF * h:
+            break
+        tried = high - above * (high - low) / (above - below)
+        if not low < tried < high:
+            tried = 0.5 * (low + high)
+        repeat(jumps, t, tried, s, w, S, H, K)
+        if K.ahead[0] > 0.0:
+            high, above, below = tried, K.ahead[0], 0.5 * below
+        else:
+            low, below, above = tried, K.ahead[0], 0.5 * above
+        if K.ahead[0] == 0.0:
+            break
+    repeat(jumps, t, high, s, w, S, H, K)
+    return high, True
+
+
+@kernel(inline=True)
+def repeat(jumps, t, h, s, w, S, H, K):
+    """Make the step anew with another size."""
+    for k in range(s.mode.size):
+        s.mode[k] = w.saved_mode[k]
+    jumps.restore(H)
+    jumps.step(t, h, s.y, w.new, S, H)
+    s.counts[0].rates += 1
+
+
+@kernel()
+def take_impacts(jumps, now, s, w, S, H, K, log):
+    """Impacts at the end of a step: velocities change, contacts begin, and end at once where the surfaces part."""
+    for k in range(s.mode.size):
+        w.saved_mode[k] = s.mode[k]
+    jumps.impact(now, K.size[0], s.y, S, H)
+    s.total[DRIVES] += K.work[0]
+    for i in range(K.which.size):
+        guard, out = K.which[i], K.result[i]
+        if not out[IMPULSE] > 0.0:
+            continue
+        if w.saved_mode[guard] == 0:
+            rise(now, i, s, K, log)
+        peak = s.peak[guard]
+        peak[INTEGRAL] += out[IMPULSE]
+        peak[INTEGRAL + 1] += out[RESTITUTION_LOSS]
+        peak[INTEGRAL + 2] += out[FRICTION_LOSS]
+        s.total[NORMAL_LOSSES] += out[RESTITUTION_LOSS]
+        s.total[TANGENTIAL_LOSSES] += out[FRICTION_LOSS]
+        fall(now, i, s, w, K, log)
 
 
 @kernel(inline=True)

@@ -13,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
-from scissordyn.plan.coordinates import PointMap
+from scissordyn.plan.coordinates import Constraint, PointMap
 from scissordyn.plan.gradients import Gradients, least_change
 from scissordyn.plan.plan import Plan
 
@@ -58,6 +58,8 @@ class Held:
     values, rates : list of (float, float)
     scale : list of float
         Length that the map, value and rate are divided by to be of the order of one [m].
+    constraints : list of Constraint
+        Lengths that are kept at the start alone: bars that bend, straight.
     """
 
     names: list[str] = field(default_factory=list)
@@ -65,6 +67,7 @@ class Held:
     values: list[tuple[float, float]] = field(default_factory=list)
     rates: list[tuple[float, float]] = field(default_factory=list)
     scale: list[float] = field(default_factory=list)
+    constraints: list[Constraint] = field(default_factory=list)
 
     def add(
         self, name: str, vector: PointMap, value: tuple[float, float], rate: tuple[float, float], scale: float = 1.0
@@ -151,6 +154,8 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in plan.coordinates.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates
+    if held.constraints:
+        wanted = np.concatenate([wanted[: wanted.size - rates.size], np.zeros(len(held.constraints)), rates])
     moving = guess.velocity.tobytes(), b_rate.tobytes(), wanted.tobytes()
     velocity = velocities.get(moving)
     if velocity is None:
@@ -163,7 +168,7 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
 
 def _closed(plan: Plan, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray) -> tuple[np.ndarray, Any]:
     """The position nearest to a guess in which all constraints are met, and the gradients there."""
-    constraints = [constraint for constraint in plan.coordinates.constraints if not constraint.latch]
+    constraints = [constraint for constraint in plan.coordinates.constraints if not constraint.latch] + held.constraints
     gradients = Gradients(plan.coordinates.free, plan.coordinates.basis, constraints, held.maps)
     x = guess.copy()
     for _ in range(MOST_STEPS):

@@ -84,8 +84,8 @@ class Closure:
     def __init__(self, plan: Plan) -> None:
         tables = plan.branches
         self.plan, self.size, self.inputs = plan, plan.size, Inputs(plan)
-        self.first, self.total = tables.natural.offsets, tables.natural.total
-        self.directions = np.array([self.first[body.name] + 2 for body in plan.bodies if body.rotates], int)
+        self.first, self.total, self.natural = tables.natural.offsets, tables.natural.total, tables.natural
+        self.directions = np.array([self.first[body.name] + 2 for body in plan.bodies if self.natural.rotates(body.name)], int)
         self.origins = origins(tables.natural)
         self.stays, self.free, self.known = tables.stays, tables.free, tables.known
         self.rows, self.constant, self.weight = tables.rows, tables.constant, tables.weight
@@ -211,7 +211,7 @@ class Closure:
             cos, sin = cosines[:, k], sines[:, k]
             z[:, p] = (position[:, k, 0] - cos * x + sin * y) / self.size
             z[:, p + 1] = (position[:, k, 1] - sin * x - cos * y) / self.size
-            if body.rotates:
+            if self.natural.rotates(body.name):
                 z[:, p + 2], z[:, p + 3] = cos, sin
         return z
 

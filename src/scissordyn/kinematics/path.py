@@ -72,7 +72,8 @@ class Path:
         found = np.empty((self.place.size, len(self.closure.plan.bodies)))
         for k, body in enumerate(self.closure.plan.bodies):
             p = self.closure.first[body.name]
-            found[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if body.rotates else body.angle
+            turns = self.closure.natural.rotates(body.name)
+            found[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if turns else body.angle
         return found
 
     @property

@@ -224,7 +224,7 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
     for body in closure.plan.bodies:
         p = closure.first[body.name]
         speed[body.name] = np.zeros(loose)
-        if body.rotates:
+        if closure.natural.rotates(body.name):
             (cos, sin), (dx, dy) = z[p + 2 : p + 4], motion[p + 2 : p + 4]
             speed[body.name] = cos * dy - sin * dx
         size[body.name] = float(np.sqrt(np.sum(motion[p : p + 2] ** 2) + np.sum(speed[body.name] ** 2)))

@@ -7,9 +7,10 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 
 from __future__ import annotations
 
-from scissordyn.component.port import ACTUATOR
+from scissordyn.component.port import ACTUATOR, AXIS
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
+from scissordyn.mechanics.flexible_bar import add_flexible_bar, linearise_flexible_bar
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
 from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wrench, sense_port, write_port_gradients
 from scissordyn.mechanics.rotation import relative_angle
@@ -18,7 +19,7 @@ from scissordyn.plugin.address import call_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
-_ACTUATOR = ACTUATOR.code
+_ACTUATOR, _AXIS = ACTUATOR.code, AXIS.code
 
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE = range(5)
 """Places of `declaration.CONTEXT`."""
@@ -93,6 +94,9 @@ def add_component(t, i, S, z, dz):
     """Add the forces of component i to Work.force, write its results and powers, and the rates of its states into dz."""
     M, W = S.model, S.work
     element, port, out = S.parameters.contact.size + i, M.component_port[i], W.result[i]
+    if port == _AXIS:
+        add_flexible_bar(t, i, S)
+        return
     maps = map_values(element, S)
     sense(i, S, maps)
     if port == _ACTUATOR:
@@ -168,6 +172,9 @@ def linearise_component(t, i, S, z, dt, first_state):
     """
     M, W = S.model, S.work
     element, port = S.parameters.contact.size + i, M.component_port[i]
+    if port == _AXIS:
+        linearise_flexible_bar(t, i, S, dt)
+        return
     maps = map_values(element, S)
     K, D, G, R = W.by_map, W.by_map_rate, W.gradient_q, W.gradient_v
     K[:, :] = 0.0

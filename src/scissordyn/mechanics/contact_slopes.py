@@ -24,7 +24,7 @@ def law_slopes(j, S, z, dz, up, down, by_state):
     delta, rate, slip, normal = found.depth, found.rate, found.slip, found.normal
     stiffness, damping, friction = law.stiffness, law.damping, law.friction
     n_by_delta = n_by_rate = t_by_slip = t_by_normal = 0.0
-    if delta > 0.0:
+    if delta > 0.0 and stiffness != 0:
         h = 1e-5 * delta
         high = elastic_force(stiffness, delta + h, P.elastic[j])
         low = elastic_force(stiffness, delta - h, P.elastic[j])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics import hard_contact
-from scissordyn.mechanics.hard_contact import open_hard
+from scissordyn.mechanics import hard_contact, hard_powers
+from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.system import open_system
 
 __all__ = ["HARD_FUNCTIONS"]
 
-_step, _monitor = hard_contact.hard_step, hard_contact.hard_monitor
+_step, _restore = hard_contact.hard_step, hard_contact.restore
+_impact, _monitor = hard_contact.hard_impact, hard_powers.hard_monitor
 
 
 @kernel()
@@ -19,9 +20,21 @@ def step(t, h, y, new, address, hard):
 
 
 @kernel()
+def restore(hard):
+    """See `hard_contact.restore`."""
+    _restore(open_hard(hard))
+
+
+@kernel()
+def impact(t, h, y, address, hard):
+    """See `hard_contact.hard_impact`."""
+    _impact(t, h, y, open_system(address), open_hard(hard))
+
+
+@kernel()
 def monitor(t, h, y, address, hard, power, rows):
-    """See `hard_contact.hard_monitor`."""
+    """See `hard_powers.hard_monitor`."""
     _monitor(t, h, y, open_system(address), open_hard(hard), power, rows)
 
 
-HARD_FUNCTIONS = {"step": step, "monitor": monitor}
+HARD_FUNCTIONS = {"step": step, "restore": restore, "impact": impact, "monitor": monitor}

@@ -32,15 +32,22 @@ __all__ = [
 OPEN, STICK, SLIP = range(3)
 """Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N."""
 
-COMPLIANCE = 1e-9
+COMPLIANCE = 1e-11
 
-MOST = 30
+MOST = 60
 """Steps of Newton's method before sweeps are tried."""
+
+TOGETHER = 12
+"""Steps of Newton's method that change all modes at once; from then on the first contact that asks for it changes its mode, as
+in Murty's principal pivoting, which does not cycle without friction."""
 
 SWEEPS = 2000
 
 CONVERGED = 1e-10
 """Change of an impulse in a sweep, as a fraction of the largest, at which sweeps end."""
+
+STILL = 1e-6
+"""Slip speed, as a part of what forces change it by in a step, below which surfaces have not slipped."""
 
 FACTORIZATIONS, MOST_IN_A_STEP, SWEPT, SWEPT_STEPS, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
 """Columns of `HardContacts.counts`: factorizations, most of them in a step, sweeps, steps with sweeps, steps that are not
@@ -59,7 +66,11 @@ def solve_impulses(m, H):
     """Write impulses and velocities of the rows; modes of the last step are where it begins."""
     count = H.which.size
     for i in range(count):
-        H.friction[i] = H.static[i] if H.stuck[i] == 1 else H.kinetic[i]
+        if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
+            H.rebound[i] = 0.0
+        at = H.place[m + 2 * i + 1]
+        still = H.closed[i] == 1 and abs(H.before[at]) <= STILL * abs(H.free[at] - H.before[at])
+        H.friction[i] = H.static[i] if still or H.stuck[i] == 1 else H.kinetic[i]
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
@@ -69,7 +80,7 @@ def solve_impulses(m, H):
             break
         H.counts[FACTORIZATIONS] += 1
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
-        if not change_modes(m, H):
+        if not change_modes(m, tried >= TOGETHER, H):
             solved = True
             break
     if solved and depends(H):
@@ -147,7 +158,7 @@ def product(a, H):
 
 
 @kernel(inline=True)
-def change_modes(m, H):
+def change_modes(m, single, H):
     """The modes that impulses and velocities ask for; returns whether one has changed."""
     changed, reach = False, H.reach[0]
     for i in range(H.which.size):
@@ -168,6 +179,8 @@ def change_modes(m, H):
         if new != old:
             H.mode[i] = new
             changed = True
+        if single and changed:
+            break
     return changed
 
 

@@ -121,6 +121,13 @@ class Model(NamedTuple):
     state_state_start: I1
     permutation: I1  # (n+m+nz,) row of the step matrix for each unknown, -1 if it is eliminated
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
+    bar_of: I1  # (components,) flexible bar, or -1
+    bar: I2  # (flexible bars, 4): first vector, vectors, points of quadrature, where its tables start
+    bar_table: F1  # of each: weights, slopes by shapes; bending, slopes and second derivatives by points
+    shape_start: I1  # (vectors + 1,) maps of the vectors of shapes
+    shape_column: I1
+    shape_row: F2  # (2, entries)
+    shape_place: I1  # where a column stands among those of its element
     pair: I2  # (pairs, 3) part of a constraint whose multiplier is eliminated, and its two coordinates
     pair_of: I1  # (m,) pair of a constraint, or -1
 
@@ -229,6 +236,9 @@ class Workspace(NamedTuple):
     work: F1  # (n+m+nz,)
     scratch: F1  # (2n+nz,)
     work_b: F1  # (nb,)
+    bar: F2  # (10, widest flexible bar)
+    bar_by_x: F2  # (2 vectors, 2 vectors) derivatives of the forces of a flexible bar
+    bar_by_v: F2
 
 
 class System(NamedTuple):

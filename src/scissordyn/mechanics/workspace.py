@@ -8,6 +8,7 @@ import numpy as np
 
 from scissordyn.control.signal import SIGNALS
 from scissordyn.mechanics.band import width
+from scissordyn.mechanics.flexible_bar import LANES
 from scissordyn.mechanics.system import (
     APPROACH_FLOOR,
     CONTACT_RESULT,
@@ -42,7 +43,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
     entries, parts = model.constraint_column.size, model.part_constraint.size
     size, most = int(np.max(model.permutation, initial=-1)) + 1, int(np.max(states, initial=0))
     nz, lower, upper = int(model.state_start[-1]), int(model.band_limits[0]), int(model.band_limits[1])
-    signals = len(SIGNALS)
+    signals, vectors = len(SIGNALS), 2 * int(np.max(model.bar[:, 1], initial=0))
     inactive = np.zeros(m)
     inactive[model.latch[:, 0]] = 1.0
     values = np.zeros((4, m))
@@ -115,4 +116,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         work=np.zeros(n + m + nz),
         scratch=np.zeros(2 * n + nz),
         work_b=np.zeros(nb),
+        bar=np.zeros((10, int(np.max(model.bar[:, 1] + 2 * model.bar[:, 2], initial=0)) + LANES)),
+        bar_by_x=np.zeros((vectors, vectors)),
+        bar_by_v=np.zeros((vectors, vectors)),
     )

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from scissordyn.component.beam import ACROSS, DAMPING, EXPANSION, WARMER, Beam, node_inertia
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
@@ -18,7 +19,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
-from scissordyn.units import Quantity, checked
+from scissordyn.units import Meaning, Quantity, checked
 
 __all__ = ["AXIAL", "BENDING", "ELEMENTS", "cross_section", "with_bending"]
 
@@ -45,7 +46,8 @@ def with_bending(
     material: str | StructuralMaterial | None = None,
     bending_stiffness: Annotated[float | None, BENDING] = None,
     axial_stiffness: Annotated[float | None, AXIAL] = None,
-    elements: Annotated[int, ELEMENTS] = 8,
+    modes: Annotated[int | Literal["auto"], Meaning("bending modes of a bar", "6")] = "auto",
+    elements: Annotated[int | None, ELEMENTS] = None,
     mass: MassKind = "given",
     damping: Annotated[float, DAMPING] = 0.0,
     thermal_expansion: Annotated[float | None, EXPANSION] = None,
@@ -55,10 +57,11 @@ def with_bending(
 ) -> Mechanism:
     """The same mechanism with bars that bend.
 
-    A bar becomes cross-sections, bodies that rotate, at its points and between them: the one at the origin of its frame keeps
-    the bar's name, the others are "BAR/1", "BAR/2", ... from its first point to its last; beam elements "BAR/beam 1", ... join
-    them. What is attached to a point of the bar is attached to the cross-section there. Drives, motors and actuators of the bar
-    act on the cross-section that has its name.
+    A bar becomes cross-sections, bodies that rotate, at its points: the one at the origin of its frame keeps the bar's name,
+    the others are "BAR/1", "BAR/2", ... from its first point to its last. A `FlexibleBar` "BAR/beam" joins them; or, with
+    `elements`, beam elements "BAR/beam 1", ... join these and further cross-sections. What is attached to a point of the bar
+    is attached to the cross-section there. Drives, motors and all that acts on the bar's angle act on the cross-section that
+    has its name.
 
     Parameters
     ----------
@@ -71,8 +74,10 @@ def with_bending(
         "steel", "aluminium" or "titanium".
     bending_stiffness, axial_stiffness : float, optional
         EI [N m^2] and EA [N] in place of section and material.
-    elements : int
-        Along a bar, at least; each span between two points has a whole number of them.
+    modes : int or "auto"
+        Bending modes of a bar with its points held; "auto" takes those up to the frequency of contacts.
+    elements : int, optional
+        Beam elements along a bar, at least, in place of modes; each span between two points has a whole number of them.
     mass : {"given", "section"}
         Whether a bar keeps its mass, which has to be that of section and material to within 5 %, or gets theirs.
     damping : float
@@ -108,11 +113,13 @@ def with_bending(
             raise InputError("a mechanism without a straight uniform bar", "bars with at least two points on a line")
     else:
         names = matching("body", bodies, [body.name for body in mechanism.bodies])
+    if elements is not None and modes != "auto":
+        raise InputError("bars with modes and elements", "one of them", "modes = 6")
     for name in names:
         body = mechanism.body(name)
         if mass == "section":
             body = _of_section(body, stiffness)
-        mechanism = _bent(mechanism, body, stiffness, elements, more)
+        mechanism = _bent(mechanism, body, stiffness, elements, None if modes == "auto" else modes, more)
     return mechanism
 
 
@@ -202,7 +209,9 @@ def cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
     return place
 
 
-def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int, more: Mapping[str, Any]) -> Mechanism:
+def _bent(
+    mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int | None, modes: int | None, more: Mapping[str, Any]
+) -> Mechanism:
     if not _is_bar(body):
         raise InputError(
             f"body '{body.name}' is to bend and is no straight uniform bar",
@@ -228,25 +237,36 @@ def _bent(mechanism: Mechanism, body: Body, stiffness: _Stiffness, elements: int
         )
     marks = [places[0]]
     for one, other in itertools.pairwise(places):
-        count = max(1, math.ceil(elements * (other - one) / length - 1e-9))
+        count = max(1, math.ceil((elements or 0) * (other - one) / length - 1e-9))
         marks += [one + (other - one) * k / count for k in range(1, count)] + [other]
     origin = min(range(len(marks)), key=lambda k: abs(marks[k]))
     label = [body.name if k == origin else f"{body.name}/{k}" for k in range(len(marks))]
-    return _rebuilt(mechanism, body, marks, label, named, stiffness, {"mass_per_length": mass_per_length, **more})
+    more = {
+        "axial_stiffness": stiffness.axial,
+        "bending_stiffness": stiffness.bending,
+        "mass_per_length": mass_per_length,
+        "depth": stiffness.depth,
+        "youngs_modulus": stiffness.youngs_modulus,
+        "yield_strength": stiffness.yield_strength,
+        **more,
+    }
+    nodes, where = _sections(body, marks, label, named, mass_per_length)
+    if elements is None:
+        beams: list[Any] = [FlexibleBar(f"{body.name}/beam", tuple(label), tuple(marks), modes=modes, **more)]
+    else:
+        ends = [(node.name, next(iter(node.points))) for node in nodes]
+        beams = [
+            Beam(f"{body.name}/beam {k + 1}", ends[k], ends[k + 1], length=marks[k + 1] - marks[k], **more)
+            for k in range(len(marks) - 1)
+        ]
+    return _attached(mechanism, body, where, nodes, beams)
 
 
-def _rebuilt(
-    mechanism: Mechanism,
-    body: Body,
-    marks: list[float],
-    label: list[str],
-    named: dict[float, list[str]],
-    stiffness: _Stiffness,
-    more: Mapping[str, Any],
-) -> Mechanism:
-    """The mechanism with cross-sections at `marks` in place of a bar."""
+def _sections(
+    body: Body, marks: list[float], label: list[str], named: dict[float, list[str]], mass_per_length: float
+) -> tuple[list[Body], dict[str, str]]:
+    """The cross-sections at `marks` of a bar, and which of them has each of its points."""
     spans = [other - one for one, other in itertools.pairwise(marks)]
-    mass_per_length = more["mass_per_length"]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
     cos, sin = math.cos(body.angle), math.sin(body.angle)
@@ -267,22 +287,7 @@ def _rebuilt(
                 angular_velocity=body.angular_velocity,
             )
         )
-    beams = [
-        Beam(
-            f"{body.name}/beam {k + 1}",
-            (label[k], next(iter(nodes[k].points))),
-            (label[k + 1], next(iter(nodes[k + 1].points))),
-            length=span,
-            axial_stiffness=stiffness.axial,
-            bending_stiffness=stiffness.bending,
-            **more,
-            depth=stiffness.depth,
-            youngs_modulus=stiffness.youngs_modulus,
-            yield_strength=stiffness.yield_strength,
-        )
-        for k, span in enumerate(spans)
-    ]
-    return _attached(mechanism, body, where, nodes, beams)
+    return nodes, where
 
 
 def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: list[Body], beams: list[Any]) -> Mechanism:
@@ -306,13 +311,9 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
         return dataclasses.replace(part, **changes) if changes else part
 
     for guide in mechanism.guides:
-        on = guide.follower[0] == name
-        if guide.body == name or (on and (guide.aligned or guide.clearance is not None)):
+        if guide.body == name:
             raise refused(f"guide '{guide.name}'")
-    components = [
-        exchanged(part, f"component '{part.name}'", ("body",) if part.declaration.motor else ())
-        for part in mechanism.components
-    ]
+    components = [exchanged(part, f"component '{part.name}'", part.declaration.port.turning) for part in mechanism.components]
     tracks = []
     for track in mechanism.tracks:
         if track.body == name and track.point not in where:
@@ -326,7 +327,7 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
             "guides": tuple(exchanged(part, f"guide '{part.name}'") for part in mechanism.guides),
             "welds": tuple(exchanged(part, f"weld '{part.name}'") for part in mechanism.welds),
             "rods": tuple(exchanged(part, f"rod '{part.name}'") for part in mechanism.rods),
-            "latches": tuple(exchanged(part, f"latch '{part.name}'") for part in mechanism.latches),
+            "latches": tuple(exchanged(part, f"latch '{part.name}'", ("body", "base")) for part in mechanism.latches),
             "components": (*components, *beams),
             "tracks": tuple(tracks),
         }

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import check_place
@@ -112,6 +113,9 @@ def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[st
         _check_point(points, label, getattr(component, field))
     for place, field in enumerate(declared.port.turning):
         _check_rotates(points, rotating if place else rotating - {GROUND}, label, getattr(component, field))
+    if isinstance(component, FlexibleBar):
+        for name in component.sections:
+            _check_rotates(points, rotating - {GROUND}, label, name)
     if isinstance(component, Actuator):
         for reference in filter(None, (component.sensor, component.sensor_origin)):
             _check_point(points, label, reference)

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from scissordyn.component.beam import Beam, node_inertia
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.mechanics.flexible_bar import LANES
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.coordinates import Natural, PointMap, combined
+from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
+from scissordyn.plan.flexible import Axis
 
-__all__ = ["beam_mass", "beams_of", "dissected", "straight_maps"]
+__all__ = [
+    "bar_table",
+    "beam_mass",
+    "beams_of",
+    "bends",
+    "dissected",
+    "flexible_maps",
+    "is_straight",
+    "straight_bar",
+    "straight_maps",
+]
 
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
 """420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
@@ -23,8 +38,13 @@ def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:
     return tuple(part for part in mechanism.components if isinstance(part, Beam))
 
 
+def bends(mechanism: Mechanism) -> bool:
+    """Whether a mechanism has bars that bend."""
+    return any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components)
+
+
 def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
-    """The consistent mass matrix of the beam elements less the masses and inertias that their bodies have for them.
+    """The consistent mass matrix of beam elements and flexible bars less the masses and inertias of their bodies.
 
     Returns
     -------
@@ -44,10 +64,58 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
         entries += [
             (places[i] + axis, places[j] + axis, float(block[i, j])) for i in range(4) for j in range(4) for axis in (0, 1)
         ]
+    for axis in natural.axes:
+        entries += _axis_mass(axis)
     if not entries:
         return sp.csr_array((natural.total, natural.total))
     rows, columns, values = zip(*entries, strict=True)
     return sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
+
+
+def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
+    """Entries of a flexible bar: of the points, of directions and of amplitudes, which couple with nothing."""
+    per_length, spans, own = axis.bar.mass_per_length, np.diff(axis.shapes.places), np.zeros(axis.shapes.count)
+    for k in range(len(axis.bar.sections)):
+        own[k] = 0.5 * per_length * float(np.sum(spans[max(0, k - 1) : k + 1]))
+    for row, k in enumerate(axis.shapes.clamped, len(axis.bar.sections)):
+        if k in axis.directed:
+            own[row] = sum(node_inertia(per_length, span) for span in spans[max(0, k - 1) : k + 1].tolist())
+    mass = per_length * axis.shapes.mass - np.diag(own)
+    found = []
+    for i, p, first in axis.terms:
+        for j, q, second in axis.terms:
+            if mass[i, j] == 0.0:
+                continue
+            # what the bodies have for it is at their points and directions alone
+            value = mass[i, j] + (own[i] if i == j and (p != axis.first[i] or q != axis.first[j]) else 0.0)
+            along, across = value * math.cos(second - first), value * math.sin(second - first)
+            found += [(p, q, along), (p + 1, q + 1, along)]
+            if across != 0.0:
+                found += [(p, q + 1, -across), (p + 1, q, across)]
+    return found
+
+
+def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[PointMap]]]:
+    """Of each flexible bar the columns that it reads, and the maps of the vectors of its shapes."""
+    found = []
+    for axis in coordinates.natural.axes:
+        maps = [coordinates.vector(*axis.expression(one)) for one in np.eye(axis.shapes.count)]
+        found.append((np.unique(np.concatenate([each.columns for each in maps])), maps))
+    return found
+
+
+def bar_table(axis: Axis) -> np.ndarray:
+    """What the kernels read of a flexible bar: its shapes do not change."""
+    shapes = axis.shapes
+    points, weights = shapes.quadrature
+    slopes = shapes.at(np.concatenate([points, [0.0, shapes.places[-1]]]), 1)
+    forces = np.vstack([shapes.bending, slopes[:-2], shapes.at(points, 2)])
+    return np.concatenate([weights, _padded(slopes.T).ravel(), _padded(forces).ravel()])
+
+
+def _padded(table: np.ndarray) -> np.ndarray:
+    """Rows of a whole multiple of `LANES` numbers."""
+    return np.pad(table, ((0, 0), (0, -table.shape[1] % LANES)))
 
 
 FEW = 6
@@ -98,3 +166,32 @@ def _offset(natural: Natural, beam: Beam, body: str, point: str) -> int:
 def straight_maps(beam: Beam, u: PointMap, first: PointMap, second: PointMap) -> tuple[tuple[PointMap, float], ...]:
     """Vectors that vanish where an element is not strained, with the lengths that they are compared with [m]."""
     return (combined((u, 1.0), (first, -beam.length)), beam.length), (combined((second, 1.0), (first, -1.0)), 1.0)
+
+
+STRAIGHT = 1e-6
+"""A bar is placed straight if it is within this part of its length."""
+
+
+def is_straight(axis: Axis, natural: np.ndarray) -> bool:
+    """Whether the points of a flexible bar are on a line and as far apart as they are along the bar."""
+    points = axis.vectors(natural)[: len(axis.bar.sections)]
+    along = (points[-1] - points[0]) / axis.bar.length
+    straight = points[0] + np.outer(axis.shapes.places, along)
+    apart = float(np.max(np.abs(points - straight))), abs(math.hypot(*along) - 1.0) * axis.bar.length
+    return max(apart) <= STRAIGHT * axis.bar.length
+
+
+def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[PointMap, float]], Constraint]:
+    """Vectors that vanish where a flexible bar is straight and evenly extended, with their scales [m]; its length."""
+    shapes, length, sections = axis.shapes, axis.bar.length, len(axis.bar.sections)
+    one = np.eye(shapes.count)
+    chord = (one[sections - 1] - one[0]) / length
+    rows = [(one[k] - one[0] - shapes.places[k] * chord, length) for k in range(1, sections - 1)]
+    rows += [(one[k] - chord, 1.0) for k in range(sections, shapes.held)]
+    rows += [
+        (one[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
+    ]
+    vectors = [(coordinates.vector(*axis.expression(row)), scale) for row, scale in rows]
+    vectors += [(coordinates.vector({p: 1.0}, {p + 1: 1.0}), 1.0) for p in axis.stretch.values()]
+    along = coordinates.vector(*axis.expression(chord))
+    return vectors, Constraint(((1.0, along),), 0.5, subject=f"bar '{axis.bar.name}'", bodies=axis.bar.sections)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -13,11 +13,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.port import AXIS
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.mechanics.elimination import Expression
+from scissordyn.mechanics.elimination import Expression, add, scaled
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
+from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
 __all__ = ["Constraint", "Coordinates", "Natural", "PointMap", "combined", "joined", "natural_coordinates"]
 
@@ -111,7 +113,8 @@ def combined(*parts: tuple[PointMap, float]) -> PointMap:
 class Natural:
     """The natural coordinates of some bodies: the origin p of each and, if it rotates, the unit vector d along its x axis.
 
-    Every point of a body is p + x d + y J d, linear in both.
+    Every point of a body is p + x d + y J d, linear in both. Of a cross-section of a bar that bends, unless it is clamped, the
+    tangent of the bar stands for d, which has unit length but for the strain.
 
     Parameters
     ----------
@@ -122,25 +125,51 @@ class Natural:
         First coordinate of each body.
     total : int
         Their number; as a column it stands for 1.
+    axes : tuple of Axis
+        The bars that bend; the amplitudes of their modes come last.
+    tangents : dict of str to (Axis, int)
+        Of the cross-sections without a direction of their own, the bar and their number on it.
     """
 
     bodies: dict[str, Body]
     ground: dict[str, Point]
     offsets: dict[str, int]
     total: int
+    axes: tuple[Axis, ...] = ()
+    tangents: Mapping[str, tuple[Axis, int]] = field(default_factory=dict)
 
     def angle(self, body: str) -> float:
         """Angle at which a body, or the ground, is placed [rad]."""
         return 0.0 if body == GROUND else self.bodies[body].angle
 
     def rotates(self, body: str) -> bool:
-        """Whether it is a body that rotates."""
-        return body != GROUND and self.bodies[body].rotates
+        """Whether it is a body with a direction among the coordinates."""
+        return body != GROUND and self.bodies[body].rotates and body not in self.tangents
+
+    def direction(self, body: str) -> tuple[Expression, Expression]:
+        """The vector along the x axis of a body that turns."""
+        if body not in self.tangents:
+            d = self.offsets[body] + 2
+            return {d: 1.0}, {d + 1: 1.0}
+        axis, k = self.tangents[body]
+        slope, angle = axis.shapes.at(np.array([axis.shapes.places[k]]), 1)[0], axis.bar.angles[k]
+        x, y = axis.expression(slope)
+        if angle == 0.0:
+            return x, y
+        cos, sin = math.cos(angle), math.sin(angle)
+        return add(scaled(cos, x), scaled(sin, y)), add(scaled(-sin, x), scaled(cos, y))
 
     def point(self, reference: BodyPoint, size: float = 1.0) -> tuple[Expression, Expression]:
         """Both components of a point of a body; see `fixed`."""
         body, name = reference
         return self.fixed(body, (self.ground if body == GROUND else self.bodies[body].points)[name], size)
+
+    def angle_of(self, body: str, natural: np.ndarray) -> float:
+        """Angle of a body at natural coordinates, from -pi to pi [rad]; as placed for one that does not rotate."""
+        if not self.bodies[body].rotates:
+            return self.bodies[body].angle
+        x, y = (sum(value * float(natural[column]) for column, value in row.items()) for row in self.direction(body))
+        return math.atan2(y, x)
 
     def fixed(self, body: str, point: Point, size: float = 1.0) -> tuple[Expression, Expression]:
         """Both components of a point in the frame of a body, or of the ground; lengths and origins are in units of `size`."""
@@ -148,6 +177,12 @@ class Natural:
         if body == GROUND:
             return {self.total: x}, {self.total: y}
         p, placed = self.offsets[body], self.bodies[body]
+        if body in self.tangents:
+            if point == (0.0, 0.0):
+                return {p: 1.0}, {p + 1: 1.0}
+            dx, dy = self.direction(body)
+            along = add({p: 1.0}, add(scaled(x, dx), scaled(-y, dy)))
+            return along, add({p + 1: 1.0}, add(scaled(y, dx), scaled(x, dy)))
         if not placed.rotates:
             cos, sin = math.cos(placed.angle), math.sin(placed.angle)
             return {p: 1.0, self.total: cos * x - sin * y}, {p + 1: 1.0, self.total: sin * x + cos * y}
@@ -160,20 +195,50 @@ class Natural:
             p = self.offsets[name]
             position[p : p + 2] = body.position
             velocity[p : p + 2] = body.velocity
-            if body.rotates:
+            if self.rotates(name):
                 cos, sin = math.cos(body.angle), math.sin(body.angle)
                 position[p + 2 : p + 4] = cos, sin
                 velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
+        self.deflect_statically(position)
+        self.deflect_statically(velocity)
         return position, velocity
+
+    def deflect_statically(self, position: np.ndarray) -> None:
+        """Write the amplitudes of modes with which bars are bent by forces at their cross-sections alone, or straight.
+
+        Slopes that are no directions of bodies are those of the lines between the ends.
+        """
+        for axis in self.axes:
+            for p in axis.slopes:
+                one, other = (int(axis.first[k]) for k in (0, len(axis.bar.sections) - 1))
+                position[p : p + 2] = (position[other : other + 2] - position[one : one + 2]) / axis.bar.length
+            amplitudes = axis.in_static_deflection(position)
+            for q, p in zip(amplitudes, axis.first[axis.shapes.held :].tolist(), strict=True):
+                position[p : p + 2] = q
+
+    def uniform(self, vector: np.ndarray) -> np.ndarray:
+        """Natural coordinates of all bodies moved by a vector."""
+        position = np.zeros(self.total)
+        for p in self.offsets.values():
+            position[p : p + 2] = vector
+        self.deflect_statically(position)
+        return position
 
 
 def natural_coordinates(mechanism: Mechanism) -> Natural:
     """The natural coordinates of a mechanism."""
+    bodies, ground = {body.name: body for body in mechanism.bodies}, dict(mechanism.ground)
+    bent = {name for part in mechanism.components if part.declaration.port is AXIS for name in part.sections}  # type: ignore[attr-defined]
+    clamped = clamped_bodies(mechanism) if bent else frozenset()
     offsets, total = {}, 0
     for body in mechanism.bodies:
         offsets[body.name] = total
-        total += 4 if body.rotates else 2
-    return Natural({body.name: body for body in mechanism.bodies}, dict(mechanism.ground), offsets, total)
+        total += 4 if body.rotates and (body.name not in bent or body.name in clamped) else 2
+    if not bent:
+        return Natural(bodies, ground, offsets, total)
+    axes, total = axes_of(mechanism, offsets, clamped, total)
+    tangents = {name: (axis, k) for axis in axes for k, name in enumerate(axis.bar.sections) if name not in clamped}
+    return Natural(bodies, ground, offsets, total, axes, tangents)
 
 
 @dataclass(frozen=True)
@@ -256,7 +321,7 @@ class Coordinates:
         """How far each free coordinate moves a point of a body, at most, shape (n,)."""
         moved = np.ones(self.matrix.shape[0])
         for name, body in self.natural.bodies.items():
-            if body.rotates:
+            if self.natural.rotates(name):
                 moved[self.natural.offsets[name] + 2 :][:2] = body.extent
         moving = abs(self.matrix[:, : self.free])
         if isinstance(moving, np.ndarray):
@@ -272,6 +337,10 @@ class Coordinates:
         """Position of a point in the frame of a body, or of the ground."""
         return self._map(self.natural.fixed(body, point))
 
+    def vector(self, x: Expression, y: Expression) -> PointMap:
+        """A vector whose components are given in natural coordinates."""
+        return self._map((x, y))
+
     def origin(self, body: str) -> PointMap:
         """Position of the origin of a body."""
         p = self.natural.offsets[body]
@@ -284,7 +353,7 @@ class Coordinates:
 
     def frame(self, body: str) -> PointMap:
         """Direction vector of a body's x axis, constant for the ground and for a body that does not rotate."""
-        if self.natural.rotates(body):
+        if self.natural.rotates(body) or body in self.natural.tangents:
             return self.direction(body)
         angle = self.natural.angle(body)
         return PointMap(np.array([self.free], np.int64), np.array([[math.cos(angle)], [math.sin(angle)]]))
@@ -295,8 +364,7 @@ class Coordinates:
         found = {}
         for name, body in self.natural.bodies.items():
             if body.rotates:
-                d = self.natural.offsets[name] + 2
-                found[name] = self._map(({d: 1.0}, {d + 1: 1.0}))
+                found[name] = self._map(self.natural.direction(name))
         return found
 
     @cached_property

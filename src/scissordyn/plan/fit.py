@@ -7,6 +7,7 @@ from typing import Any
 from scissordyn.model.hard_contact import contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.flexible import flexible_bars, mode_count
 
 __all__ = ["same_tables"]
 
@@ -38,6 +39,7 @@ def same_tables(base: Mechanism, other: Mechanism) -> bool:
             one is another or _same_component(one, another)
             for one, another in zip(base.components, other.components, strict=True)
         )
+        and [mode_count(base, bar) for bar in flexible_bars(base)] == [mode_count(other, bar) for bar in flexible_bars(other)]
     )
 
 
@@ -55,4 +57,4 @@ def _same_component(one: Any, another: Any) -> bool:
     if type(one) is not type(another) or one.declaration.motor:
         return False
     port = one.declaration.port
-    return all(getattr(one, name) == getattr(another, name) for name in (*port.points, *port.turning))
+    return all(getattr(one, name) == getattr(another, name) for name in (*port.points, *port.turning, *port.numbers))

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from scissordyn.mechanics.hard_contact import RESULTS, HardContacts
+from scissordyn.mechanics.hard_contact import RESULTS
+from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.plan.plan import Plan
@@ -76,6 +77,9 @@ def hard_contacts(plan: Plan) -> HardContacts:
         mass_row=np.zeros(m),
         result=np.zeros((count, RESULTS)),
         stick=np.zeros(count),
+        locate=np.zeros(1, np.int64),
+        ahead=np.array([-np.inf, np.inf]),
+        work=np.zeros(1),
         counts=np.zeros(COUNTS, np.int64),
     )
     put_hard_numbers(made, plan)
@@ -97,6 +101,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
     for part in (made.mode, made.stuck, made.slope, made.stick, made.counts):
         part[:] = 0
+    made.ahead[:] = -np.inf, np.inf
 
 
 def _ordering(plan: Plan, which: list[int], damped: list[int]) -> tuple[np.ndarray, np.ndarray, int]:

@@ -25,7 +25,7 @@ from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.bending import beam_mass, beams_of, dissected
+from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
@@ -56,7 +56,7 @@ def reduced(mechanism: Mechanism) -> Coordinates:
     data = values * np.repeat(unit, np.diff(start))
     matrix: Any = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
     mass: Any = _mass(mechanism, natural)
-    bend = bool(beams_of(mechanism))
+    bend = bends(mechanism)
     if total <= SMALL and not bend:
         matrix, mass = matrix.toarray(), mass.toarray()
     try:
@@ -188,7 +188,7 @@ def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
     for body in mechanism.bodies:
         p, m, (x, y) = natural.offsets[body.name], body.mass, body.centre
         entries += [(p, p, m), (p + 1, p + 1, m)]
-        if body.inertia is None:
+        if not natural.rotates(body.name):
             continue
         about_origin = body_inertia(mechanism, body) + m * (x * x + y * y)
         entries += [(p + 2, p + 2, about_origin), (p + 3, p + 3, about_origin)]
@@ -197,7 +197,7 @@ def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
                 entries += [(row, column, value), (column, row, value)]
     rows, columns, values = zip(*entries, strict=True)
     found = sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
-    return sp.csr_array(found + beam_mass(mechanism, natural)) if beams_of(mechanism) else found
+    return sp.csr_array(found + beam_mass(mechanism, natural)) if bends(mechanism) else found
 
 
 def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_array], np.ndarray] | None = None) -> Any:

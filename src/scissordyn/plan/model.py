@@ -12,7 +12,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
-from scissordyn.component.port import TRAVEL, Attachment
+from scissordyn.component.port import AXIS, TRAVEL, Attachment
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     COMPONENT_OUTPUT,
@@ -25,6 +25,7 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.system import RESULTS, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.bending import bar_table, flexible_maps
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 from scissordyn.plan.ordering import incidence, order_unknowns
 
@@ -86,6 +87,9 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     states = [len(friction_states(each)) for each in contacts] + [len(each.states) for each in components]
     attachments = [each.attachments for each in contacts] + [each.declaration.port.attachments(each) for each in components]
     maps = [_element_map(coordinates, each) for each in attachments]
+    bars = flexible_maps(coordinates)
+    for at, (columns, _) in zip(_bars(components), bars, strict=True):
+        maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
     rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
@@ -119,7 +123,40 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         pair_of=ordering.pair_of,
         **constraints,
         **_components(mechanism, rotation_start.size - 1),
+        **_flexible(coordinates, components, bars),
     )
+
+
+def _bars(components: Iterable[Any]) -> list[int]:
+    """Which of the components are flexible bars."""
+    return [i for i, part in enumerate(components) if part.declaration.port is AXIS]
+
+
+def _flexible(
+    coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]]
+) -> dict[str, np.ndarray]:
+    """The part of a model that describes its flexible bars."""
+    numbers = np.full(len(components), -1, np.int64)
+    numbers[_bars(components)] = np.arange(len(bars))
+    shape_start, shape_column, shape_row = _stacked([each for _, maps in bars for each in maps], 2)
+    tables = [bar_table(axis) for axis in coordinates.natural.axes]
+    first = offsets(len(maps) for _, maps in bars)
+    table_start = offsets(table.size for table in tables)
+    sizes = [
+        [len(maps), axis.shapes.quadrature[0].size] for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)
+    ]
+    places = [np.searchsorted(columns, each.columns) for columns, maps in bars for each in maps]
+    return {
+        "bar_of": numbers,
+        "bar": np.array([[f, *size, at] for f, size, at in zip(first, sizes, table_start, strict=False)], np.int64).reshape(
+            -1, 4
+        ),
+        "bar_table": np.concatenate([np.zeros(0), *tables]),
+        "shape_start": shape_start,
+        "shape_column": shape_column,
+        "shape_row": shape_row,
+        "shape_place": np.concatenate([np.zeros(0, np.int64), *places]),
+    }
 
 
 def _integers(values: Iterable[int]) -> np.ndarray:

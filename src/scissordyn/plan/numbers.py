@@ -18,7 +18,7 @@ from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
-from scissordyn.plan.bending import beam_mass, beams_of
+from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plugin.element import PARAMETERS, addresses, row_of
 
@@ -109,13 +109,10 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
     for name, body in placed.bodies.items():
         p, m, (x, y) = placed.offsets[name], body.mass, body.centre
         natural[p : p + 2] = m * gx, m * gy
-        if body.rotates:
+        if placed.rotates(name):
             natural[p + 2 : p + 4] = m * (x * gx + y * gy), m * (x * gy - y * gx)
-    if beams_of(mechanism):
-        uniform = np.zeros(placed.total)
-        for p in placed.offsets.values():
-            uniform[p : p + 2] = gx, gy
-        natural += beam_mass(mechanism, placed) @ uniform
+    if bends(mechanism):
+        natural += beam_mass(mechanism, placed) @ placed.uniform(np.array([gx, gy]))
     return np.asarray(coordinates.matrix.T @ natural)
 
 

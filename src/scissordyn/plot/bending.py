@@ -9,14 +9,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from scissordyn.component.port.axis import bent_axis
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beams_of
+from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.place import Corners, corners_of, upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, mechanism_of, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, dress, figure_size, small
 from scissordyn.plot.window import window
+from scissordyn.run.bars import PARTS
 from scissordyn.run.placement import Placement
 
 __all__ = ["bending"]
@@ -62,7 +65,7 @@ def bending(
         If no bar bends.
     """
     run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
-    beams = [beam.name for beam in beams_of(mechanism)]
+    beams = _parts(mechanism)
     if not beams or "beam_fibre_strain" not in run:
         raise InputError("a picture of bending of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
     strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
@@ -88,6 +91,22 @@ def bending(
     return drawn
 
 
+def _parts(mechanism: Mechanism) -> list[str]:
+    """Names of the beam elements and of the parts of flexible bars."""
+    return [beam.name for beam in beams_of(mechanism)] + [
+        f"{bar.name} {k + 1}" for bar in flexible_bars(mechanism) for k in range(PARTS * (len(bar.sections) - 1))
+    ]
+
+
+def _ends(mechanism: Mechanism, placed: Placement) -> list[np.ndarray]:
+    """Where each of them begins and ends, shape (2, 2) [m]."""
+    found = [np.array([placed.place(end)[0] for end in (beam.start, beam.end)]) for beam in beams_of(mechanism)]
+    for bar in flexible_bars(mechanism):
+        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, PARTS + 1))[0].reshape(-1, PARTS + 1, 2)
+        found += [span[k : k + 2] for span in axis for k in range(PARTS)]
+    return found
+
+
 def _room(corners: Corners) -> Corners:
     """With room for the diagrams around the mechanism."""
     low, high = corners
@@ -102,8 +121,7 @@ def _diagram(axes: Axes, placed: Placement, mechanism: Mechanism, values: np.nda
     axes.set(xlim=(corners[0][0], corners[1][0]), ylim=(corners[0][1], corners[1][1]), xlabel="x [m]", ylabel="y [m]")
     largest = float(np.max(np.abs(values))) or 1.0
     reach = ORDINATE * float(np.max(corners[1] - corners[0])) / 1.3
-    for beam, (first, last) in zip(beams_of(mechanism), values, strict=True):
-        ends = np.array([placed.place(end)[0] for end in (beam.start, beam.end)])
+    for ends, (first, last) in zip(_ends(mechanism, placed), values, strict=True):
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         # a positive moment curves towards +y of the bar: its fibres at -y are in tension
         across = np.array([along[1], -along[0]])

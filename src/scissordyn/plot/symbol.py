@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.port import AXIS
 from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
@@ -44,7 +45,7 @@ class Symbol:
     @property
     def bar(self) -> str:
         """The bar that bends of which it is an element; "" if it is none."""
-        bar, element, _ = self.name.rpartition("/beam ")
+        bar, element, _ = self.name.rpartition("/beam")
         return bar if element and self.kind == "beam" else ""
 
 
@@ -85,7 +86,9 @@ class _Scene:
 def cross_sections(mechanism: Mechanism) -> frozenset[str]:
     """The bodies that are cross-sections of bars that bend: the elements are drawn in their place."""
     beams: list[Any] = [part for part in mechanism.components if part.declaration.symbol == "beam"]
-    return frozenset(end[0] for beam in beams if beam.mass_per_length > 0.0 for end in (beam.start, beam.end))
+    bent = [part for part in beams if part.mass_per_length > 0.0]
+    sections = [part.sections if part.declaration.port is AXIS else (part.start[0], part.end[0]) for part in bent]
+    return frozenset(name for names in sections for name in names)
 
 
 def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:

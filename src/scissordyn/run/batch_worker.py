@@ -14,15 +14,16 @@ from scissordyn.integrate import advance as loop
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system, put_numbers
+from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
 from scissordyn.run.ideal_path import IdealPath, ideal_path
 from scissordyn.run.measure import Ended
 from scissordyn.run.method import choose_method
+from scissordyn.run.numbers import put_numbers
 from scissordyn.run.options import Options
 from scissordyn.run.slice import FIRST
 from scissordyn.run.start import prepare_start
 from scissordyn.run.tolerance import error_weights
-from scissordyn.run.trajectory import broken_off, crosses
+from scissordyn.run.trajectory import broken_off, crosses, overlapping
 
 __all__ = ["Cases", "Worker"]
 
@@ -126,6 +127,10 @@ class Worker:
                 status = driver.advance(options.until, most_steps=options.most_steps - driver.tried)
         except ScissordynError as error:
             self.cases.failed(case, str(error))
+            return None
+        too_long = overlapping(driver) if status == loop.FINISHED else ""
+        if too_long:
+            self.cases.failed(case, too_long)
             return None
         if status == loop.FINISHED:
             return seconds + clocks.perf_counter() - began

@@ -15,6 +15,7 @@ import xarray as xr
 import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
+from scissordyn.component.port import AXIS
 from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
 from scissordyn.mechanics.monitored import (
@@ -30,6 +31,7 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
+from scissordyn.run.bars import bar_variables
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.distributed import with_distributed_mass
@@ -160,9 +162,9 @@ def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     return variables
 
 
-def _reactions(plan: Plan, found: Record) -> np.ndarray:
+def _reactions(plan: Plan, found: Record, time: np.ndarray) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
-    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found))
+    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, time))
     reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
     reaction[:, at] = found.wrench[:, : at.size, :2]
@@ -183,7 +185,7 @@ def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     names = list(plan.joint_names)
     per_joint = ("time", "joint")
     what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
-    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, found), "N", what)}
+    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, found, path.samples.time), "N", what)}
     if not plan.contacts:
         return variables
     at = plan.places(contact.name for contact in plan.contacts)
@@ -264,7 +266,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
     kinds: dict[str, list[int]] = {}
     controlled = dict(plan.actuators)
     for i, component in enumerate(plan.acting):
-        if i not in controlled:
+        if i not in controlled and component.declaration.port is not AXIS:
             kinds.setdefault(component.declaration.section, []).append(i)
     parts: tuple[Component, ...] = plan.acting
     for section, index in kinds.items():
@@ -302,6 +304,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
             found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", found_there)
+    variables.update(bar_variables(plan, path.samples.time, found, variables))
     variables.update(film_variables(plan, path.samples.time, variables))
     return variables
 

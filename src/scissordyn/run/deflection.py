@@ -12,7 +12,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import natural_state
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.bending import beams_of
+from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.driver import make_system
@@ -55,7 +55,7 @@ def magnified_deflection(
     InputError
         If no bar bends, or the mechanism cannot be assembled with straight bars.
     """
-    if not beams_of(mechanism):
+    if not bends(mechanism):
         raise InputError("magnified deflections of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
     if factor == 1.0:
         return run
@@ -84,8 +84,9 @@ def _straight(still: Plan, where: np.ndarray, angle: np.ndarray) -> tuple[np.nda
     for b, body in enumerate(still.bodies):
         p = offsets[body.name]
         natural[p : p + 2] = where[b] - _turned(body.centre, angle[b])
-        if body.rotates:
+        if still.coordinates.natural.rotates(body.name):
             natural[p + 2 : p + 4] = math.cos(angle[b]), math.sin(angle[b])
+    still.coordinates.natural.deflect_statically(natural)
     start = assembled_near(still, system, natural, straight=True)
     return places(still, natural_state(still, system, start)[0])
 
@@ -95,7 +96,7 @@ def places(still: Plan, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     where, angle = np.zeros((len(still.bodies), 2)), np.zeros(len(still.bodies))
     for b, body in enumerate(still.bodies):
         p = still.coordinates.natural.offsets[body.name]
-        angle[b] = math.atan2(natural[p + 3], natural[p + 2]) if body.rotates else body.angle
+        angle[b] = still.coordinates.natural.angle_of(body.name, natural)
         where[b] = natural[p : p + 2] + _turned(body.centre, angle[b])
     return where, angle
 

@@ -4,32 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.component.beam import Beam
 from scissordyn.mechanics.outputs import Record
-from scissordyn.plan.bending import beam_mass
+from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.plan import Plan
+from scissordyn.run.bars import shape_forces
 
 __all__ = ["with_distributed_mass"]
 
 
-def with_distributed_mass(plan: Plan, found: Record) -> Record:
+def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record:
     """The record with what the consistent mass of the beam elements adds to the loads of their bodies.
 
     A body at the end of an element has half of its mass at its origin; the rest of the mass matrix times the acceleration less
-    gravity is a load. What acts along a unit direction is no moment.
+    gravity is a load, and so is what the stresses of a flexible bar exert. What acts along a unit direction is no moment.
     """
-    if not any(isinstance(part, Beam) for part in plan.components):
+    if not bends(plan.mechanism):
         return found
     coordinates = plan.coordinates
-    natural = np.asarray((coordinates.matrix @ found.A.T).T)
-    for p in coordinates.natural.offsets.values():
-        natural[:, p : p + 2] -= plan.gravity_vector
+    natural = np.asarray((coordinates.matrix @ found.A.T).T) - coordinates.natural.uniform(plan.gravity_vector)
     inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
+    for axis in coordinates.natural.axes:
+        axis.added(-shape_forces(plan, axis, found, time), inertia)
     load = found.load.copy()
     for b, body in enumerate(plan.bodies):
         p = coordinates.natural.offsets[body.name]
         load[:, b, :2] -= inertia[:, p : p + 2]
-        if body.rotates:
+        if coordinates.natural.rotates(body.name):
             cos, sin = found.direction[:, b].T
             load[:, b, 2] -= cos * inertia[:, p + 3] - sin * inertia[:, p + 2]
     return found._replace(load=load)

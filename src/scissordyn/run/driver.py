@@ -108,40 +108,6 @@ def make_system(plan: Plan) -> Handle:
     return Handle(System(model, numbers, initial_state(model, plan.angles), make_workspace(model, numbers)))
 
 
-def put_numbers(system: Handle, plan: Plan) -> bool:
-    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start.
-
-    Parameters
-    ----------
-    system : Handle
-        Of a `System`.
-    plan : Plan
-        Of the other case.
-
-    Returns
-    -------
-    bool
-        Whether the arrays of the system could hold them; it is left as it was otherwise.
-    """
-    content: System = system.content
-    model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
-    # the table of the ideal mechanism is another one for each case: see `compare_with`
-    parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
-    pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
-    if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
-        return False
-    for old, new in pairs:
-        if new.size:
-            old[...] = new
-    work = content.work
-    work.instant[:] = np.nan
-    work.value[0] = parameters.value
-    work.inactive[:] = 0.0
-    work.inactive[model.latch[:, 0]] = 1.0
-    work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
-    return True
-
-
 class Driver:
     """A mechanism on its way through time.
 
@@ -211,7 +177,7 @@ class Driver:
         if method.step > 0.0:
             from scissordyn.run.stepping import Stepping  # loads the kernels of hard contact
 
-            self.stepping = Stepping(plan, method.step)
+            self.stepping = Stepping(plan, method.step, located=not crosses)
         self._begin(initial_events)
 
     def restart(

@@ -72,4 +72,4 @@ def _jammed(path: Trajectory) -> list[str]:
     if last > (1.0 - LASTING) * path.end or not stuck:
         return []
     names = ", ".join(f"'{name}'" for name in stuck)
-    return [f"jammed: from t = {last:.6g} s on nothing moves, and the contacts of {names} stick"]
+    return [f"at rest or jammed: from t = {last:.6g} s on nothing moves, and the contacts of {names} stick"]

@@ -33,7 +33,7 @@ MOST_EIGENVALUES = 400
 """Above this number of states the modes are not computed, and what declares itself stiff decides."""
 
 
-PARTS, PARTS_OF_A_FALL = 4000, 5
+PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
 
 OSCILLATION_STEP = 0.5

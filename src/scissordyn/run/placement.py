@@ -90,8 +90,10 @@ class Placement:
             return np.broadcast_to(self.vectors(local), (self.count, *local.shape))
         return placed(self.centre(body), self.angle(body), local - np.array(self.mechanism.body(body).centre))
 
-    def place(self, reference: BodyPoint) -> np.ndarray:
-        """A named point of a body or of the ground in the fixed frame, shape (samples, 2) [m]."""
+    def place(self, reference: BodyPoint | tuple[str, None]) -> np.ndarray:
+        """A named point of a body or of the ground in the fixed frame, or its origin, shape (samples, 2) [m]."""
         body, point = reference
+        if point is None:
+            return np.asarray(self.points(body, np.zeros((1, 2)))[:, 0])
         named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
         return np.asarray(self.points(body, np.array([named[point]], float))[:, 0])

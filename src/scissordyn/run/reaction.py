@@ -50,5 +50,5 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
     found = record(plan.maps, system, samples)
-    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found))
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, samples.time))
     return np.asarray(joints[0])

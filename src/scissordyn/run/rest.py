@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
@@ -127,7 +128,7 @@ class _Descent:
         self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
         first = self.system.parameters.contact.size
-        self.beams = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam)]
+        self.beams = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
     def implicit_step(self, step: float) -> str:

@@ -24,7 +24,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.acting import start_coordinates
-from scissordyn.plan.bending import beams_of, straight_maps
+from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import check_springs, full_coordinates
@@ -308,6 +308,12 @@ def _hold_straight(plan: Plan, held: Held) -> None:
         directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
         for vector, scale in straight_maps(beam, ends, *directions):
             held.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+    for axis in coordinates.natural.axes:
+        if is_straight(axis, coordinates.placed[0]):
+            vectors, length = straight_bar(coordinates, axis)
+            for vector, scale in vectors:
+                held.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+            held.constraints.append(length)
 
 
 def _far_from_placed(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
@@ -332,7 +338,7 @@ def _moved(plan: Plan, given: np.ndarray, position: np.ndarray) -> list[str]:
         far = math.dist(position[p : p + 2], given[p : p + 2])
         if far > farthest:
             farthest, text = far, f"body '{body.name}' was moved by {far * 1e3:.4g} mm"
-        if body.rotates and body.name not in prescribed:
+        if plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
             (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
             angle = abs(math.atan2(cos * y - sin * x, cos * x + sin * y))
             if angle > TURNED and angle * size > farthest:

@@ -14,8 +14,8 @@ from scissordyn.integrate.integration import problem_type
 from scissordyn.integrate.time_stepping import Jumps, Touching, jumps_type, make_jumps
 from scissordyn.jit import Handle
 from scissordyn.mechanics import impulse_solver as solver
-from scissordyn.mechanics.hard_contact import HardContacts
 from scissordyn.mechanics.hard_functions import HARD_FUNCTIONS
+from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
 from scissordyn.run.compiled import compiled_mechanics
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stepping", "advance_stepping"]
 
-KEPT = ("mode", "stuck", "slope", "stick", "counts")
+KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts")
 """What the next step depends on, and what has been counted."""
 
 
@@ -37,13 +37,20 @@ class Stepping:
     plan : Plan
     size : float
         Of a step [s].
+    located : bool
+        Whether steps end at impacts.
     """
 
-    def __init__(self, plan: Plan, size: float) -> None:
+    def __init__(self, plan: Plan, size: float, *, located: bool) -> None:
         self.plan = plan
         self.hard = Handle(hard_contacts(plan))
         content: HardContacts = self.hard.content
-        self.touching = Handle(Touching(content.which, content.result, content.impact, np.array([size])))
+        content.locate[0] = int(located)
+        self.touching = Handle(
+            Touching(
+                content.which, content.result, content.impact, content.locate, content.ahead, content.work, np.array([size])
+            )
+        )
 
     @property
     def content(self) -> HardContacts:
@@ -73,6 +80,7 @@ class Stepping:
         """Begin anew from a state that was put back."""
         for name in ("mode", "stuck", "slope"):
             getattr(self.content, name)[:] = 0
+        self.content.ahead[:] = -np.inf, np.inf
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays that the way onwards depends on."""
@@ -83,7 +91,7 @@ class Stepping:
         names = [contact.name for contact in self.plan.contacts]
         stuck = zip(self.content.which.tolist(), self.content.stick.tolist(), strict=True)
         sticking = {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0}
-        return {"step": self.size, **self.counted(), "sticking": sticking}
+        return {"step": self.size, "impacts_located": bool(self.content.locate[0]), **self.counted(), "sticking": sticking}
 
     def counted(self) -> dict[str, int]:
         """Counters of the solver of impulses by name."""

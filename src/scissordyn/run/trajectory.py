@@ -13,7 +13,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import monitored_rows
+from scissordyn.mechanics.monitored import INDENTATION, monitored_rows
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
 from scissordyn.run.checkpoint import Keeper
@@ -26,7 +26,7 @@ from scissordyn.run.tolerance import error_weights
 if TYPE_CHECKING:
     from scissordyn.run.ideal_path import IdealPath
 
-__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver"]
+__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "overlapping"]
 
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
@@ -197,7 +197,9 @@ def compute(
     if keeper is not None and (status == loop.FINISHED or cause == "interrupted"):
         keeper.write(part, driver, seconds)
     cause = cause or broken_off(status, driver)
-    ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
+    if not cause and status == loop.FINISHED:
+        cause = overlapping(driver)
+    ended = "complete" if status == loop.FINISHED and not cause else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
         cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
     return Trajectory(
@@ -221,6 +223,21 @@ def compute(
         steps=driver.steps,
         band=driver.band.copy(),
     )
+
+
+def overlapping(driver: Driver) -> str:
+    """Which hard surfaces overlap by more than their clearance: the step was too long; empty if none do."""
+    plan = driver.plan
+    deepest = driver.peak["largest"][driver.rows(INDENTATION)] if plan.hard_places else np.zeros(0)
+    clearance = driver.system.content.parameters.contact["clearance"]
+    for j in plan.hard_places:
+        if not deepest[j] <= clearance[j] and driver.stepping is not None:
+            return (
+                f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * deepest[j]:.3g} mm at a clearance of "
+                f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; type: step = "
+                f"{0.25 * driver.stepping.size:.2g}"
+            )
+    return ""
 
 
 def broken_off(status: int, driver: Driver) -> str:

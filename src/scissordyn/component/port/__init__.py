@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from scissordyn.component.port.actuator import ACTUATOR
+from scissordyn.component.port.axis import AXIS
 from scissordyn.component.port.declaration import Attachment, Output, Port
 from scissordyn.component.port.frame import FRAME
 from scissordyn.component.port.hinge import HINGE
@@ -16,7 +17,7 @@ from scissordyn.component.port.line import LINE
 from scissordyn.component.port.point import POINT
 from scissordyn.component.port.travel import TRAVEL
 
-__all__ = ["ACTUATOR", "FRAME", "HINGE", "LINE", "POINT", "PORTS", "TRAVEL", "Attachment", "Output", "Port"]
+__all__ = ["ACTUATOR", "AXIS", "FRAME", "HINGE", "LINE", "POINT", "PORTS", "TRAVEL", "Attachment", "Output", "Port"]
 
 PORTS: Mapping[str, Port] = MappingProxyType({port.name: port for port in (LINE, HINGE, TRAVEL, POINT, FRAME)})
 """The ports that a component of the user's own may have, by name."""

@@ -1,0 +1,125 @@
+"""A straight bar that bends, as one part: its cross-sections at chosen places, and bending modes between them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.beam import ACROSS, DAMPING, EXPANSION, WARMER, thermal_loads
+from scissordyn.component.declaration import component
+from scissordyn.component.port.axis import AXIS
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["MODES", "FlexibleBar"]
+
+MODES = Quantity("1", minimum=0, maximum=40, help="bending modes of the bar with its cross-sections held")
+
+
+@component(
+    port=AXIS,
+    context=("factor", "factor_rate"),
+    supplied=True,
+    symbol="beam",
+    example={
+        "sections": ["crank", "rod"],
+        "places": "0, 0.5 m",
+        "modes": 4,
+        "axial_stiffness": "75 MN",
+        "bending_stiffness": "43 kN m^2",
+        "mass_per_length": "2.84 kg/m",
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "60 s"}},
+    },
+)
+class FlexibleBar:
+    r"""A straight Euler-Bernoulli bar between cross-sections: large rotations and deflections, small strains.
+
+    .. math:: r(s) = \sum_i N_i(s)\,p_i + \sum_k \varphi_k(s)\,a_k,\qquad
+        U = \tfrac12 \int EI\,|r''|^2 + EA\,(|r'| - 1)^2\,ds
+
+    p are the points of the cross-sections (and the directions of those that something clamps), a vector amplitudes of the
+    lowest bending modes with these held; the mass matrix is constant. |r''| is the curvature but for strains beside one.
+    Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
+    E (strain + tau strain rate).
+
+    Parameters
+    ----------
+    name : str
+    sections : tuple of str
+        The bodies that are its cross-sections, from one end to the other; their origins are on its axis.
+    places : tuple of float
+        Where they are along it [m].
+    axial_stiffness, bending_stiffness : float
+        EA [N] and EI [N m^2].
+    mass_per_length : float
+        [kg/m]; the mass is that of the cross-sections, half of the spans beside each, and is not added.
+    modes : int, optional
+        Those up to the frequency of contacts (`plan.flexible.contact_frequency`) if not given.
+    turned : tuple of float
+        Angle of the bar against the x axis of each cross-section [rad]; none if not given.
+    depth : float
+        Of the cross-section in the plane [m], for the stress in its extreme fibre; 0 if unknown.
+    youngs_modulus, yield_strength : float
+        [Pa]; 0 if unknown.
+    damping : float
+        tau [s]: at the angular frequency w the loss factor is tau w, the damping ratio half of it.
+    thermal_expansion : float
+        alpha [1/K]
+    temperature_rise : float
+        Delta T over the temperature of assembly [K].
+    temperature_difference : float
+        Delta T_h of the side at -y over that at +y [K], linear over the depth.
+    time_function : TimeFunction, optional
+        A factor of both over time; 1 if not given.
+
+    References
+    ----------
+    Gerstmayr and Irschik 2008, doi:10.1016/j.jsv.2008.04.019 (absolute coordinates of a bar);
+    Craig and Bampton 1968, doi:10.2514/3.4741 (modes with the attached points held)
+    """
+
+    name: str
+    sections: tuple[str, ...]
+    places: Annotated[tuple[float, ...], Quantity("m", help="where the cross-sections are along the bar")]
+    axial_stiffness: Annotated[float, Quantity("N", above=0.0, maximum=1e18, help="EA")]
+    bending_stiffness: Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")]
+    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0, help="mass per length")]
+    modes: Annotated[int | None, MODES] = None
+    turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against each cross-section")] = ()
+    depth: Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")] = 0.0
+    youngs_modulus: Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")] = 0.0
+    yield_strength: Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")] = 0.0
+    damping: Annotated[float, DAMPING] = 0.0
+    thermal_expansion: Annotated[float, EXPANSION] = 0.0
+    temperature_rise: Annotated[float, WARMER] = 0.0
+    temperature_difference: Annotated[float, ACROSS] = 0.0
+    time_function: TimeFunction | None = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"flexible bar '{self.name}'")
+        count = len(self.sections)
+        if count < 2 or len(set(self.sections)) != count or len(self.places) != count:
+            raise InputError(
+                f"flexible bar '{self.name}' with {count} sections and {len(self.places)} places", "two or more of both"
+            )
+        if any(b <= a for a, b in zip(self.places, self.places[1:], strict=False)):
+            raise InputError(f"flexible bar '{self.name}' with places that do not increase", "places from one end to the other")
+        if self.turned and len(self.turned) != count:
+            raise InputError(f"flexible bar '{self.name}' with {len(self.turned)} angles", f"none, or {count}")
+        if self.temperature_difference and not self.depth:
+            raise InputError(f"flexible bar '{self.name}' with a temperature difference across an unknown depth", "a depth > 0")
+
+    @property
+    def length(self) -> float:
+        """From end to end, unstrained [m]."""
+        return self.places[-1] - self.places[0]
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angle of the bar against each cross-section [rad]."""
+        return self.turned or (0.0,) * len(self.sections)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """What the kernel reads."""
+        stiffness = self.axial_stiffness, self.bending_stiffness, self.damping
+        return (*stiffness, *thermal_loads(self), self.length)

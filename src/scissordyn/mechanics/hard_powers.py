@@ -1,0 +1,65 @@
+"""Powers and monitored numbers of a step with hard contacts, for the energy balance."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics.force_element import map_values
+from scissordyn.mechanics.hard_contact import FRICTION_LOSS, IMPULSE, RESTITUTION_LOSS
+from scissordyn.mechanics.hard_rows import along
+from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
+
+__all__ = ["hard_monitor"]
+
+
+@kernel(inline=True)
+def hard_monitor(t, h, y, S, H, power, rows):
+    """Powers and monitored numbers of the step just made, means over it; NaN for what an impact makes infinite."""
+    M, guards = S.model, S.state.mode.size
+    monitor(t, y, S, power, rows)
+    for i in range(H.which.size):
+        j, out = H.which[i], H.result[i]
+        if H.stuck[i] == 1:
+            H.stick[i] += h
+        power[DAMPING] += out[RESTITUTION_LOSS] / h - rows[j, 1]
+        power[FRICTION] += out[FRICTION_LOSS] / h - rows[j, 2]
+        rows[j, 0], rows[j, 1], rows[j, 2] = out[IMPULSE] / h, out[RESTITUTION_LOSS] / h, out[FRICTION_LOSS] / h
+    correct_powers(h, y, S, H, power)
+    if H.impact[0] == 1:
+        for row in range(M.monitor.shape[0]):
+            if M.monitor[row, 0] == DRIVE_TORQUE:
+                rows[guards + row, 0] = math.nan
+
+
+@kernel(inline=True)
+def correct_powers(h, y, S, H, power):
+    """Powers of components by the mean of the velocities before and after the step, in the place of that at the middle."""
+    M, W = S.model, S.work
+    n, contacts = M.n, S.parameters.contact.size
+    for i in range(M.component_port.size):
+        if M.component_passive[i] == 1:
+            continue
+        e = contacts + i
+        _, _, ax, ay, bx, by, _, _, _, _, _, _ = map_values(e, S)
+        more = 0.0
+        for k in range(M.element_start[e], M.element_start[e + 1]):
+            column = M.element_column[k]
+            if column < n:
+                force = W.wrench[e, 0] * M.element_row[0, k] + W.wrench[e, 1] * M.element_row[1, k]
+                force += W.wrench[e, 2] * (ax * M.element_row[3, k] - ay * M.element_row[2, k])
+                force += W.wrench[e, 3] * (bx * M.element_row[5, k] - by * M.element_row[4, k])
+                more += force * (y[n + column] + 0.5 * h * W.A[column] - W.V[column])
+        power[MOTORS if M.component_motor[i] == 1 else LOADS] += more
+    first = W.multiplier.size + 2 * H.which.size
+    for c in range(H.damped.size):
+        if H.damping[c] == 0:
+            continue
+        at, middle = H.place[first + c], along(first + c, W.V, S, H)
+        mean = middle - H.impulse[at] / h  # of U before and after
+        if M.component_motor[H.damped[c]] == 1:
+            power[MOTORS] += H.impulse[at] * mean / h
+        elif M.component_passive[H.damped[c]] == 1:
+            power[DAMPERS] += mean * mean - middle * middle
+        else:
+            power[LOADS] += H.impulse[at] * mean / h

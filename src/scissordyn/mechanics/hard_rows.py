@@ -1,0 +1,233 @@
+"""Hard contacts of a mechanism, and the rows of the equations for their impulses: products, and effective masses."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from scissordyn.jit import F1, F2, I1, I2, kernel, opener
+from scissordyn.mechanics.constraint_solver import solve_constraints
+from scissordyn.mechanics.force_element import map_values
+
+__all__ = [
+    "HardContacts",
+    "acting_row",
+    "add_row",
+    "along",
+    "assemble",
+    "contact_rows",
+    "effective_mass",
+    "element_of",
+    "open_hard",
+]
+
+
+class HardContacts(NamedTuple):
+    """Hard contacts of a mechanism, their numbers, and scratch of a thread."""
+
+    which: I1  # (k,) number among the contacts
+    restitution: F1  # (k,)
+    kinetic: F1  # (k,)
+    static: F1  # (k,)
+    rebound: F1  # (k,) restitution in the present step
+    damped: I1  # (c,) components whose force depends on their speed
+    damping: I1  # (c,) whether it does now
+    place: I1  # (rows,) permutation, rows = m+2k+c
+    pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
+    reach: I1  # (1,) of the band
+    normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T, and s
+    closed: I1  # (k,) whether the gap closes in the step
+    was: I1  # (k,) whether it was in contact before
+    impact: I1  # (2,) whether the step has an impact, and whether it is too long
+    mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
+    stuck: I1  # (k,) whether it stuck in the last step
+    gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
+    band: F2  # (rows, 3 reach + 1) the equations, factorized
+    pivots: I1
+    free: F1  # (rows,) velocities of the rows without impulses
+    before: F1  # (rows,) U- of contacts
+    impulse: F1  # (rows,)
+    velocity: F1  # (rows,) U+
+    shift: F1  # (rows,) moves of positions along the rows
+    friction: F1  # (k,) coefficient in the present step
+    row: F1  # (n,) zeros: one row while it is multiplied
+    depth: F1  # (k,) at the middle of the step
+    kept_mode: I1  # (k,) mode, stuck and slope at the start of the step
+    kept_stuck: I1
+    kept_slope: F1
+    slope: F1  # (ny,) y' of the last step, its jumps left out
+    middle: F1  # (ny,) the state at the middle of the step
+    scratch: F1  # (ny,)
+    mass_row: F1  # (m,) scratch
+    result: F2  # (k, RESULTS)
+    stick: F1  # (k,) time for which it has stuck [s]
+    locate: I1  # (1,) whether impacts are located, and no contact begins within a step
+    ahead: F1  # (2,) largest indentation [m] of open contacts at the end, time until one that rebounds is back [s]
+    work: F1  # (1,) of the drives in an impact [J]
+    counts: I1  # (COUNTS,) see `impulse_solver`
+
+
+open_hard = opener(HardContacts)
+"""From the address of a handle of `HardContacts` to it, inside kernels."""
+
+
+@kernel(inline=True)
+def contact_rows(i, S, H):
+    """Write generalized forces of unit forces along N and T of hard contact i; Work.contact has its normal."""
+    M, j = S.model, H.which[i]
+    ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
+    p, found = S.parameters.contact[j], S.work.contact[j]
+    nx, ny, radius = found.nx, found.ny, p.radius
+    # forces on the journal or corner for F_n = 1, then for F_t = 1, as in `contact` and `plane_contact`
+    if p.plane == 1:
+        moment_n, moment_t = -(uy * nx - ux * ny), ux * nx + uy * ny + radius
+    else:
+        moment_n, moment_t = 0.0, radius + found.distance
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        r0, r1, r2, r3, r4, r5 = (
+            M.element_row[0, k],
+            M.element_row[1, k],
+            M.element_row[2, k],
+            M.element_row[3, k],
+            M.element_row[4, k],
+            M.element_row[5, k],
+        )
+        own, other = ax * r3 - ay * r2, bx * r5 - by * r4
+        H.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
+        H.normal[1, k] = ny * r0 - nx * r1 - radius * own + moment_t * other
+
+
+@kernel(inline=True)
+def element_of(a, m, S, H):
+    """Force element and row of `HardContacts.normal` of a row that is no constraint's."""
+    i = a - m
+    if i < 2 * H.which.size:
+        return H.which[i // 2], i % 2
+    return S.parameters.contact.size + H.damped[i - 2 * H.which.size], 0
+
+
+@kernel(inline=True)
+def along(a, source, S, H):
+    """Product of a row that is no constraint's with a vector of all columns."""
+    M, total = S.model, 0.0
+    j, axis = element_of(a, S.work.multiplier.size, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        total += H.normal[axis, k] * source[M.element_column[k]]
+    return total
+
+
+@kernel(inline=True)
+def scatter(a, m, S, H):
+    """Add row a to `HardContacts.row`."""
+    M = S.model
+    if a < m:
+        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[k] < M.n:
+                H.row[M.constraint_column[k]] += S.work.gradient[k]
+        return
+    j, axis = element_of(a, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        if M.element_column[k] < M.n:
+            H.row[M.element_column[k]] += H.normal[axis, k]
+
+
+@kernel(inline=True)
+def clear(a, m, S, H):
+    """Set `HardContacts.row` back to zero where row a has columns."""
+    M = S.model
+    if a < m:
+        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[k] < M.n:
+                H.row[M.constraint_column[k]] = 0.0
+        return
+    j, _ = element_of(a, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        if M.element_column[k] < M.n:
+            H.row[M.element_column[k]] = 0.0
+
+
+@kernel(inline=True)
+def times_row(b, m, S, H):
+    """Product of row b with `HardContacts.row`."""
+    M, total = S.model, 0.0
+    if b < m:
+        for k in range(M.constraint_start[b], M.constraint_start[b + 1]):
+            if M.constraint_column[k] < M.n:
+                total += S.work.gradient[k] * H.row[M.constraint_column[k]]
+        return total
+    j, axis = element_of(b, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        if M.element_column[k] < M.n:
+            total += H.normal[axis, k] * H.row[M.element_column[k]]
+    return total
+
+
+@kernel(inline=True)
+def add_row(a, m, value, target, first, S, H):
+    """Add a multiple of row a to target[first:], its free columns alone."""
+    M = S.model
+    if a < m:
+        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[k] < M.n:
+                target[first + M.constraint_column[k]] += value * S.work.gradient[k]
+        return
+    j, axis = element_of(a, m, S, H)
+    for k in range(M.element_start[j], M.element_start[j + 1]):
+        if M.element_column[k] < M.n:
+            target[first + M.element_column[k]] += value * H.normal[axis, k]
+
+
+@kernel(inline=True)
+def acting_row(a, m, S, H):
+    """Whether a row is of an active constraint or of a contact whose gap closes."""
+    if a < m:
+        return S.work.inactive[a] == 0.0
+    i = a - m
+    if i < 2 * H.which.size:
+        return H.closed[i // 2] == 1
+    return H.damping[i - 2 * H.which.size] == 1
+
+
+@kernel()
+def assemble(h, S, H):
+    """Write the products of all acting rows, and what the rows of components add to theirs."""
+    m, reach = S.work.multiplier.size, H.reach[0]
+    H.gram[:, :] = 0.0
+    row = -1
+    for p in range(H.pairs.shape[0]):
+        a, b = H.pairs[p, 0], H.pairs[p, 1]
+        if not (acting_row(a, m, S, H) and acting_row(b, m, S, H)):
+            continue
+        if a != row:
+            if row >= 0:
+                clear(row, m, S, H)
+            scatter(a, m, S, H)
+            row = a
+        total, i, k = times_row(b, m, S, H), H.place[a], H.place[b]
+        H.gram[i, k - i + reach] = total
+        H.gram[k, i - k + reach] = total
+    if row >= 0:
+        clear(row, m, S, H)
+    first = m + 2 * H.which.size
+    for c in range(H.damped.size):
+        if H.damping[c] == 1 and h > 0.0:
+            H.gram[H.place[first + c], reach] += 2.0 / h
+
+
+@kernel(inline=True)
+def effective_mass(i, S, H):
+    """Mass [kg] that an impulse along the normal of hard contact i moves, all constraints kept, other contacts open."""
+    m = S.work.multiplier.size
+    a, reach = m + 2 * i, H.reach[0]
+    at = H.place[a]
+    total = H.gram[at, reach]
+    if m > 0:
+        for k in range(m):
+            offset = H.place[k] - at
+            H.mass_row[k] = H.gram[at, offset + reach] if abs(offset) <= reach else 0.0
+        for k in range(m):
+            S.work.work[k] = H.mass_row[k]
+        solve_constraints(S, S.work.work[:m])
+        for k in range(m):
+            total -= H.mass_row[k] * S.work.work[k]
+    return 1.0 / total if total > 0.0 else math.inf

@@ -1,0 +1,156 @@
+"""Shapes of a straight bar that bends: static ones of its cross-sections, and bending modes with these held.
+
+A bar is r(s) = sum S_k(s) q_k with plane vectors q_k: the points of its cross-sections, the directions of clamped ones, and
+amplitudes of modes. The shapes depend on lengths alone, those of bars of the same lengths are shared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+import scipy.linalg as sl
+from numpy.polynomial import legendre
+
+__all__ = ["Shapes", "shapes_of"]
+
+EXTRA = 11
+"""Degree of the polynomials of a span beyond the modes that they represent: errors of the kept frequencies below 1e-9."""
+
+STRAINS = 2
+"""Points of quadrature in a span beyond the modes that it has: fewer leave the axial motion of the highest ones soft."""
+
+_HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 0.75, 0.0, -0.25], [-0.25, -0.25, 0.25, 0.25]])
+"""Value and slope at -1 and at 1, as powers of xi."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """The shapes of a bar.
+
+    Parameters
+    ----------
+    places : tuple of float
+        Of the cross-sections [m].
+    clamped : tuple of int
+        Cross-sections whose direction is a coordinate.
+    modes : int
+    """
+
+    places: tuple[float, ...]
+    clamped: tuple[int, ...]
+    modes: int
+
+    @property
+    def held(self) -> int:
+        """Number of the points and directions, which come before the amplitudes of modes."""
+        return len(self.places) + len(self.clamped)
+
+    @property
+    def count(self) -> int:
+        """Number of the shapes."""
+        return self.held + self.modes
+
+    @cached_property
+    def degree(self) -> int:
+        """Of the polynomials in each span."""
+        return EXTRA + -(-self.modes // (len(self.places) - 1))
+
+    @cached_property
+    def _bases(self) -> tuple[tuple[float, np.ndarray, np.ndarray], ...]:
+        """Of each span its length, which of the once differentiable functions live there, and their Legendre coefficients."""
+        sections, inner = len(self.places), self.degree - 3
+        bubble, found = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0]), []
+        for k, length in enumerate(np.diff(self.places).tolist()):
+            rows = [legendre.poly2leg(power * (1.0 if j % 2 == 0 else 0.5 * length)) for j, power in enumerate(_HERMITE)]
+            rows += [legendre.legmul(bubble, [0.0] * j + [1.0]) / (j + 1.0) ** 2 for j in range(inner)]
+            table = np.zeros((len(rows), self.degree + 1))
+            for row, coefficients in zip(table, rows, strict=True):
+                row[: len(coefficients)] = coefficients
+            own = [*range(2 * k, 2 * k + 4), *range(2 * sections + k * inner, 2 * sections + (k + 1) * inner)]
+            found.append((length, np.array(own), table))
+        return tuple(found)
+
+    @cached_property
+    def _forms(self) -> tuple[np.ndarray, np.ndarray]:
+        """Integrals of products of these functions, and of their second derivatives."""
+        size = 2 * len(self.places) + (len(self.places) - 1) * (self.degree - 3)
+        mass, bending = np.zeros((2, size, size))
+        points, weights = legendre.leggauss(self.degree + 1)
+        for length, own, table in self._bases:
+            value = legendre.legval(points, table.T)
+            second = legendre.legval(points, legendre.legder(table.T, 2, axis=0)) * (2.0 / length) ** 2
+            mass[np.ix_(own, own)] += 0.5 * length * (value * weights) @ value.T
+            bending[np.ix_(own, own)] += 0.5 * length * (second * weights) @ second.T
+        return mass, bending
+
+    @cached_property
+    def _solved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The shapes in these functions, the mean of static ones over each mode, and beta^4 of the modes.
+
+        Static shapes are freed of the modes, so that the mass matrix couples no mode with anything: S_i = N_i - sum c_ki phi_k.
+        """
+        mass, bending = self._forms
+        sections = len(self.places)
+        held = np.array([2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped])
+        free = np.setdiff1d(np.arange(mass.shape[0]), held)
+        inside = np.ix_(free, free)
+        squares, vectors = sl.eigh(bending[inside], mass[inside])
+        table = np.zeros((mass.shape[0], self.count))
+        table[held, range(self.held)] = 1.0
+        table[free, : self.held] = -np.linalg.solve(bending[inside], bending[np.ix_(free, held)])
+        table[free, self.held :] = vectors[:, : self.modes]
+        own = table[:, self.held :]
+        mean = own.T @ mass @ table[:, : self.held]
+        table[:, : self.held] -= own @ mean
+        return table, mean, squares
+
+    @cached_property
+    def mass(self) -> np.ndarray:
+        """Int S_k S_l ds, shape (count, count) [m]: modes are orthonormal and coupled with nothing."""
+        found = self._solved[0].T @ self._forms[0] @ self._solved[0]
+        found[:, self.held :] = found[self.held :] = 0.0
+        found[range(self.held, self.count), range(self.held, self.count)] = 1.0
+        return np.asarray(found)
+
+    @cached_property
+    def bending(self) -> np.ndarray:
+        """Int S_k'' S_l'' ds, shape (count, count) [1/m^3]."""
+        found = self._solved[0].T @ self._forms[1] @ self._solved[0]
+        return np.asarray(0.5 * (found + found.T))
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Amplitudes of a bar in static deflection, by its points and directions, shape (modes, held)."""
+        return self._solved[1]
+
+    @property
+    def wave_numbers(self) -> np.ndarray:
+        """Beta of all bending modes that the polynomials have [1/m]: omega = beta^2 sqrt(EI/mu)."""
+        return np.asarray(self._solved[2] ** 0.25)
+
+    @cached_property
+    def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points [m] and weights [m] for the axial strain."""
+        lengths = np.diff(self.places)
+        counts = [max(1, round(self.modes * float(part))) + STRAINS for part in lengths / lengths.sum()]
+        rules = [legendre.leggauss(count) for count in counts]
+        points = [first + 0.5 * l * (x + 1.0) for first, l, (x, _) in zip(self.places, lengths, rules, strict=False)]
+        return np.concatenate(points), np.concatenate([0.5 * l * w for l, (_, w) in zip(lengths, rules, strict=True)])
+
+    def at(self, places: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """The shapes, or a derivative of them along the bar, at some places, shape (places, count)."""
+        found = np.zeros((len(places), self._forms[0].shape[0]))
+        span = np.clip(np.searchsorted(self.places, places, side="right") - 1, 0, len(self.places) - 2)
+        for row, place, k in zip(found, places, span, strict=True):
+            length, own, table = self._bases[k]
+            derived = legendre.legder(table.T, derivative, axis=0) if derivative else table.T
+            row[own] = legendre.legval(2.0 * (place - self.places[k]) / length - 1.0, derived) * (2.0 / length) ** derivative
+        return np.asarray(found @ self._solved[0])
+
+
+@lru_cache(256)
+def shapes_of(places: tuple[float, ...], clamped: tuple[int, ...], modes: int) -> Shapes:
+    """The shapes of bars of these lengths, counted from the first cross-section."""
+    return Shapes(places, clamped, modes)

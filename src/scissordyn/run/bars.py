@@ -1,0 +1,242 @@
+"""What bars that bend as one part carry, at places along them: axial force, bending moment, stress, energy, deflection."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.beam import Beam, thermal_loads
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.time_function import function_at, function_rows
+from scissordyn.plan.flexible import Axis
+from scissordyn.plan.plan import Plan
+
+__all__ = ["PARTS", "bar_variables", "part_names", "shape_forces"]
+
+PARTS = 4
+"""Parts of each span between two cross-sections at whose ends moments are reported."""
+
+
+VARIABLES = (
+    ("axial_force", "N", "axial force, tension positive (beam)"),
+    ("start_moment", "N m", "bending moment at the start (beam)"),
+    ("end_moment", "N m", "bending moment at the end (beam)"),
+    ("shear_force", "N", "change of the bending moment over the length (beam)"),
+    ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
+    ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
+    ("utilisation", "1", "that stress over the yield strength, 0 if it is unknown (beam)"),
+    ("energy", "J", "stored energy (beam)"),
+    ("deflection", "m", "of the end, across the line between the ends of the bar (beam)"),
+)
+"""Name, unit and meaning of what parts of bars carry."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """What the parts of a bar carry, each of shape (nt, parts).
+
+    Parameters
+    ----------
+    axial_force : ndarray
+        In the middle of each [N].
+    start_moment, end_moment : ndarray
+        [N m]
+    energy : ndarray
+        [J]
+    deflection : ndarray
+        Of the end of each, across the line between the ends of the bar [m].
+    length : ndarray, shape (parts,)
+        [m]
+    """
+
+    axial_force: np.ndarray
+    start_moment: np.ndarray
+    end_moment: np.ndarray
+    energy: np.ndarray
+    deflection: np.ndarray
+    length: np.ndarray
+
+
+def part_names(axis: Axis) -> list[str]:
+    """Names of the parts of a bar."""
+    return [f"{axis.bar.name} {k + 1}" for k in range(PARTS * (len(axis.bar.sections) - 1))]
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Of a bar at some instants: vectors of its shapes and their rates, factor of its temperatures."""
+
+    vectors: np.ndarray
+    rates: np.ndarray
+    factor: np.ndarray
+
+
+def _motion(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> _Motion:
+    matrix = plan.coordinates.matrix
+    position, velocity = (np.asarray((matrix @ part.T).T) for part in (found.X, found.V))
+    factor = np.ones(time.size)
+    if axis.bar.time_function is not None:
+        rows, value = function_rows(axis.bar.time_function, 0.0), np.zeros(4)
+        for k, instant in enumerate(time.tolist()):
+            function_at(instant, rows, value)
+            factor[k] = value[0]
+    return _Motion(axis.vectors(position), axis.vectors(velocity), factor)
+
+
+def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """R' at some places, the strain that has a stress, with that of damping, and the unit tangent."""
+    slope = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.vectors)
+    rate = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.rates)
+    size = np.linalg.norm(slope, axis=-1)
+    tangent = slope / size[..., None]
+    warm = motion.factor[:, None] * thermal_loads(axis.bar)[0]
+    return slope, size - 1.0 - warm + axis.bar.damping * np.sum(rate * tangent, axis=-1), tangent
+
+
+def _curvature(axis: Axis, motion: _Motion, places: np.ndarray) -> np.ndarray:
+    """The curvature that has a stress, with that of damping."""
+    first, second = axis.shapes.at(places, 1), axis.shapes.at(places, 2)
+    (a, b), (da, db) = (
+        [np.einsum("gk,tkc->tgc", table, vectors) for table in (first, second)] for vectors in (motion.vectors, motion.rates)
+    )
+    turning = _cross(da, b) + _cross(a, db)
+    warm = motion.factor[:, None] * thermal_loads(axis.bar)[1]
+    return np.asarray(_cross(a, b) / np.sum(a * a, axis=-1) - warm + axis.bar.damping * turning)
+
+
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+
+
+def carried(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> Carried:
+    """What a bar carries at some instants.
+
+    Parameters
+    ----------
+    plan : Plan
+    axis : Axis
+    found : Record
+    time : ndarray, shape (nt,)
+
+    Returns
+    -------
+    Carried
+    """
+    motion, shapes, bar = _motion(plan, axis, found, time), axis.shapes, axis.bar
+    marks = np.concatenate([np.linspace(a, b, PARTS + 1)[:-1] for a, b in zip(shapes.places, shapes.places[1:], strict=False)])
+    ends = np.append(marks, shapes.places[-1])
+    length = np.diff(ends)
+    points, weights = shapes.quadrature
+    force = bar.axial_stiffness * _strain(axis, motion, points)[1]
+    axial = np.zeros((time.size, length.size))
+    for k, (a, b) in enumerate(zip(shapes.places, shapes.places[1:], strict=False)):
+        # where bending shortens the axis the strain is that of its points of quadrature: a line through them in each span
+        inside, parts = (points > a) & (points < b), slice(PARTS * k, PARTS * (k + 1))
+        own, w, mid = points[inside] - 0.5 * (a + b), weights[inside], ends[:-1][parts] + 0.5 * length[parts] - 0.5 * (a + b)
+        mean, slope = force[:, inside] @ w / (b - a), force[:, inside] @ (w * own) * 12.0 / (b - a) ** 3
+        axial[:, parts] = mean[:, None] + slope[:, None] * mid
+    moment = bar.bending_stiffness * _curvature(axis, motion, ends)
+    within = bar.bending_stiffness * _curvature(axis, motion, ends[:-1] + 0.5 * length)
+    squares = (moment[:, :-1] ** 2 + 4.0 * within**2 + moment[:, 1:] ** 2) / 6.0
+    energy = 0.5 * length * (axial**2 / bar.axial_stiffness + squares / bar.bending_stiffness)
+    where = np.einsum("gk,tkc->tgc", shapes.at(ends), motion.vectors)
+    chord = where[:, -1:] - where[:, :1]
+    across = _cross(chord, where - where[:, :1]) / np.linalg.norm(chord, axis=-1)
+    return Carried(axial, moment[:, :-1], moment[:, 1:], energy, across[:, 1:], length)
+
+
+def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+    """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have.
+
+    Parameters
+    ----------
+    plan : Plan
+    time : ndarray, shape (nt,)
+    found : Record
+    known : mapping of str to Variable
+        With those of beam elements, if there are any; what these alone have becomes NaN for the parts.
+
+    Returns
+    -------
+    dict
+        Empty without flexible bars.
+    """
+    axes = plan.coordinates.natural.axes
+    if not axes:
+        return {}
+    elements = [part for part in plan.components if isinstance(part, Beam)]
+    carried_by = [_table(axis.bar, carried(plan, axis, found, time)) for axis in axes]
+    names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis)]
+    variables = {"beam": xr.Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
+    further = len(names) - len(elements)
+    for name, variable in known.items():
+        if "beam" in variable.dims and name != "beam":
+            missing = {"beam": (0, further)}
+            variables[name] = variable.pad(missing, constant_values=np.nan)
+    for name, unit, text in VARIABLES:
+        parts = [table[name] for table in carried_by]
+        if elements:
+            none = np.full((time.size, len(elements)), np.nan)
+            parts.insert(0, known[f"beam_{name}"].values if f"beam_{name}" in known else none)
+        variables[f"beam_{name}"] = xr.Variable(
+            ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
+        )
+    bars = {
+        "flexible_bar": (np.array([axis.bar.name for axis in axes], dtype=str), {"long_name": "flexible bar"}),
+        "flexible_bar_modes": (
+            np.array([axis.shapes.modes for axis in axes]),
+            {"units": "1", "long_name": "bending modes with the cross-sections held"},
+        ),
+        "flexible_bar_frequency": (
+            np.array([axis.highest_frequency for axis in axes]),
+            {"units": "Hz", "long_name": "frequency of the highest of them, with the cross-sections held"},
+        ),
+    }
+    return variables | {name: xr.Variable(("flexible_bar",), values, attributes) for name, (values, attributes) in bars.items()}
+
+
+def _table(bar: FlexibleBar, has: Carried) -> dict[str, np.ndarray]:
+    largest = np.maximum(np.abs(has.start_moment), np.abs(has.end_moment))
+    strain = np.abs(has.axial_force) / bar.axial_stiffness + 0.5 * bar.depth * largest / bar.bending_stiffness
+    return {
+        "axial_force": has.axial_force,
+        "start_moment": has.start_moment,
+        "end_moment": has.end_moment,
+        "shear_force": (has.end_moment - has.start_moment) / has.length,
+        "fibre_strain": strain,
+        "stress": bar.youngs_modulus * strain,
+        "utilisation": bar.youngs_modulus * strain / bar.yield_strength if bar.yield_strength else 0.0 * strain,
+        "energy": has.energy,
+        "deflection": has.deflection,
+    }
+
+
+def shape_forces(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> np.ndarray:
+    """What the elastic and damping stresses of a bar exert on the vectors of its shapes, shape (nt, count, 2) [N]."""
+    motion, shapes, bar = _motion(plan, axis, found, time), axis.shapes, axis.bar
+    points, weights = shapes.quadrature
+    slope, strain, tangent = _strain(axis, motion, points)
+    first, second = shapes.at(points, 1), shapes.at(points, 2)
+    force = -bar.bending_stiffness * np.einsum("kl,tlc->tkc", shapes.bending, motion.vectors)
+    force -= bar.axial_stiffness * np.einsum("gk,tg,tgc,g->tkc", first, strain, tangent, weights)
+    curvature = motion.factor * thermal_loads(bar)[1]
+    if np.any(curvature):
+        at_ends = shapes.at(np.array([0.0, shapes.places[-1]]), 1)
+        ends = np.einsum("gk,tkc->tgc", at_ends, motion.vectors)
+        turned = np.stack([-ends[..., 1], ends[..., 0]], axis=-1) / np.sum(ends * ends, axis=-1)[..., None]
+        turned *= np.array([-1.0, 1.0])[:, None] * (bar.bending_stiffness * curvature)[:, None, None]
+        force += np.einsum("gk,tgc->tkc", at_ends, turned)
+    if bar.damping > 0.0:
+        bend, rate, bend_rate = (
+            np.einsum("gk,tkc->tgc", table, vectors)
+            for table, vectors in ((second, motion.vectors), (first, motion.rates), (second, motion.rates))
+        )
+        moment = bar.damping * bar.bending_stiffness * (_cross(rate, bend) + _cross(slope, bend_rate))
+        by_slope = moment[..., None] * np.stack([bend[..., 1], -bend[..., 0]], axis=-1)
+        by_bend = moment[..., None] * np.stack([-slope[..., 1], slope[..., 0]], axis=-1)
+        force -= np.einsum("gk,tgc,g->tkc", first, by_slope, weights) + np.einsum("gk,tgc,g->tkc", second, by_bend, weights)
+    return np.asarray(force)

@@ -1,0 +1,46 @@
+"""Another case in the arrays of a system."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scissordyn.jit import Handle
+from scissordyn.mechanics.system import System
+from scissordyn.mechanics.workspace import initial_state
+from scissordyn.plan.plan import Plan
+
+__all__ = ["put_numbers"]
+
+
+def put_numbers(system: Handle, plan: Plan) -> bool:
+    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start.
+
+    Parameters
+    ----------
+    system : Handle
+        Of a `System`.
+    plan : Plan
+        Of the other case.
+
+    Returns
+    -------
+    bool
+        Whether the arrays of the system could hold them; it is left as it was otherwise.
+    """
+    content: System = system.content
+    model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
+    # the table of the ideal mechanism is another one for each case: see `compare_with`
+    parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
+    pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
+    if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
+        return False
+    for old, new in pairs:
+        if new.size:
+            old[...] = new
+    work = content.work
+    work.instant[:] = np.nan
+    work.value[0] = parameters.value
+    work.inactive[:] = 0.0
+    work.inactive[model.latch[:, 0]] = 1.0
+    work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
+    return True

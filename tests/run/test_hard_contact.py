@@ -1,0 +1,267 @@
+"""Hard contact: impulses with restitution and Coulomb friction, between located impacts and by time stepping."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.component.force import Force
+from scissordyn.laws.damping.factors import LankaraniNikravesh
+from scissordyn.laws.friction.coulomb import Coulomb
+from scissordyn.model.body import Body
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.mechanism import Mechanism
+
+GRAVITY = 9.81
+
+
+def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[float, float] = (0.0, 0.0)) -> Mechanism:
+    """A point mass in a bearing of 1 m clearance, which it falls through."""
+    laws = {"friction": friction} if friction is not None else {}
+    gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard", **laws)
+    body = Body("ball", 1.0, None, {"centre": (0.0, 0.0)}, velocity=velocity)
+    return Mechanism((body,), joints=(Revolute("pin", ("ball", "centre"), ("ground", "o"), gap),), ground=(("o", (0.0, 0.0)),))
+
+
+def block(
+    *, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, lift: float = 0.0, **laws: object
+) -> Mechanism:
+    """A block of 0.1 m by 0.2 m, 1 kg, in a wide channel that gravity tilts; it starts `lift` above the lower surface."""
+    half, side, gap, radius = 0.05, 0.1, 0.02, 1e-7
+    inertia = (half**2 + side**2) / 3.0
+    low = -side * math.cos(angle) - half * math.sin(abs(angle))
+    place = (0.0, -(side + gap) - low + lift)
+    body = Body("block", 1.0, inertia, {"middle": (0.0, 0.0)}, position=place, velocity=velocity, angle=angle)
+    wide = GuideClearance(
+        gap, corners=((-half, -side), (half, -side), (half, side), (-half, side)), corner_radius=radius, contact="hard", **laws
+    )
+    direction = -0.5 * math.pi + tilt
+    one = Mechanism((body,), guides=(Guide("channel", ("block", "middle")),), output_body="block", gravity_direction=direction)
+    return one.with_clearance("channel", wide)
+
+
+def statistics(run: xr.Dataset) -> dict[str, object]:
+    """Counters of a run."""
+    found: dict[str, object] = json.loads(run.attrs["statistics"])
+    return found
+
+
+def test_ball_comes_to_rest():
+    """Closed form: with e = 1/2 a ball that falls 1 m meets the ground at sqrt(2/g) (1, 2, 2.5, ...), and rests at 3 sqrt(2/g).
+
+    1.35457092295719 s; the rule that ends infinitely many impacts ends them by e/(1-e) times a thousandth of a step earlier.
+    """
+    run = sd.simulate(ball(), until=1.5, start="as-placed", step=1e-3)
+    first = math.sqrt(2.0 / GRAVITY)
+    starts, speeds = run["contact_start"].values, run["approach_speed"].values
+    expected = first * np.concatenate([[1.0], 1.0 + 2.0 * np.cumsum(0.5 ** np.arange(1, 12))])
+    np.testing.assert_allclose(starts[:12], expected, rtol=1e-10)
+    np.testing.assert_allclose(speeds[:12], GRAVITY * first * 0.5 ** np.arange(12), rtol=1e-9)
+    np.testing.assert_allclose(run["rebound_speed"][:12], -0.5 * speeds[:12], rtol=1e-10)
+    np.testing.assert_allclose(run["impulse"][:12], 1.5 * speeds[:12], rtol=1e-10)
+    np.testing.assert_allclose(run["contact_damping_loss"][:12], 0.5 * speeds[:12] ** 2 * 0.75, rtol=1e-10)
+    assert starts[-1] == pytest.approx(1.35457092295719, abs=3e-6)
+    assert run["reaction"].values[-1, 0, 1] == pytest.approx(GRAVITY, rel=1e-6)
+    assert np.isnan(run["peak_force"]).all()
+
+
+def test_time_stepping_has_order_one():
+    """Order of convergence: the end of a ball's impacts by steps that go across them, fitted over a decade of steps."""
+    steps = [2e-3, 1e-3, 5e-4, 2.5e-4]
+    errors = []
+    for step in steps:
+        run = sd.simulate(ball(), until=1.5, start="as-placed", step=step, events="crossed")
+        assert not statistics(run)["impacts_located"]
+        errors.append(abs(float(run["contact_start"][-1]) - 1.35457092295719))
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.35)
+
+
+@pytest.mark.parametrize("events", ["located", "crossed"])
+def test_sliding_block_stops(events):
+    """Closed form: a block slides v^2/(2 mu g) in v/(mu g), sticks there, and friction takes its energy."""
+    speed, mu = 0.5, 0.2
+    run = sd.simulate(
+        block(velocity=(speed, 0.0), friction=Coulomb(mu), damping=LankaraniNikravesh(0.0)),
+        until=0.4,
+        start="as-placed",
+        step=1e-4,
+        events=events,
+    )
+    x = run["position"].sel(body="block", axis="x").values
+    assert x[-1] == pytest.approx(0.5 * speed**2 / (mu * GRAVITY), rel=1e-3)
+    stopped = float(run["time"][np.argmax(x > x[-1] - 1e-9)])
+    assert stopped == pytest.approx(speed / (mu * GRAVITY), abs=5e-4)
+    assert float(run["friction_loss"][-1]) == pytest.approx(0.5 * speed**2, rel=1e-5)
+    assert np.ptp(x[-200:]) < 1e-12
+    assert {name for name, part in statistics(run)["sticking"].items() if part > 0.2} == {
+        "channel/corner 1",
+        "channel/corner 2",
+    }
+
+
+def test_block_on_an_incline():
+    """Closed form: below the angle of static friction it sticks, beyond it slides at g (sin - mu_k cos)."""
+    laws = {"friction": sd.LuGre(kinetic=0.3, static=0.5), "damping": LankaraniNikravesh(0.0)}
+    held = sd.simulate(block(tilt=math.atan(0.45), **laws), until=0.3, start="as-placed", step=2e-4)
+    assert float(np.abs(held["velocity"].sel(axis="x")).max()) < 1e-9
+    tilt = math.atan(0.55)
+    freed = sd.simulate(block(tilt=tilt, **laws), until=0.3, start="as-placed", step=2e-4)
+    speed = float(freed["velocity"].sel(body="block", axis="x")[-1])
+    assert speed == pytest.approx(0.3 * GRAVITY * (math.sin(tilt) - 0.3 * math.cos(tilt)), rel=1e-3)
+
+
+def test_rocking_block():
+    """Closed form: a rocking block keeps 1 - (3/2) sin^2 alpha of its angular velocity at an impact (Housner 1963)."""
+    run = sd.simulate(
+        block(angle=0.05, friction=Coulomb(5.0), damping=LankaraniNikravesh(0.0)), until=0.5, start="as-placed", step=5e-5
+    )
+    alpha = math.atan(0.5)
+    # it falls onto corner 1 and rocks from then on; between impacts it loses nothing
+    names, speeds = run["contact_joint"].values.astype(str), run["approach_speed"].values
+    assert names[1:6].tolist() == ["channel/corner 2", "channel/corner 1"] * 2 + ["channel/corner 2"]
+    np.testing.assert_allclose(speeds[2:6] / speeds[1:5], 1.0 - 1.5 * math.sin(alpha) ** 2, rtol=2e-3)
+
+
+def test_energy_of_each_impact():
+    """Identity: restitution and friction lose what the kinetic energy loses, impact by impact, and the balance closes."""
+    run = sd.simulate(ball(0.8, Coulomb(0.1), velocity=(0.7, 0.4)), until=2.0, start="as-placed", step=1e-3, samples=40_001)
+    lost = (run["contact_damping_loss"] + run["contact_friction_loss"]).values
+    mechanical = (run["kinetic_energy"] + run["potential_energy"]).values
+    starts, time = run["contact_start"].values, run["time"].values
+    for start, loss in list(zip(starts, lost, strict=True))[:3]:
+        at = int(np.searchsorted(time, start))
+        assert mechanical[at - 2] - mechanical[at + 2] == pytest.approx(loss, rel=1e-4)
+    assert float(np.abs(run["energy_residual"]).max()) < 2e-5 * float(run["kinetic_energy"].max())
+
+
+def test_compliant_contact_becomes_hard():
+    """Limit: the first rebound of a compliant journal tends to that of a hard one as its stiffness grows."""
+    hard = sd.simulate(ball(0.5), until=0.6, start="as-placed", step=1e-3)
+    errors = []
+    for stiffness in (1e7, 1e9, 1e11):
+        joint = sd.Clearance(
+            1.0, journal_radius=1.1, stiffness=sd.law("stiffness", "linear")(stiffness), damping=sd.law("damping", "exact")(0.5)
+        )
+        soft = ball().with_clearance("pin", joint)
+        run = sd.simulate(soft, until=0.6, start="as-placed", samples=3)
+        errors.append(abs(float(run["rebound_speed"][0]) - float(hard["rebound_speed"][0])))
+        assert float(run["contact_start"][0]) == pytest.approx(float(hard["contact_start"][0]), rel=1e-8)
+    assert errors[2] < 0.2 * errors[1] < 0.04 * errors[0] + 1e-9
+
+
+def test_estimated_peak_force():
+    """Closed form: with a linear stiffness and no loss the peak is v sqrt(k m); with loss, that of a compliant run."""
+    from scissordyn.run.peak_estimate import peak_forces
+
+    linear, mass, speed = sd.law("stiffness", "linear")(1e8), np.array([2.0]), np.array([0.3])
+    elastic = sd.Clearance(1e-3, stiffness=linear, damping=LankaraniNikravesh(1.0))
+    assert peak_forces(elastic, speed, mass)[0] == pytest.approx(0.3 * math.sqrt(2e8), rel=1e-4)
+    joint = sd.Clearance(1e-3, damping=sd.Flores(0.6))
+    free = Body("journal", 2.0, None, {"centre": (0.0, 0.0)}, velocity=(0.3, 0.0))
+    pin = Revolute("pin", ("journal", "centre"), ("ground", "o"), joint)
+    one = Mechanism((free,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=0.0)
+    run = sd.simulate(one, until=5e-3, start="as-placed", samples=3)
+    assert peak_forces(joint, speed, mass)[0] == pytest.approx(float(run["peak_force"][0]), rel=1e-3)
+    hard = one.with_clearance("pin", dataclasses.replace(joint, contact="hard"))
+    found = sd.simulate(hard, until=5e-3, start="as-placed", samples=3)
+    assert float(found["effective_mass"][0]) == pytest.approx(2.0, rel=1e-12)
+    assert float(found["peak_force_estimate"][0]) == pytest.approx(float(run["peak_force"][0]), rel=1e-3)
+
+
+def loose_array(units: int = 2) -> Mechanism:
+    """A driven array with hard contact at every joint."""
+    arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=0.0)
+    gap = sd.Clearance(1e-4, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
+    return arm.with_clearance("all", gap).driven(speed=sd.rpm(20))
+
+
+def test_batches_and_threads():
+    """Identity: a case of a batch is the run of `simulate`, bit for bit, on any number of threads."""
+    over = {"O.clearance": np.array([1e-4, 1.5e-4, 2e-4])}
+    measures = ("contact_count", "impulse", "friction_loss", "peak_force_estimate", "peak_force")
+    found = [
+        sd.simulate_many(loose_array(), over, until=0.02, measures=measures, step=1e-4, threads=threads) for threads in (1, 3)
+    ]
+    for name in measures:
+        np.testing.assert_array_equal(found[0][name], found[1][name])
+    assert np.isnan(found[0]["peak_force"]).all()
+    alone = sd.simulate(loose_array().replace("O.clearance", 2e-4), until=0.02, step=1e-4)
+    assert float(alone["friction_loss"][-1]) == float(found[0]["friction_loss"][2])
+    estimated = alone["peak_force_estimate"].values[alone["contact_joint"].values == "O"]
+    assert np.nanmax(estimated) == found[0]["peak_force_estimate"].values[2, 0]
+
+
+def test_checkpoint_goes_on(tmp_path):
+    """Identity: a run that is interrupted and goes on from its checkpoint is the run without interruption, bit for bit."""
+    whole = sd.simulate(loose_array(), until=0.05, step=2e-5)
+
+    def stop(time: float) -> None:
+        if time > 0.01:
+            raise KeyboardInterrupt
+
+    kept = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    part = sd.simulate(loose_array(), until=0.05, step=2e-5, progress=stop, checkpoint=kept)
+    assert part.attrs["status"] == "interrupted"
+    assert 0.0 < part.attrs["end"] < 0.05
+    rest = sd.simulate(loose_array(), until=0.05, step=2e-5, checkpoint=kept)
+    xr.testing.assert_identical(rest.drop_attrs(), whole.drop_attrs())
+
+
+def test_energy_balance_of_an_array():
+    """Identity: with impacts, friction and a drive at every step the balance misses as much as h^2."""
+    residual = []
+    for step in (4e-5, 1e-5):
+        run = sd.simulate(loose_array(), until=0.1, step=step)
+        assert statistics(run)["steps_not_solved"] == 0
+        residual.append(float(np.abs(run["energy_residual"]).max()) / float(run["kinetic_energy"].max()))
+    assert residual[0] < 1e-3
+    assert residual[1] < 0.5 * residual[0]
+
+
+def test_hard_beside_compliant():
+    """Cross-check: one hard and one compliant journal in a row carry the same static load."""
+    hard = sd.Clearance(1e-3, contact="hard", damping=LankaraniNikravesh(0.0))
+    soft = sd.Clearance(1e-3, stiffness=sd.law("stiffness", "linear")(1e5), damping=sd.law("damping", "kelvin-voigt")(100.0))
+    bodies = (
+        Body("upper", 1.0, None, {"c": (0.0, 0.0)}),
+        Body("lower", 1.0, None, {"c": (0.0, 0.0)}),
+    )
+    joints = (Revolute("A", ("upper", "c"), ("ground", "o"), hard), Revolute("B", ("lower", "c"), ("upper", "c"), soft))
+    run = sd.simulate(Mechanism(bodies, joints=joints, ground=(("o", (0.0, 0.0)),)), until=0.5, start="as-placed", step=1e-5)
+    assert run["normal_force"].values[-1].tolist() == pytest.approx([2.0 * GRAVITY, GRAVITY], rel=1e-3)
+
+
+def test_controller_with_delay_and_spring():
+    """Limit: far from contact a block between hard surfaces moves as a free one, second order in the step."""
+    push = Force("push", ("block", "middle"), (1.0, 0.0))
+    one = dataclasses.replace(block(lift=0.02), components=(push,), gravity=0.0)
+    run = sd.simulate(one, until=0.2, start="as-placed", step=1e-3)
+    assert float(run["position"].sel(body="block", axis="x")[-1]) == pytest.approx(0.5 * 0.2**2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"friction": sd.LuGre(kinetic=0.1, bristle_stiffness=2e5)}, "bristle_stiffness"),
+        ({"damping": sd.law("damping", "kelvin-voigt")()}, "kelvin-voigt"),
+        ({"lubrication": sd.Lubrication(viscosity=0.05)}, "lubrication"),
+    ],
+)
+def test_what_a_hard_contact_does_not_have(changes, words):
+    """Identity: a field that a hard contact has no use for is refused in one line that names it."""
+    with pytest.raises(sd.InputError, match=words) as raised:
+        sd.Clearance(1e-4, contact="hard", **changes)
+    assert "\n" not in str(raised.value)
+
+
+def test_method_and_contact_have_to_fit():
+    """Identity: time stepping without hard contact, and error-controlled methods with it, are refused."""
+    with pytest.raises(sd.InputError, match="no hard contact"):
+        sd.simulate(ball().with_clearance("pin", sd.Clearance(1.0, journal_radius=1.1)), until=0.1, method="moreau-jean")
+    with pytest.raises(sd.InputError, match="hard contact in joint 'pin'"):
+        sd.simulate(ball(), until=0.1, method="rodas5p")

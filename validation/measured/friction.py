@@ -1,0 +1,132 @@
+"""Which friction law fits the decay of the single pendulum: each law fitted to some pieces, and asked for the others."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.analysis.measured import Measured
+from scissordyn.identification.fit import prepared
+from scissordyn.identification.problem import Problem
+from scissordyn.model.mechanism import Mechanism
+from validation.measured.case import Numbers, numbers, pendulum
+from validation.measured.read import estimated, free_decay, records
+
+__all__ = ["LAWS", "Verdict", "at_rest", "cross_validated"]
+
+VISCOUS, DRY, DRAG = "friction A.damping", "dry friction.capacity", "air.factor"
+
+LAWS = {
+    "viscous": (VISCOUS,),
+    "dry and drag": (DRY, DRAG),
+    "viscous and dry": (VISCOUS, DRY),
+    "dry": (DRY,),
+    "viscous and drag": (VISCOUS, DRAG),
+    "viscous, dry and drag": (VISCOUS, DRY, DRAG),
+}
+"""Numbers of each law that are fitted."""
+
+OPTIONS = sd.Options(1.0, "as-placed")
+
+DEVIATIONS = {"angle of arm 1": 5e-3, "angular_velocity of arm 1": 5e-2}
+"""Weights of both columns [rad], [rad/s], the same for all laws."""
+
+FOLDS = 3
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How well a law fits.
+
+    Parameters
+    ----------
+    law : str
+    values, errors : dict of str to float
+        Fitted to all pieces, and their standard errors.
+    fitted, left_out, predicted : float
+        Root mean square error of the angle [rad]: of pieces that were fitted; of those that were not, with their starts
+        fitted to them, and with their starts estimated from their first tenth.
+    """
+
+    law: str
+    values: dict[str, float]
+    errors: dict[str, float]
+    fitted: float
+    left_out: float
+    predicted: float
+
+
+def _mechanism(given: Numbers, law: str, yield_angle: float) -> Mechanism:
+    names = LAWS[law]
+    own = dataclasses.replace(given, damping=[2e-4 if VISCOUS in names else 0.0])
+    made = pendulum(own, coulomb=4e-4 if DRY in names else 0.0, drag=1e-5 if DRAG in names else 0.0)
+    return made.replace("dry friction.yield_angle", yield_angle) if DRY in names else made
+
+
+def _with_values(made: Mechanism, found: object) -> Mechanism:
+    for name, value in zip(found["parameter"].values.astype(str), found["value"].values.tolist(), strict=True):  # type: ignore[index]
+        made = made.replace(name, max(value, 1e-12))
+    return made
+
+
+def _fitted(made: Mechanism, law: str, pieces: Sequence[Measured]):  # type: ignore[no-untyped-def]
+    return sd.fit(made, pieces, ["arm 1.inertia", *LAWS[law]], segment=math.inf, deviations=DEVIATIONS, options=OPTIONS)
+
+
+def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
+    """Each law on the six pieces of 9.2 s, by three folds of two pieces each.
+
+    Parameters
+    ----------
+    copy : Path
+        See `read`.
+    every : int
+        Take each so many-th instant.
+    """
+    pieces = records(copy, 1, "id", every) + records(copy, 1, "vad", every)
+    found = []
+    for law in LAWS:
+        made = _mechanism(numbers(estimated(copy, 1)), law, 1e-2)
+        whole = _fitted(made, law, pieces)
+        made = _with_values(made, whole)
+        errors_of = list[np.ndarray](), list[np.ndarray]()
+        for fold in range(FOLDS):
+            kept = [piece for k, piece in enumerate(pieces) if k % FOLDS != fold]
+            left = [piece for k, piece in enumerate(pieces) if k % FOLDS == fold]
+            known = _with_values(made, _fitted(made, law, kept))
+            segments, columns, options = prepared(known, OPTIONS, left, segment=math.inf)
+            problem = Problem(known, options, (), segments, columns, np.ones(len(columns)))
+            curves = problem.every_curve(problem.start())
+            errors_of[0].extend(curve[:, 0] - piece.values[:, 0] for curve, piece in zip(curves, left, strict=True))
+            held = sd.prediction(known, OPTIONS, left, segment=math.inf)
+            errors_of[1].append((held["predicted"] - held["measured"]).values[held["counted"].values, 0])
+        left_out, predicted = (math.sqrt(float(np.mean(np.concatenate(each) ** 2))) for each in errors_of)
+        names = whole["parameter"].values.astype(str).tolist()
+        values, errors = (dict(zip(names, whole[name].values.tolist(), strict=True)) for name in ("value", "standard_error"))
+        found.append(Verdict(law, values, errors, float(whole["rms"][0]), left_out, predicted))
+        print(found[-1], flush=True)
+    return found
+
+
+def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> dict[str, xr.Dataset]:
+    """Fits of each law without drag to the decay to rest.
+
+    The vertical of this record is not exactly that of the encoder: the direction of gravity is fitted too.
+    """
+    record = free_decay(copy, every)
+    record = record.rows(0, int(np.searchsorted(record.time, until)))
+    found = {}
+    for law in ("viscous", "dry", "viscous and dry"):
+        made = _mechanism(numbers(estimated(copy, 1)), law, 1e-3)
+        free = ["arm 1.inertia", "gravity_direction", *LAWS[law]] + (["dry friction.yield_angle"] if DRY in LAWS[law] else [])
+        fit = sd.fit(made, [record], free, segment=math.inf, deviations={"angle of arm 1": 1e-4}, options=OPTIONS)
+        print(law, fit[["value", "standard_error"]].to_dataframe(), float(fit["rms"][0]), flush=True)
+        found[law] = fit
+    return found

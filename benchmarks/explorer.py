@@ -57,6 +57,16 @@ LATENCY = """run => {
   return drawn && drawn.run > run && drawn.at > window.scissordynReleased ? drawn.at - window.scissordynReleased : null;
 }"""
 
+DRAWN = """() => {
+  const deep = root => [...root.querySelectorAll("*")].some(
+    each => (each.matches("canvas[data-run]") && Number(each.dataset.run) > 0) || (each.shadowRoot && deep(each.shadowRoot)));
+  return deep(document);
+}"""
+"""Whether the drawing shows a run, be it that with ideal joints."""
+
+ARRAY = ("structure.units=5", "clearance.joint=all", "clearance.clearance=0.1 mm")
+"""Changes that make an array of five units with clearance at all fifteen joints."""
+
 WEIGHT = """() => performance.getEntriesByType("resource").concat(performance.getEntriesByType("navigation"))
   .reduce((sum, entry) => sum + entry.encodedBodySize, 0)"""
 
@@ -97,7 +107,9 @@ def measure(quick: bool = False) -> str:
             tab = Tab(browser, url)
             frames = _frames(tab, 2.0 if quick else 4.0)
             tab.close()
+        drawn = _first_drawings(browser, Path(folder), quick)
     latency = statistics.median(latencies)
+    slowest = max(drawn, key=lambda name: drawn[name])
     address, page, numbers, first = (statistics.median(each) for each in zip(*phases, strict=True))
     rows = [
         [
@@ -114,11 +126,35 @@ def measure(quick: bool = False) -> str:
         ["to the first page, with its bar, drawing and figures", f"{page:.1f} s", _verdict(page)],
         ["to the numbers of the case", f"{numbers:.1f} s", _verdict(numbers)],
         ["to the first run in drawing and figures", f"{first:.1f} s", _verdict(first)],
+        [
+            f"to the first drawing, the slowest of {len(drawn)}: every example and a five-unit array",
+            f"{drawn[slowest]:.1f} s ({slowest}); median {statistics.median(drawn.values()):.1f} s",
+            _verdict(drawn[slowest]),
+        ],
         ["processor time of the server for it", f"{statistics.median(spent):.1f} s" if spent else "-", ""],
         ["weight of the page, with all libraries", f"{weight / 1e6:.1f} MB", ""],
     ]
     case = "`examples/paper.toml` and a case with 12 clearance joints, in an open window of Chromium without a graphics card."
     return f"{case}\n\n" + table(["measured", "found", "target"], rows)
+
+
+def _first_drawings(browser: Any, folder: Path, quick: bool) -> dict[str, float]:
+    """Times from the start of the command to a drawing that moves, by the names of cases [s]."""
+    from explore.browser import Tab, served
+    from scissordyn.config.template import template
+
+    array = folder / "array.toml"
+    array.write_text(template("scissor", ("servo", "tip", "payload"), ARRAY))
+    found = {}
+    for case in (*sorted(CASE.parent.glob("*.toml"))[: 2 if quick else None], array):
+        tab = Tab(browser, "")
+        began = time.time()
+        with served(case) as url:
+            tab.page.goto(url)
+            tab.page.wait_for_function(DRAWN, polling=20, timeout=120_000)
+            found[case.stem] = time.time() - began
+            tab.close()
+    return found
 
 
 def _verdict(seconds: float) -> str:

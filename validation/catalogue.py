@@ -9,6 +9,7 @@ from validation.bouncing.case import CASE as BOUNCING
 from validation.case import Case
 from validation.controlled_four_bar.case import CASE as CONTROLLED_FOUR_BAR
 from validation.cradle.case import CASE as CRADLE
+from validation.flexible_slider_crank.case import CASE as FLEXIBLE_SLIDER_CRANK
 from validation.four_bar.case import CASE as FOUR_BAR
 from validation.guide.case import CASE as GUIDE
 from validation.hard_contact.case import CASE as HARD_CONTACT
@@ -39,4 +40,5 @@ CASES: tuple[Case, ...] = (
     BEARING,
     BENDING,
     BENT_ARRAY,
+    FLEXIBLE_SLIDER_CRANK,
 )

@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from scissordyn.control.tracking.pid import PID
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
-    from scissordyn.exchange.drawing import Imported
     from scissordyn.exchange.dxf import read_dxf
     from scissordyn.exchange.export import export
     from scissordyn.exchange.forces import pin_forces
@@ -172,7 +171,6 @@ __all__ = [
     "GuideClearance",
     "Harmonic",
     "Hertz",
-    "Imported",
     "InputError",
     "Interval",
     "LankaraniNikravesh",
@@ -312,7 +310,6 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
-    "exchange.drawing": ("Imported",),
     "exchange.dxf": ("read_dxf",),
     "exchange.export": ("export",),
     "exchange.forces": ("pin_forces",),

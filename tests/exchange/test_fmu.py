@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import math
+import shutil
 import zipfile
 from typing import Annotated
 
@@ -18,6 +19,8 @@ from scissordyn.exchange.fmu import pack
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
+
+pytestmark = pytest.mark.skipif(not any(map(shutil.which, pack.COMPILERS)), reason="there is no C compiler")
 
 LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import math
+import shutil
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +19,7 @@ from scissordyn.component.compiled import kernels_of
 from scissordyn.config.part import PARTS
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
-from scissordyn.exchange.fmu.pack import FLAGS, compiled_library
+from scissordyn.exchange.fmu.pack import COMPILERS, FLAGS, compiled_library
 from scissordyn.exchange.fmu.source import Source
 from scissordyn.exchange.translate.kind import FLOAT, INT
 from scissordyn.exchange.translate.unit import Unit
@@ -29,6 +30,8 @@ from scissordyn.plan.plan import plan
 from scissordyn.plugin.address import recipe_of
 from scissordyn.plugin.element import addresses, row_of
 from scissordyn.run.trajectory import make_driver
+
+pytestmark = pytest.mark.skipif(not any(map(shutil.which, COMPILERS)), reason="there is no C compiler")
 
 POINTER = ctypes.POINTER(ctypes.c_double)
 KERNEL = ctypes.CFUNCTYPE(ctypes.c_double, *[POINTER] * 6)
@@ -121,6 +124,9 @@ def machines():
         ),
         "servo": servo.controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
         "scissor": arm.driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.5)),
+        "bars that bend": arm.with_bending("all", section="tube 60x60x1.5 mm", material="aluminium", mass="section").driven(
+            speed=3.0
+        ),
         "oil": sd.slider_crank()
         .with_clearance("slider pin", sd.Clearance(1e-4, lubrication=sd.Lubrication(viscosity=0.05)))
         .driven(speed=60.0),

@@ -164,6 +164,16 @@ def test_double_pendulum_in_segments(both):
     assert np.all(held["rms"].values < 0.1 * np.std(values, axis=0))
 
 
+@pytest.mark.slow
+def test_intervals_hold_the_truth(arm):
+    """Limit: of 40 fits to data with white noise the intervals of 95 % hold the inertia in 35 or more (probability 0.998)."""
+    held = 0
+    for seed in range(40):
+        one = fit(arm, record(seed, inertia=0.0009), ["arm.inertia", "pivot.damping", "arm.angle"]).sel(parameter="arm.inertia")
+        held += int(float(one["low"]) < 0.0009 < float(one["high"]))
+    assert held >= 35
+
+
 @pytest.mark.parametrize(
     ("free", "said"),
     [

@@ -17,6 +17,7 @@ from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.laws.oil import OILS
 from scissordyn.run.citations import METHODS as CITED
 from scissordyn.run.citations import citations
+from scissordyn.run.options import TIME_STEPPING
 
 ROOT = Path(__file__).parents[2]
 
@@ -44,7 +45,7 @@ def test_components_and_methods_are_in_the_bibliography() -> None:
     named = [references(_of_docstring(kind)) for kind in COMPONENTS.values()]
     assert sum(map(bool, named)) >= 12
     assert all(each.key in bibliography() for found in named for each in found)
-    assert set(METHODS) == set(CITED)
+    assert {*METHODS, TIME_STEPPING} == set(CITED)
     assert set(CITED.values()) <= set(bibliography())
 
 

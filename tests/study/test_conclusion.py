@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 from scissordyn.study.conclusion import conclude, trend_table
-from scissordyn.study.description import Factor, Sampling
+from scissordyn.study.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Uniform
 from scissordyn.study.recommendation import recommended
@@ -106,6 +106,20 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     low, high = moved[moved.index("--vary") + 1].removeprefix("A.clearance=").removesuffix(" mm").split("..")
     assert float(low) < 25e-3 < float(high) == pytest.approx(1e3 * least, rel=1e-3)
     assert said.next[1][1] == "scissordyn study refine a.zarr --goal 'minimise peak_force' -o next.zarr"
+
+
+def test_what_holds_or_not_has_no_trend() -> None:
+    """Limit: a response that is 0 or 1 has no power and no line; its requirement is called by what its function says."""
+    described, _ = proportional(1000.0)
+    held = Requirement("holds", ">", 0.5, text="holds > 0.5")
+    described = dataclasses.replace(described, requirements=(held,), own_measures=(OwnMeasure("holds", float),))
+    found = made_up(described, 4e6 * described.numbers(np.arange(24)).values["A.clearance"])
+    yes = (np.arange(24) % 3 == 0).astype(float)
+    found = found.assign(holds=("case", yes, {"units": "1", "role": "measure", "long_name": "the slider stays"}))
+    assert "holds" not in trends(described, found)
+    said = conclude(described, found, "a.zarr")
+    assert said.margins is not None
+    assert [row[0] for row in said.margins.rows] == ["the slider stays"]
 
 
 def test_where_they_are_met_is_said() -> None:

@@ -1,5 +1,6 @@
 """Which tolerance a number of a run needs."""
 
+import itertools
 import json
 import math
 
@@ -25,12 +26,12 @@ def test_the_tolerance_is_enough(arm):
     exact = float(sd.simulate(arm, until=0.01, rtol=1e-11, atol=1e-11)["peak_force"].max())
     found = {within: sd.convergence(arm, options, "peak_force", within=within) for within in (1e-2, 1e-6)}
     for within, one in found.items():
-        level = next(level for level in one.levels if level.tolerance == one.tolerance)
+        level = next(level for level in one.levels if level.setting == one.setting)
         assert abs(level.value / exact - 1.0) < within
         assert not one.chaotic
-    assert found[1e-6].tolerance < found[1e-2].tolerance
-    assert [level.tolerance for level in found[1e-2].levels] == [
-        level.tolerance for level in found[1e-6].levels[: len(found[1e-2].levels)]
+    assert found[1e-6].setting < found[1e-2].setting
+    assert [level.setting for level in found[1e-2].levels] == [
+        level.setting for level in found[1e-6].levels[: len(found[1e-2].levels)]
     ]
 
 
@@ -54,6 +55,17 @@ def test_chaos_is_said():
     found = sd.convergence(arm, Options(0.12), "contact_count", within=0.001, members=3)
     assert found.chaotic
     assert max(level.spread for level in found.levels) > 0.001
+
+
+def test_steps_of_hard_contact(arm):
+    """Limit: with hard contact steps are halved; the error of the number at the step found is within the wish of the finest."""
+    hard = arm.replace("A.contact", "hard")
+    found = sd.convergence(hard, Options(0.01), "peak_drive_torque", within=0.05)
+    assert found.varied == "step"
+    settings = [level.setting for level in found.levels]
+    assert all(coarse == 2.0 * fine for coarse, fine in itertools.pairwise(settings))
+    if found.options:
+        assert found.options == {"step": found.setting}
 
 
 @pytest.mark.parametrize(
@@ -88,7 +100,7 @@ def test_command(arm, tmp_path, capsys):
     assert status_of(["check", case, "--converge", "peak_force within 2 %", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["convergence"]
     found = sd.convergence(arm, Options(0.005), "peak_force", within=0.02)
-    assert told["tolerance"] == found.tolerance
+    assert told["setting"] == found.setting
     assert np.array([level["value"] for level in told["levels"]]) == pytest.approx([level.value for level in found.levels])
     assert status_of(["check", case, "--converge", "peak_force within 2 %"]) == 0
-    assert f"--set run.rtol={found.tolerance:g}" in " ".join(capsys.readouterr().out.split())
+    assert f"--set run.rtol={found.setting:g}" in " ".join(capsys.readouterr().out.split())

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 import scissordyn as sd
 from scissordyn.analysis.measured import Measured
@@ -114,19 +115,18 @@ def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
     return found
 
 
-def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> list[tuple[str, dict[str, float], float]]:
-    """Each law without drag on the decay to rest: its numbers and the root mean square error of the angle [rad].
+def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> dict[str, xr.Dataset]:
+    """Fits of each law without drag to the decay to rest.
 
-    The upward vertical of this record is not exactly that of the encoder: the direction of gravity is fitted too.
+    The vertical of this record is not exactly that of the encoder: the direction of gravity is fitted too.
     """
     record = free_decay(copy, every)
     record = record.rows(0, int(np.searchsorted(record.time, until)))
-    found = []
+    found = {}
     for law in ("viscous", "dry", "viscous and dry"):
         made = _mechanism(numbers(estimated(copy, 1)), law, 1e-3)
         free = ["arm 1.inertia", "gravity_direction", *LAWS[law]] + (["dry friction.yield_angle"] if DRY in LAWS[law] else [])
         fit = sd.fit(made, [record], free, segment=math.inf, deviations={"angle of arm 1": 1e-4}, options=OPTIONS)
-        values = dict(zip(fit["parameter"].values.astype(str).tolist(), fit["value"].values.tolist(), strict=True))
-        found.append((law, values, float(fit["rms"][0])))
-        print(found[-1], flush=True)
+        print(law, fit[["value", "standard_error"]].to_dataframe(), float(fit["rms"][0]), flush=True)
+        found[law] = fit
     return found

@@ -1,4 +1,4 @@
-"""``scissordyn check --converge``: which tolerance a number of the run needs."""
+"""``scissordyn check --converge``: which tolerance, or step, a number of the run needs."""
 
 from __future__ import annotations
 
@@ -27,25 +27,33 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
     from scissordyn.plot.scale import scale_of
 
     scale = scale_of(xr.DataArray(found.value, attrs={"units": found.units}))
-    lines = [f"{found.response} to within {100.0 * found.within:g} %, with rtol = atol from coarse to fine:"]
+    what = "steps" if found.varied == "step" else "rtol = atol"
+    lines = [f"{found.response} to within {100.0 * found.within:g} %, with {what} from coarse to fine:"]
     for level in found.levels:
         if level.cause:
-            lines.append(f"  {level.tolerance:.0e}  failed: {level.cause}")
+            lines.append(f"  {_setting(found, level.setting)}  failed: {level.cause}")
         else:
             said = f"members differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
-            lines.append(f"  {level.tolerance:.0e}  {scale.said(level.value, 5)}, {said}")
-    if math.isnan(found.tolerance):
-        lines.append(f"No tolerance down to {found.levels[-1].tolerance:.0e} agrees with the two that follow it.")
+            lines.append(f"  {_setting(found, level.setting)}  {scale.said(level.value, 5)}, {said}")
+    if math.isnan(found.setting):
+        lines.append(f"None down to {_setting(found, found.levels[-1].setting)} agrees with the two that follow it.")
         return lines
-    lines.append(f"{found.tolerance:.0e} is enough: the next two agree with it.")
+    lines.append(f"{_setting(found, found.setting)} is enough: the next two agree with it.")
     if found.chaotic:
         lines.append(
             "The motion is chaotic: starts that differ by round-off give numbers that differ by more than that at any "
-            "tolerance. Agreement is that of means; a study with members gives the distribution."
+            f"{found.varied}. Agreement is that of means; a study with members gives the distribution."
         )
-    changes = [f"run.rtol={found.tolerance:g}", f"run.atol={found.tolerance:g}"]
-    lines.append(f"To run it so: {command('scissordyn', 'run', case, '--set', changes[0], '--set', changes[1])}")
+    changes = [part for name in found.options for part in ("--set", f"run.{name}={_setting(found, found.setting)}")]
+    lines.append(f"To run it so: {command('scissordyn', 'run', case, *changes)}")
     return lines
+
+
+def _setting(found: Convergence, value: float) -> str:
+    """A tolerance or a step, as it is typed."""
+    from scissordyn.units import short
+
+    return short(value, "s") if found.varied == "step" else f"{value:g}"
 
 
 def plain(found: Convergence) -> dict[str, object]:
@@ -54,11 +62,12 @@ def plain(found: Convergence) -> dict[str, object]:
         "response": found.response,
         "units": found.units,
         "within": found.within,
-        "tolerance": None if math.isnan(found.tolerance) else found.tolerance,
+        "varied": found.varied,
+        "setting": None if math.isnan(found.setting) else found.setting,
         "chaotic": found.chaotic,
         "levels": [
             {
-                "tolerance": level.tolerance,
+                "setting": level.setting,
                 "value": None if level.cause else level.value,
                 "spread": None if level.cause else level.spread,
                 "seconds": level.seconds,

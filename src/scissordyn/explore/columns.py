@@ -46,6 +46,8 @@ UNITS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "slip": ("m/s", ("slip",)),
     "energy": ("J", ("kinetic", "potential", "stored", "work", "motor", "load")),
     "loss": ("J", ("dissipated",)),
+    "film": ("m", ("film",)),
+    "stress": ("Pa", ("stress",)),
     "track": ("m", ("track",)),
 }
 """SI units and columns of the figures."""
@@ -145,6 +147,11 @@ def columns(
     for name, variable in {**BOOKED, "dissipated": "dissipated_energy"}.items():
         if variable in run and np.any(np.nan_to_num(run[variable].values)):
             found[name] = drawn(run[variable].values)
+    if "film" in run.dims:
+        films = run["film"].values.astype(str).tolist()
+        found["film"] = drawn(run["film_thickness"].values[:, films.index(here) if here in films else 0])
+    if "beam_stress" in run and np.any(run["beam_stress"].values):
+        found["stress"] = drawn(run["beam_stress"].max(dim="beam").values)
     if "track_deviation" in run and point in run["track"].values:
         found["track"] = drawn(run["track_deviation"].sel(track=point).values)
     return every, found
@@ -169,7 +176,9 @@ def scaled(
         With "time"; of a long run those points that a line of this many pixels needs.
     """
     time, raw = columns(run, joint, output, torques, point)
-    kept = _thinned(time.size, [raw[name] for figure in ("force", "torque", "slip", "track") for name in UNITS[figure][1]])
+    kept = _thinned(
+        time.size, [raw[name] for figure in ("force", "torque", "slip", "film", "stress", "track") for name in UNITS[figure][1]]
+    )
     if scales is None:
         scales = {"time": engineering("s", run["time"].values)}
         for name, (unit, lines) in UNITS.items():

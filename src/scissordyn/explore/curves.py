@@ -117,9 +117,14 @@ LINES: dict[str, tuple[tuple[str, str], ...]] = {
         ("loads", SKY),
     ),
     "loss": (("dissipated", BLUE),),
+    "film": (("film thickness", BLUE),),
+    "stress": (("largest stress of the bars", BLUE),),
     "track": (("deviation", BLUE),),
 }
 """Labels and colours of the lines; the names of torques are those of a run."""
+
+RARE = 3
+"""Last figures that most runs have not: of a film, of stress and of a tracked point."""
 
 ALLOWED = ("torque", "track")
 """Figures with lines of what is allowed."""
@@ -161,8 +166,10 @@ class Curves:
         self.clock = Title(tags=[1.0, 0], name="clock")
         self.ticks = CustomJSTickFormatter(code=TICKS)
         self.figures = [self._time_figure(panel) for panel in PANELS]
-        self._end_with(self.figures[-2])  # as for most runs, which track no point
-        self.figures[-1].visible = False
+        rare = self.figures[-RARE:]
+        self._end_with(self.figures[-RARE - 1])
+        for made in rare:
+            made.visible = False
         # one bar of tools for all figures: to lay out one for each takes longer than the figures themselves
         self.stack = gridplot(
             [[made] for made in self.figures],
@@ -414,6 +421,8 @@ class Curves:
             "slip": f"slip speed{of_joint}",
             "energy": "energy",
             "loss": "dissipated energy",
+            "film": f"film thickness{of_joint}",
+            "stress": "largest stress of the bars",
             "track": "" if point is None else f"deviation of {point.name}{_allowing(point)}",
         }
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
+from scissordyn.config.bending import BendingTable
 from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
@@ -23,7 +24,10 @@ from scissordyn.config.time_function import DistanceTable, DriveTable, TimeFunct
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
+from scissordyn.laws.oil import OILS
+from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.section import MATERIALS, SECTIONS
 from scissordyn.model.walk import Place, Route, at, declared, leaves
 from scissordyn.plugin.element import element_class
 from scissordyn.run.options import Options
@@ -54,8 +58,21 @@ LISTS: Mapping[str, type[Table]] = {
     **{name: part.table for name, part in PARTS.items() if name != "component"},
     "payload": PayloadTable,
     "panels": PanelsTable,
+    "bending": BendingTable,
 }
-INNER: Mapping[str, type[Table]] = {"motion": DistanceTable, "time_function": TimeFunctionTable, "reference": DriveTable}
+CHOICES: Mapping[tuple[Any, str], str] = {
+    (BendingTable, "section"): "; ".join(sample for _, sample in SECTIONS.values()),
+    (BendingTable, "material"): ", ".join(MATERIALS),
+    (ClearanceTable, "lubrication"): ", ".join(OILS),
+    (Lubrication, "oil"): ", ".join(OILS),
+}
+"""What can be written where a table or a class takes a text, which has a field without a slider."""
+INNER: Mapping[str, type[Table]] = {
+    "bars": BendingTable,
+    "motion": DistanceTable,
+    "time_function": TimeFunctionTable,
+    "reference": DriveTable,
+}
 
 NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
 
@@ -79,6 +96,8 @@ class Field:
         Whether it has a slider at first.
     law : str
         Name of the law that holds it, where the case gives the law by name alone.
+    choices : str
+        What is allowed, of a text that is no number.
     """
 
     place: Route
@@ -89,6 +108,7 @@ class Field:
     quantity: Quantity
     starred: bool = False
     law: str = ""
+    choices: str = ""
 
     @property
     def key(self) -> str:
@@ -129,7 +149,8 @@ class Field:
             "name": self.name.replace("_", " "),
             "text": self.text,
             "help": self.quantity.help,
-            "allowed": self.quantity.allowed if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]",
+            "allowed": self.choices
+            or (self.quantity.allowed if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]"),
             "starred": self.starred and span is not None,
             "slider": slider,
             "whole": self.quantity.unit == "1" and self.text.isdecimal(),
@@ -208,7 +229,9 @@ def _of_table(
         here = (*place, key)
         value = given.get(key, None if known.is_required() else known.get_default(call_default_factory=True))
         quantity = quantity_of(table, key)
-        if quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
+        if isinstance(value, str) and (table, key) in CHOICES:
+            yield _text(here, group, key, value, key_help(table, key), CHOICES[table, key])
+        elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
             field = _number(here, group, key, value, quantity, starred=star and key in STARRED)
             if field is not None:
                 yield field
@@ -248,7 +271,9 @@ def _of_dataclass(
 ) -> Iterator[Field]:
     for each in declared(kind).values():
         value = given.get(each.name, None if each.default is dataclasses.MISSING else each.default)
-        if each.quantity is not None and not isinstance(value, tuple | list | Mapping):
+        if isinstance(value, str) and (kind, each.name) in CHOICES:
+            yield _text((*place, each.name), group, each.name, value, "by its name", CHOICES[kind, each.name])
+        elif each.quantity is not None and not isinstance(value, tuple | list | Mapping):
             starred = star and each.name in STARRED
             field = _number((*place, each.name), group, each.name, value, each.quantity, starred=starred)
             if field is not None:
@@ -264,11 +289,18 @@ def _number(place: Route, group: str, name: str, value: Any, quantity: Quantity,
             number = read_quantity(value, quantity)
         except InputError:  # of a unit that depends on other keys; the reader of the case knows it
             return None
+        if quantity.unit == "K":  # degrees Celsius have no factor, which sliders need
+            value = written(number, "K")
         return Field(place, group, name, value, (number,), quantity, starred)
     if not isinstance(value, int | float):
         return None
     text = repr(value) if quantity.unit == "1" else written(float(value), quantity.unit)
     return Field(place, group, name, text, (float(value),), quantity, starred)
+
+
+def _text(place: Route, group: str, name: str, value: str, help: str, choices: str) -> Field:
+    """A field of a text."""
+    return Field(place, group, name, value, (), Quantity("", help=help), choices=choices)
 
 
 def _point(place: Route, group: str, name: str, text: Any, unit: str, help: str) -> Iterator[Field]:

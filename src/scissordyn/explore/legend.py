@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
+    from scissordyn.explore.field import Field
 
 __all__ = ["MOST_NUMBERS", "differences"]
 
@@ -28,10 +29,15 @@ def differences(cases: Sequence[Case]) -> list[str]:
     """
     known = [{field.key: field for field in case.fields} for case in cases]
     keys = dict.fromkeys(key for fields in known for key in fields)
-    differing = [key for key in keys if len({fields[key].value if key in fields else None for fields in known}) > 1]
+    differing = [key for key in keys if len({_content(fields.get(key)) for fields in known}) > 1]
     found = []
     for fields in known:
         said = [f"{fields[key].label} {fields[key].text}" for key in differing if key in fields]
         more = len(said) - MOST_NUMBERS
         found.append(", ".join(said[:MOST_NUMBERS]) + (f" and {more} more" if more > 0 else "") or "the same numbers")
     return found
+
+
+def _content(field: Field | None) -> object:
+    """What a field holds, for comparison."""
+    return field and (field.value or field.text)

@@ -309,7 +309,7 @@ class Page:
             "computing": computing,
             "ordered": session.ordered,
             "fraction": session.fraction or 0.0,
-            "text": ("computing" if session.fraction else "preparing") if computing else session.message,
+            "text": _doing(session) if computing else session.message,
             "bad": bool(session.message) and not computing,
         }
         self.toolbar.state = json.dumps(state)
@@ -426,6 +426,13 @@ class Page:
             texts, self.drag = self.drag.texts, None
             if not (texts and self.session.change_all(texts)):
                 self.canvas.draft = ""
+
+
+def _doing(session: Session) -> str:
+    """What the page waits for."""
+    if session.compiling:
+        return "compiling, once for this version: about a minute"
+    return "computing" if session.fraction else "preparing"
 
 
 def _heaviest(good: Outcome) -> str:

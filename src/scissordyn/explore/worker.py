@@ -92,7 +92,13 @@ class Worker:
         self._number = earlier
         self._stopped = 0
         self._closed = False
+        self._compiling = self._compiled = False
         self._thread: threading.Thread | None = None
+
+    @property
+    def is_compiling(self) -> bool:
+        """Whether the kernels of this version are being compiled, which is once on a machine."""
+        return self._compiling
 
     @property
     def number(self) -> int:
@@ -200,7 +206,10 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
+        from scissordyn.run.compiled import loop_is_on_disk
         from scissordyn.run.simulate import simulate  # in this thread: the page comes first
+
+        self._compiling = self._compiling or not (self._compiled or loop_is_on_disk())
 
         options = case.options
         # the run of samples = "auto" is computed a second time, too: when it has been shown
@@ -211,6 +220,7 @@ class Worker:
                 raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
             if ends is not None and ends(time / options.until):
                 raise KeyboardInterrupt
+            self._compiling, self._compiled = False, True
             self._progress(number, time / options.until)
 
         try:

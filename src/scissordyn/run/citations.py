@@ -21,6 +21,7 @@ from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.element import Part
 from scissordyn.run.configuration import read_configuration
+from scissordyn.run.options import TIME_STEPPING
 
 __all__ = ["Citation", "Citations", "citations"]
 
@@ -29,6 +30,7 @@ METHODS = {
     "dopri5": "hairer1993",
     "rodas5p": "steinebach2023",
     "rodas4p": "hairer1996",
+    TIME_STEPPING: "jean1999",
 }
 """Who describes a method of integration, by its name in the statistics of a run."""
 

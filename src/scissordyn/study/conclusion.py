@@ -15,7 +15,7 @@ from scissordyn.study.description import Study
 from scissordyn.study.next_step import next_steps
 from scissordyn.study.recommendation import Recommendation, recommended
 from scissordyn.study.store import column
-from scissordyn.study.summary import Table
+from scissordyn.study.summary import Table, meaning
 from scissordyn.study.trend import Need, Trend, needed, trends
 
 __all__ = ["Conclusion", "conclude", "numbers_text", "trend_table"]
@@ -77,7 +77,7 @@ def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
     said = () if one is None else (_verdict(study, results), *_point(study, results, one))
     if not said and study.requirements:
         said = ("No case is complete: nothing is known of the requirements.",)
-    return Conclusion(said, None if one is None else _margins(one), tuple(sentences), tuple(steps))
+    return Conclusion(said, None if one is None else _margins(study, results, one), tuple(sentences), tuple(steps))
 
 
 def _middle(results: xr.Dataset, address: str) -> float:
@@ -164,12 +164,13 @@ def _value(results: xr.Dataset, study: Study, address: str, value: float) -> str
     return _scale(results, study, address, value).said(value)
 
 
-def _margins(one: Recommendation) -> Table:
+def _margins(study: Study, results: xr.Dataset, one: Recommendation) -> Table:
     rows = []
+    called = {each.label: meaning(results, each) or each.label for each in study.requirements}
     for each in one.margins:
         scale = scale_of(xr.DataArray(each.value, attrs={"units": each.units}))
         value = scale.said(each.value) if math.isfinite(each.value) else "no value"
-        rows.append((each.requirement, value, f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"))
+        rows.append((called[each.requirement], value, f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     return Table(("requirement", "value there", "margin"), rows, f"Point {one.point}", (note,))
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.interrupt import pass_on
 from scissordyn.run.measure import MEASURES
-from scissordyn.run.options import Options
+from scissordyn.run.options import TIME_STEPPING, Options
+from scissordyn.run.trajectory import make_driver
 from scissordyn.study.description import check_part
 from scissordyn.study.requirement import Response, read_response, response_values
 
@@ -22,6 +24,9 @@ __all__ = ["Convergence", "Level", "convergence", "read_wanted"]
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """From coarse to fine; each is compared with the next two."""
+
+STEPS = tuple(2.0**k for k in range(4, -4, -1))
+"""The same of hard contacts, in units of the step that is chosen without one."""
 
 PERTURBATION = 1e-14
 """Of the starts of members, relative: round-off."""
@@ -37,12 +42,12 @@ WANTED = re.compile(r"\s*(\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?
 
 @dataclass(frozen=True)
 class Level:
-    """Runs at one tolerance.
+    """Runs at one tolerance, or with one step.
 
     Parameters
     ----------
-    tolerance : float
-        Of rtol and atol.
+    setting : float
+        Of rtol and atol [1], or the step [s].
     value : float
         Mean over the members; NaN if one failed.
     spread : float
@@ -55,7 +60,7 @@ class Level:
         Why a member failed.
     """
 
-    tolerance: float
+    setting: float
     value: float
     spread: float
     error: float
@@ -65,7 +70,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Convergence:
-    """From which tolerance on a number stays.
+    """From which tolerance, or which step on, a number stays.
 
     Parameters
     ----------
@@ -76,7 +81,9 @@ class Convergence:
         As a fraction.
     levels : tuple of Level
         From coarse to fine.
-    tolerance : float
+    varied : {"tolerance", "step"}
+        The step where contacts are hard.
+    setting : float
         The coarsest one with which the number agrees with those of the next two; NaN if none does.
     chaotic : bool
         Whether members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
@@ -87,12 +94,20 @@ class Convergence:
     units: str
     within: float
     levels: tuple[Level, ...]
-    tolerance: float
+    varied: str
+    setting: float
     chaotic: bool
 
     @property
+    def options(self) -> dict[str, float]:
+        """What to change of the options of a run."""
+        if math.isnan(self.setting):
+            return {}
+        return {"step": self.setting} if self.varied == "step" else {"rtol": self.setting, "atol": self.setting}
+
+    @property
     def value(self) -> float:
-        """With the finest tolerance."""
+        """At the finest level."""
         return self.levels[-1].value
 
 
@@ -113,19 +128,19 @@ def read_wanted(text: str) -> tuple[str, float]:
 def convergence(
     mechanism: Mechanism, options: Options, response: str, *, within: float = 0.01, members: int = 2, threads: int | None = None
 ) -> Convergence:
-    """Which tolerance is enough for a number of a run.
+    """Which tolerance, or which step of hard contacts, is enough for a number of a run.
 
     Parameters
     ----------
     mechanism : Mechanism
     options : Options
-        Of the runs; rtol and atol are those that are tried.
+        Of the runs; rtol and atol, or with hard contacts the step, are those that are tried.
     response : str
         A measure of `simulate_many`, or that of a part: ``peak_force``, ``tip.error``.
     within : float
         How well it is to be known, as a fraction of it.
     members : int
-        Runs at each tolerance from starts that differ by round-off.
+        Runs at each level from starts that differ by round-off.
     threads : int, optional
 
     Returns
@@ -143,32 +158,41 @@ def convergence(
     part, measure, _ = read_response(response)
     wanted = Response(measure, part)
     check_part(mechanism, wanted)
+    varied, tried = _tried(mechanism, options)
     levels: list[Level] = []
-    for level in _levels(mechanism, options, wanted, members, threads):
-        levels.append(level)
+    found = math.nan
+    for changed in tried:
+        levels.append(_level(mechanism, changed, varied, wanted, members, threads))
         at = len(levels) - 1 - AGREEING
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
-            return Convergence(
-                wanted.name, MEASURES[measure].units, within, tuple(levels), levels[at].tolerance, _chaotic(levels, within)
-            )
-    return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), math.nan, _chaotic(levels, within))
+            found = levels[at].setting
+            break
+    units, chaotic = MEASURES[measure].units, _chaotic(levels, within)
+    return Convergence(wanted.name, units, within, tuple(levels), varied, found, chaotic)
 
 
-def _levels(mechanism: Mechanism, options: Options, wanted: Response, members: int, threads: int | None) -> Iterator[Level]:
-    """Runs at one tolerance after the other."""
-    starts = Perturbed(np.arange(members), PERTURBATION)
-    for tolerance in TOLERANCES:
-        now = replace(options, rtol=tolerance, atol=tolerance, trust=False)
-        over = {"gravity": np.full(members, mechanism.gravity)}
-        runs = pass_on(simulate_cases(mechanism, over, now, [wanted.measure], starts, threads=threads))
-        runs[wanted.measure].attrs["role"] = "measure"
-        values = response_values(runs, wanted)
-        failed = runs["status"].values != "complete"
-        cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""
-        mean = math.nan if failed.any() else float(values.mean())
-        spread = float(np.ptp(values)) / (abs(mean) or 1.0)
-        error = float(np.std(values, ddof=1)) / math.sqrt(members)
-        yield Level(tolerance, mean, spread, error, float(runs.attrs["integration_seconds"]) / members, cause)
+def _tried(mechanism: Mechanism, options: Options) -> tuple[str, list[Options]]:
+    """What is varied, and the options from coarse to fine."""
+    once = replace(options, trust=False)
+    _, _, choice = make_driver(plan(mechanism), replace(once, step=None))
+    if choice.method == TIME_STEPPING:
+        return "step", [replace(once, step=factor * choice.step) for factor in STEPS]
+    return "tolerance", [replace(once, rtol=tolerance, atol=tolerance) for tolerance in TOLERANCES]
+
+
+def _level(mechanism: Mechanism, options: Options, varied: str, wanted: Response, members: int, threads: int | None) -> Level:
+    """Runs with some options."""
+    starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
+    runs = pass_on(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
+    runs[wanted.measure].attrs["role"] = "measure"
+    values = response_values(runs, wanted)
+    failed = runs["status"].values != "complete"
+    cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""
+    mean = math.nan if failed.any() else float(values.mean())
+    spread = float(np.ptp(values)) / (abs(mean) or 1.0)
+    error = float(np.std(values, ddof=1)) / math.sqrt(members)
+    setting = options.rtol if varied == "tolerance" else options.step or math.nan
+    return Level(setting, mean, spread, error, float(runs.attrs["integration_seconds"]) / members, cause)
 
 
 def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:

@@ -136,7 +136,7 @@ class Need:
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
-    """Both forms of trend of each response as `fitted` orders them; without those of too few points.
+    """Both forms of trend of each response as `fitted` orders them; without those of too few points, and those that are 0 or 1.
 
     Parameters
     ----------
@@ -158,6 +158,8 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     for one in answered(study, results):
         cells = np.where(complete, response_values(results, one)[:rows].reshape(-1, members), np.nan)
         known = np.isfinite(cells)
+        if np.isin(cells[known], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
+            continue
         values = np.where(known, cells, 0.0).sum(axis=1) / np.where(known.any(axis=1), known.sum(axis=1), np.nan)
         both = fitted(x, values, groups, study.addresses, one.name, response_unit(results, one))
         if both:

@@ -1,0 +1,1 @@
+"""A slider-crank with a rod that bends."""

@@ -1,0 +1,24 @@
+"""Measured pendula: ``python -m validation.measured COPY`` with a copy of the repository named in `read`; about ten minutes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from validation.measured.chains import compared
+from validation.measured.friction import at_rest, cross_validated
+from validation.measured.picture import draw
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def main(copy: Path) -> None:
+    """Print all results, and draw the picture of their page."""
+    rest = {law: fit for law, fit in at_rest(copy).items() if law in ("viscous", "dry")}
+    chains = [compared(copy, arms, 40) for arms in (2, 3)]
+    print(draw(DOCS / "measured_pendula.png", chains, rest))
+    cross_validated(copy)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -54,7 +54,7 @@ def hard_contact_warnings(path: Trajectory) -> list[str]:
         worst = max(deep, key=lambda j: float(deepest[j]))
         others = f", and those of {len(deep) - 1} more" if len(deep) > 1 else ""
         found.append(
-            f"joint '{path.plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} of the clearance{others}: "
+            f"joint '{path.plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} clearances{others}: "
             f"the step of {counts['step']:.3g} s is too long"
         )
     return found + _jammed(path)

@@ -105,6 +105,7 @@ if TYPE_CHECKING:
     from scissordyn.periodic.ensemble import ensemble
     from scissordyn.periodic.lyapunov import separation_exponent, variational_exponent
     from scissordyn.run.batch import simulate_many
+    from scissordyn.run.buckling import buckling
     from scissordyn.run.checkpoint import Checkpoint
     from scissordyn.run.constrained_contact import constrain_contact
     from scissordyn.run.engine import Threads
@@ -224,6 +225,7 @@ __all__ = [
     "animate",
     "bar",
     "bifurcation",
+    "buckling",
     "classify",
     "common_pin",
     "component",
@@ -397,6 +399,7 @@ _HOMES = {
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
     "run.batch": ("simulate_many",),
+    "run.buckling": ("buckling",),
     "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),
     "periodic.cycles": ("cycle",),

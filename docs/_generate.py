@@ -119,7 +119,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "stroboscopic",
         "zero_one_test",
     ),
-    "Other programs": ("read_drawing", "read_pmks", "read_dxf", "read_mjcf", "Imported", "export", "pin_forces"),
+    "Other programs": ("read_drawing", "read_pmks", "read_dxf", "read_mjcf", "export", "pin_forces"),
     "Units and errors": ("degrees", "rpm", "Quantity", "Pairs", "InputError", "ScissordynError"),
 }
 """The public names; what no group has is listed under the last heading."""

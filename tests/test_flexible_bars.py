@@ -113,8 +113,15 @@ def test_static_start_has_the_deflection_under_weight() -> None:
     assert float(now["reaction"].sel(joint="O", axis="y")) == pytest.approx(weight, rel=1e-7)
     assert float(now["drive_torque"].values.ravel()[0]) == pytest.approx(0.5 * weight * LENGTH, rel=1e-7)
     assert -float(now["beam_start_moment"][0]) == pytest.approx(0.5 * weight * LENGTH, rel=5e-3)
-    middle = float(now["beam_shear_force"][3:5].mean())  # about x = L/2
+    middle = -float(now["beam_shear_force"][3:5].mean())  # about x = L/2
     assert middle == pytest.approx(0.5 * weight, rel=2e-2)
+    along = sd.internal_forces(run, places=[0.0, 0.3, 1.0]).isel(time=0, bar=0)
+    assert -along["shear_force"].values[:2] == pytest.approx([weight, 0.7 * weight], rel=3e-2)
+    assert -along["bending_moment"].values[:2] == pytest.approx([0.5 * weight * LENGTH, 0.245 * weight * LENGTH], rel=5e-3)
+    sag = weight / (24.0 * stiff * LENGTH) * 0.6**2 * (0.6**2 - 4.0 * LENGTH * 0.6 + 6.0 * LENGTH**2)  # at x = 0.6 m
+    tip = weight * LENGTH**3 / (8.0 * stiff)
+    assert -float(along["deflection"][1]) == pytest.approx(sag - 0.3 * tip, rel=1e-3)
+    assert float(now["bar_largest_bending_moment_place"][0]) == 0.0
     assert float(now["beam_energy"].sum()) == pytest.approx(float(now["stored_energy"]), rel=1e-3)
 
 
@@ -172,9 +179,13 @@ def test_a_heated_bar_extends_and_curves_without_stress() -> None:
     made = bar().with_bending(
         bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=6, thermal_expansion=12e-6, temperature_rise=80.0
     )
-    run = sd.simulate(made.driven(speed=0.0), until=1e-4, samples=2, start="static")
+    guided = made.with_parts({"guides": (sd.Guide("end", ("bar/2", "end")),)})
+    run = sd.simulate(guided, until=1e-4, samples=2, start="static")
     assert float(run["position"].sel(body="bar/2", axis="x")[0]) == pytest.approx(LENGTH * (1.0 + 12e-6 * 80.0), rel=1e-9)
     assert float(np.abs(run["beam_axial_force"][0]).max()) < 1e-3  # of 72 kN
+    run = sd.simulate(made.driven(speed=0.0), until=1e-4, samples=2, start="static")
+    longer = float(run["position"].sel(body="bar/2", axis="x")[0]) - LENGTH
+    assert longer == pytest.approx(LENGTH * 12e-6 * 80.0, rel=5e-3)  # a clamp has no strain at its one cross-section
     mass = 7850.0 * 4e-4 * LENGTH
     warm = sd.Mechanism((sd.bar("bar", length=LENGTH, mass=mass),), bar().joints, ground=bar().ground, gravity=0.0)
     warm = warm.with_bending(section="solid 20x20 mm", material="steel", modes=6, temperature_difference=30.0)
@@ -218,6 +229,9 @@ def test_modes_go_up_to_the_frequency_of_contacts() -> None:
     assert mode_count(made, part) == kept.shapes.modes
     assert kept.shapes.wave_numbers[kept.shapes.modes] ** 2 * speed > frequency
     assert mode_count(made.ideal(), part) == 4
+    assert plan(made).ideal.coordinates.natural.total == plan(made).coordinates.natural.total  # with the same modes
+    run = sd.simulate(made, until=1e-4, samples=2)
+    assert run["flexible_bar_modes"].values.tolist() == [kept.shapes.modes] * 4
 
 
 def test_what_can_be_attached(tmp_path: Path) -> None:
@@ -262,3 +276,19 @@ def test_modes_and_elements_exclude_each_other() -> None:
     """Bad input: one line."""
     with pytest.raises(InputError, match="modes and elements"):
         bar().with_bending(bending_stiffness=1e4, axial_stiffness=1e7, modes=3, elements=2)
+
+
+def test_load_factors_of_buckling() -> None:
+    """Closed forms: Euler's column, pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
+    critical = math.pi**2 * RIGIDITY / LENGTH**2
+    push = sd.Force("load", ("bar", "end"), (-0.25 * critical, 0.0))
+    column = bar(guides=(sd.Guide("end", ("bar", "end")),), components=(push,))
+    found = sd.buckling(column.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, modes=8), count=2)
+    assert found["load_factor"].values == pytest.approx([4.0, 16.0], rel=1e-3)
+    upright = sd.bar("bar", length=LENGTH, mass=MASS, angle=0.5 * math.pi)
+    tall = bar(gravity=9.81).with_parts({"bodies": (upright,)})
+    tall = tall.with_bending(bending_stiffness=20.0, axial_stiffness=1e7, modes=8).driven(speed=0.0)
+    expected = 7.83735 * 20.0 / (MASS * 9.81 * LENGTH**2)
+    assert float(sd.buckling(tall)["load_factor"][0]) == pytest.approx(expected, rel=1e-3)
+    with pytest.raises(InputError, match="without loads"):
+        sd.buckling(bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL))

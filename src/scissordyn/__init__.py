@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from scissordyn.control.tracking.pid import PID
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
-    from scissordyn.exchange.drawing import Imported
     from scissordyn.exchange.dxf import read_dxf
     from scissordyn.exchange.export import export
     from scissordyn.exchange.forces import pin_forces
@@ -106,6 +105,7 @@ if TYPE_CHECKING:
     from scissordyn.periodic.ensemble import ensemble
     from scissordyn.periodic.lyapunov import separation_exponent, variational_exponent
     from scissordyn.run.batch import simulate_many
+    from scissordyn.run.buckling import buckling
     from scissordyn.run.checkpoint import Checkpoint
     from scissordyn.run.constrained_contact import constrain_contact
     from scissordyn.run.engine import Threads
@@ -172,7 +172,6 @@ __all__ = [
     "GuideClearance",
     "Harmonic",
     "Hertz",
-    "Imported",
     "InputError",
     "Interval",
     "LankaraniNikravesh",
@@ -226,6 +225,7 @@ __all__ = [
     "animate",
     "bar",
     "bifurcation",
+    "buckling",
     "classify",
     "common_pin",
     "component",
@@ -312,7 +312,6 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
-    "exchange.drawing": ("Imported",),
     "exchange.dxf": ("read_dxf",),
     "exchange.export": ("export",),
     "exchange.forces": ("pin_forces",),
@@ -400,6 +399,7 @@ _HOMES = {
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
     "run.batch": ("simulate_many",),
+    "run.buckling": ("buckling",),
     "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),
     "periodic.cycles": ("cycle",),

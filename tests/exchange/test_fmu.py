@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import io
 import math
 import shutil
@@ -78,6 +79,13 @@ def simulated(unit, kind, until, **options):
     return {name: np.array(found[name], float)[rows] for name in found.dtype.names}
 
 
+@functools.cache
+def reference(name):
+    """Our own run of a case."""
+    mechanism, until = CASES[name]
+    return sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS, trust=True)
+
+
 def apart(found, exact):
     """Largest difference."""
     return float(np.max(abs(np.asarray(found) - np.asarray(exact))))
@@ -93,7 +101,7 @@ def test_a_unit_moves_as_the_mechanism(units, name, kind):
     runs the package's loop in C; model exchange is integrated by CVode of fmpy.
     """
     mechanism, until = CASES[name]
-    run = sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS, trust=True)
+    run = reference(name)
     assert run.attrs["trusted_until"] == until
     assert run.sizes["contact"] >= 3
     found = simulated(units(name), kind, until)

@@ -148,7 +148,7 @@ class Stroke:
         rate = drive_rate(self.path, first)
         body, offset = self.mechanism.bodies[k], self.path.closure.first[point[0]]
         x, y = body.points[point[1]]
-        cos, sin = rate[offset + 2 : offset + 4] if body.rotates else (0.0, 0.0)
+        cos, sin = rate[offset + 2 : offset + 4] if self.path.closure.natural.rotates(body.name) else (0.0, 0.0)
         return np.asarray(rate[offset : offset + 2] + np.array([cos * x - sin * y, sin * x + cos * y]))
 
     @cached_property

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scissordyn.component.port import AXIS
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import Held, Start, assemble, natural_state, placed_start
 from scissordyn.mechanics.elimination import in_words
@@ -28,6 +29,7 @@ def check_autonomous(mechanism: Mechanism) -> None:
     reasons = [f"the drive of '{drive.body}'" for drive in mechanism.drives]
     reasons += [f"rod '{rod.name}'" for rod in mechanism.rods if rod.motion is not None]
     reasons += [f"'{part.name}'" for part in mechanism.components if getattr(part, "time_function", None) is not None]
+    reasons += [f"the bending of '{part.name}'" for part in mechanism.components if part.declaration.port is AXIS]
     reasons += [f"clearance joint '{contact.name}'" for contact in mechanism.contacts]
     if reasons:
         raise InputError(

@@ -86,9 +86,7 @@ def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
         for j, q, second in axis.terms:
             if mass[i, j] == 0.0:
                 continue
-            # what the bodies have for it is at their points and directions alone
-            value = mass[i, j] + (own[i] if i == j and (p != axis.first[i] or q != axis.first[j]) else 0.0)
-            along, across = value * math.cos(second - first), value * math.sin(second - first)
+            along, across = mass[i, j] * math.cos(second - first), mass[i, j] * math.sin(second - first)
             found += [(p, q, along), (p + 1, q + 1, along)]
             if across != 0.0:
                 found += [(p, q + 1, -across), (p + 1, q, across)]
@@ -192,6 +190,5 @@ def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[Point
         (one[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
     ]
     vectors = [(coordinates.vector(*axis.expression(row)), scale) for row, scale in rows]
-    vectors += [(coordinates.vector({p: 1.0}, {p + 1: 1.0}), 1.0) for p in axis.stretch.values()]
     along = coordinates.vector(*axis.expression(chord))
     return vectors, Constraint(((1.0, along),), 0.5, subject=f"bar '{axis.bar.name}'", bodies=axis.bar.sections)

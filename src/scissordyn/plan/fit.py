@@ -7,7 +7,6 @@ from typing import Any
 from scissordyn.model.hard_contact import contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.flexible import flexible_bars, mode_count
 
 __all__ = ["same_tables"]
 
@@ -39,7 +38,6 @@ def same_tables(base: Mechanism, other: Mechanism) -> bool:
             one is another or _same_component(one, another)
             for one, another in zip(base.components, other.components, strict=True)
         )
-        and [mode_count(base, bar) for bar in flexible_bars(base)] == [mode_count(other, bar) for bar in flexible_bars(other)]
     )
 
 

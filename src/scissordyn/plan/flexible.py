@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,7 +13,6 @@ from scipy.optimize import brentq
 
 from scissordyn.component.beam import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
-from scissordyn.component.place import GROUND
 from scissordyn.component.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.elimination import Expression
@@ -20,7 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["Axis", "axes_of", "clamped_bodies", "contact_frequency", "flexible_bars", "mode_count"]
+__all__ = ["Axis", "axes_of", "clamped_bodies", "contact_frequency", "flexible_bars", "mode_count", "with_mode_counts"]
 
 IMPACT_SPEED = 1.0
 """Of the impact whose duration stands for that of contacts [m/s]."""
@@ -64,16 +64,6 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
     return frozenset(found)
 
 
-def _prescribed(mechanism: Mechanism) -> frozenset[str]:
-    """Bodies whose direction a drive or the ground keeps."""
-    found = {drive.body for drive in mechanism.drives}
-    found |= {guide.follower[0] for guide in mechanism.ideal_guides if guide.aligned and guide.body == GROUND}
-    for weld in mechanism.welds:
-        if GROUND in (weld.start[0], weld.end[0]):
-            found |= {weld.start[0], weld.end[0]}
-    return frozenset(found)
-
-
 @dataclass(frozen=True, eq=False)
 class Axis:
     """A bar that bends among the natural coordinates.
@@ -86,10 +76,6 @@ class Axis:
         Natural coordinate of the x component of the vector of each shape; y follows.
     turned : ndarray, shape (count,)
         By which angle the natural vector is turned to be that of the shape [rad]: directions of cross-sections at an angle.
-    stretch : dict of int to int
-        For the slope of a cross-section whose direction is prescribed, by its shape, a further natural vector that is added to
-        the unit direction: the strain there, along it. At cross-sections that turn freely with a torque the strain is zero:
-        the mass of a direction of its own and of a strain would be one.
     directed : tuple of int
         Cross-sections with a direction of their own; the slope at other ones, if it is a coordinate, has any length.
     """
@@ -98,7 +84,6 @@ class Axis:
     shapes: Shapes
     first: np.ndarray
     turned: np.ndarray
-    stretch: dict[int, int]
     directed: tuple[int, ...]
 
     @property
@@ -117,9 +102,8 @@ class Axis:
 
     @property
     def terms(self) -> list[tuple[int, int, float]]:
-        """Shape, natural vector and angle by which this is turned, for all vectors that make up those of the shapes."""
-        own = list(zip(range(self.shapes.count), self.first.tolist(), self.turned.tolist(), strict=True))
-        return own + [(k, p, 0.0) for k, p in self.stretch.items()]
+        """Shape, natural vector and angle by which this is turned."""
+        return list(zip(range(self.shapes.count), self.first.tolist(), self.turned.tolist(), strict=True))
 
     def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
         """A combination of the vectors of the shapes, in natural coordinates."""
@@ -196,27 +180,41 @@ def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
     return min(max(least, int(np.sum(below))), MOST_MODES)
 
 
+def with_mode_counts(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with the numbers of modes in place of none given; itself if all are."""
+    if all(bar.modes is not None for bar in flexible_bars(mechanism)):
+        return mechanism
+    components = tuple(
+        dataclasses.replace(part, modes=mode_count(mechanism, part)) if isinstance(part, FlexibleBar) else part
+        for part in mechanism.components
+    )
+    return mechanism.with_parts({"components": components}, check=False)
+
+
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:
     """The bars that bend, their further vectors from a natural coordinate on; and how many coordinates there are then."""
-    found, prescribed = [], _prescribed(mechanism)
+    found = []
     for bar in flexible_bars(mechanism):
         held = tuple(k for k, name in enumerate(bar.sections) if name in clamped)
         # a temperature difference is a moment on both ends: modes with none there would converge slowly
         bent = {0, len(bar.sections) - 1} if bar.temperature_difference else set()
         sloped = tuple(sorted({*held, *bent}))
-        shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), sloped, mode_count(mechanism, bar))
+        shapes = shapes_of(
+            tuple(place - bar.places[0] for place in bar.places),
+            sloped,
+            mode_count(mechanism, bar),
+            len(sloped) == len(held) > 0,
+        )
         points = [offsets[name] for name in bar.sections]
-        directions, stretch, turned = [], dict[int, int](), np.zeros(shapes.count)
+        directions, turned = [], np.zeros(shapes.count)
         for row, k in enumerate(sloped, len(points)):
             if k in held:
                 directions.append(points[k] + 2)
                 turned[row] = bar.angles[k]
-            if k not in held or bar.sections[k] in prescribed:
-                stretch[row] = first
+            else:
+                directions.append(first)
                 first += 2
-            if k not in held:
-                directions.append(stretch.pop(row))
         places = [*points, *directions, *range(first, first + 2 * shapes.modes, 2)]
-        found.append(Axis(bar, shapes, np.array(places, np.int64), turned, stretch, held))
+        found.append(Axis(bar, shapes, np.array(places, np.int64), turned, held))
         first += 2 * shapes.modes
     return tuple(found), first

@@ -39,8 +39,9 @@ class Gradients:
         self.value = np.array([constraint.value for constraint in constraints], float)
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
         width = free + basis
-        self.maps = _matrix([each for _, _, each in parts], width)
-        self.held = _matrix(list(held), width)
+        dense = 2 * max(len(parts), len(held)) * width <= LARGE
+        self.maps = _matrix([each for _, _, each in parts], width, dense)
+        self.held = _matrix(list(held), width, dense)
         moving = self.maps[:, : self.free]
         square = moving * moving if isinstance(moving, np.ndarray) else moving.multiply(moving)
         self.size = np.sqrt(np.asarray(square.sum(axis=1))).reshape(-1, 2)
@@ -86,9 +87,9 @@ class Gradients:
         return inverse[:, None] * rows if isinstance(rows, np.ndarray) else sp.csr_array(sp.diags_array(inverse) @ rows)
 
 
-def _matrix(maps: list[PointMap], width: int) -> Any:
+def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
     """The rows of some maps, one pair below the other."""
-    if 2 * len(maps) * width <= LARGE:
+    if dense or not maps:
         full = np.zeros((2 * len(maps), width))
         for k, each in enumerate(maps):
             full[2 * k : 2 * k + 2, each.columns] = each.rows

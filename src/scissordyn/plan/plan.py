@@ -34,6 +34,7 @@ from scissordyn.plan.bodies import body_maps
 from scissordyn.plan.branches import Branches, every_branch
 from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.fit import same_tables
+from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
@@ -281,7 +282,8 @@ def plan(mechanism: Mechanism) -> Plan:
     known: Plan | None = mechanism.__dict__.get(PLAN)
     if known is None:
         lent: Plan | None = mechanism.__dict__.pop(LENT, None)
-        known = lent.case(mechanism) if lent is not None and lent.fits(mechanism) else _compiled(mechanism)
+        whole = with_mode_counts(mechanism)
+        known = lent.case(whole) if lent is not None and lent.fits(whole) else _compiled(whole)
         mechanism.__dict__[PLAN] = known
     return known
 

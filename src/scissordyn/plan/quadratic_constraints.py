@@ -54,7 +54,6 @@ def quadratic_constraints(
     lengths = _lengths(coordinates, elimination)
     return [
         *lengths,
-        *_stretches(coordinates),
         *_moving_guides(mechanism, coordinates),
         *_rods(mechanism, coordinates),
         *_latches(mechanism, coordinates),
@@ -136,21 +135,6 @@ def _wrong_length(
         "would have to change its length" if math.isnan(length) else f"would have to be {length:.6g} times as long as it is"
     )
     return contradiction(elimination.behind(relation), f"body '{body}' {change}")
-
-
-def _stretches(coordinates: Coordinates) -> list[Constraint]:
-    """Of clamped cross-sections of bars that bend: what is added to their directions, the strain, is along these."""
-    found = []
-    for axis in coordinates.natural.axes:
-        for k, p in axis.stretch.items():
-            body = axis.bar.sections[axis.shapes.clamped[k - len(axis.bar.sections)]]
-            angle, direction = float(axis.turned[k]), coordinates.direction(body)
-            cos, sin = math.cos(angle), math.sin(angle)
-            across = PointMap(direction.columns, np.array([[-sin, -cos], [cos, -sin]]) @ direction.rows)
-            parts = _product(coordinates.vector({p: 1.0}, {p + 1: 1.0}), across)
-            subject = f"the direction of cross-section '{body}'"
-            found.append(Constraint(parts, 0.0, subject=subject, bodies=(body,)))
-    return found
 
 
 def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:

@@ -36,11 +36,15 @@ class Shapes:
     clamped : tuple of int
         Cross-sections whose direction is a coordinate.
     modes : int
+    unit : bool
+        Whether these directions have unit length: there are then as many points of quadrature as axial freedoms, so that the
+        strain at the points is free where that at the clamp is zero.
     """
 
     places: tuple[float, ...]
     clamped: tuple[int, ...]
     modes: int
+    unit: bool = False
 
     @property
     def held(self) -> int:
@@ -134,7 +138,8 @@ class Shapes:
     def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
         """Points [m] and weights [m] for the axial strain."""
         lengths = np.diff(self.places)
-        counts = [max(1, round(self.modes * float(part))) + STRAINS for part in lengths / lengths.sum()]
+        further = 1 if self.unit else STRAINS
+        counts = [max(1, round(self.modes * float(part))) + further for part in lengths / lengths.sum()]
         rules = [legendre.leggauss(count) for count in counts]
         points = [first + 0.5 * l * (x + 1.0) for first, l, (x, _) in zip(self.places, lengths, rules, strict=False)]
         return np.concatenate(points), np.concatenate([0.5 * l * w for l, (_, w) in zip(lengths, rules, strict=True)])
@@ -151,6 +156,6 @@ class Shapes:
 
 
 @lru_cache(256)
-def shapes_of(places: tuple[float, ...], clamped: tuple[int, ...], modes: int) -> Shapes:
+def shapes_of(places: tuple[float, ...], clamped: tuple[int, ...], modes: int, unit: bool = False) -> Shapes:
     """The shapes of bars of these lengths, counted from the first cross-section."""
-    return Shapes(places, clamped, modes)
+    return Shapes(places, clamped, modes, unit)

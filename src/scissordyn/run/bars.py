@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.flexible import Axis
 from scissordyn.plan.plan import Plan
 
-__all__ = ["PARTS", "bar_variables", "part_names", "shape_forces"]
+__all__ = ["PARTS", "bar_variables", "marks_of", "part_names", "shape_forces"]
 
 PARTS = 4
 """Parts of each span between two cross-sections at whose ends moments are reported."""
@@ -25,7 +26,7 @@ VARIABLES = (
     ("axial_force", "N", "axial force, tension positive (beam)"),
     ("start_moment", "N m", "bending moment at the start (beam)"),
     ("end_moment", "N m", "bending moment at the end (beam)"),
-    ("shear_force", "N", "change of the bending moment over the length (beam)"),
+    ("shear_force", "N", "mean shear force, by the change of the bending moment (beam)"),
     ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
     ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
     ("utilisation", "1", "that stress over the yield strength, 0 if it is unknown (beam)"),
@@ -59,6 +60,13 @@ class Carried:
     energy: np.ndarray
     deflection: np.ndarray
     length: np.ndarray
+
+
+def marks_of(bar: FlexibleBar) -> np.ndarray:
+    """Distances of the ends of the parts of a bar from its first end [m]."""
+    places = np.array(bar.places) - bar.places[0]
+    inside = [np.linspace(a, b, PARTS + 1)[:-1] for a, b in itertools.pairwise(places)]
+    return np.append(np.concatenate(inside), places[-1])
 
 
 def part_names(axis: Axis) -> list[str]:
@@ -127,8 +135,7 @@ def carried(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> Carried:
     Carried
     """
     motion, shapes, bar = _motion(plan, axis, found, time), axis.shapes, axis.bar
-    marks = np.concatenate([np.linspace(a, b, PARTS + 1)[:-1] for a, b in zip(shapes.places, shapes.places[1:], strict=False)])
-    ends = np.append(marks, shapes.places[-1])
+    ends = marks_of(bar)
     length = np.diff(ends)
     points, weights = shapes.quadrature
     force = bar.axial_stiffness * _strain(axis, motion, points)[1]
@@ -206,7 +213,7 @@ def _table(bar: FlexibleBar, has: Carried) -> dict[str, np.ndarray]:
         "axial_force": has.axial_force,
         "start_moment": has.start_moment,
         "end_moment": has.end_moment,
-        "shear_force": (has.end_moment - has.start_moment) / has.length,
+        "shear_force": (has.start_moment - has.end_moment) / has.length,
         "fibre_strain": strain,
         "stress": bar.youngs_modulus * strain,
         "utilisation": bar.youngs_modulus * strain / bar.yield_strength if bar.yield_strength else 0.0 * strain,

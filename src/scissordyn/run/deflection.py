@@ -13,6 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import natural_state
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import bends
+from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.driver import make_system
@@ -62,7 +63,7 @@ def magnified_deflection(
     names = [body.name for body in mechanism.bodies]
     where = run["position"].sel(body=names).transpose("time", "body", "axis").values
     angle = run["angle"].sel(body=names).transpose("time", "body").values
-    ideal = mechanism.ideal()
+    ideal = with_mode_counts(mechanism).ideal()
     straight, turned = np.empty_like(where), np.empty_like(angle)
     straight[:], turned[:] = where, angle
     for k in range(len(where)) if samples is None else samples:

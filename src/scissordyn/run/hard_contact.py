@@ -49,12 +49,14 @@ def hard_contact_warnings(path: Trajectory) -> list[str]:
         )
     clearance = path.system.content.parameters.contact["clearance"]
     deepest = path.peaks(INDENTATION)["largest"] / clearance if clearance.size else clearance
-    found += [
-        f"joint '{path.plan.contacts[j].name}': hard surfaces overlap by {deepest[j]:.2g} of the clearance: the step of "
-        f"{counts['step']:.3g} s is too long for it"
-        for j in path.plan.hard_places
-        if deepest[j] > DEEP
-    ]
+    deep = [j for j in path.plan.hard_places if deepest[j] > DEEP]
+    if deep:
+        worst = max(deep, key=lambda j: float(deepest[j]))
+        others = f", and those of {len(deep) - 1} more" if len(deep) > 1 else ""
+        found.append(
+            f"joint '{path.plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} clearances{others}: "
+            f"the step of {counts['step']:.3g} s is too long"
+        )
     return found + _jammed(path)
 
 

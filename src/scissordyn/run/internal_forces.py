@@ -12,10 +12,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.plan.bending import HERMITE, beams_of
+from scissordyn.plan.flexible import flexible_bars
+from scissordyn.run.bars import PARTS, marks_of
 from scissordyn.run.configuration import read_configuration
 
 __all__ = ["Bar", "bars_of", "internal_forces", "largest_variables"]
@@ -37,15 +40,16 @@ QUANTITIES = {
 
 
 class Bar(NamedTuple):
-    """A bar that bends: its elements from one end to the other."""
+    """A bar that bends: its elements from one end to the other, or the one part that it is."""
 
     name: str
     beams: tuple[Beam, ...]
+    whole: FlexibleBar | None = None
 
     @property
     def length(self) -> float:
         """Unstrained [m]."""
-        return sum(beam.length for beam in self.beams)
+        return self.whole.length if self.whole else sum(beam.length for beam in self.beams)
 
 
 def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
@@ -60,7 +64,8 @@ def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
     tuple of Bar
     """
     groups = itertools.groupby(beams_of(mechanism), key=lambda beam: beam.name.rsplit("/beam ", 1)[0])
-    return tuple(Bar(name, tuple(beams)) for name, beams in groups)
+    wholes = (Bar(bar.name.removesuffix("/beam"), (), bar) for bar in flexible_bars(mechanism))
+    return (*(Bar(name, tuple(beams)) for name, beams in groups), *wholes)
 
 
 def internal_forces(
@@ -72,7 +77,9 @@ def internal_forces(
 ) -> xr.Dataset:
     """Deflection, internal forces and stress along bars that bend.
 
-    Within an element they follow from equilibrium with what acts at its end, and with its weight and inertia.
+    Within an element they follow from equilibrium with what acts at its end, and with its weight and inertia. Along a flexible
+    bar they are interpolated between the ends of the parts of which a run has moments and deflections, by polynomials in each
+    span between cross-sections.
 
     Parameters
     ----------
@@ -151,7 +158,7 @@ def largest_variables(mechanism: Mechanism, variables: dict[str, xr.Variable], t
     read = _Read(variables, mechanism)
     largest = {name: np.zeros((3, len(bars))) for name in QUANTITIES}
     for b, bar in enumerate(bars):
-        ends = np.cumsum([0.0, *(beam.length for beam in bar.beams)])
+        ends = marks_of(bar.whole) if bar.whole else np.cumsum([0.0, *(beam.length for beam in bar.beams)])
         within = ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, INSIDE, endpoint=False)
         at = np.append(within.ravel() / ends[-1], 1.0)
         found = _along(bar, read, at)
@@ -209,6 +216,8 @@ class _Read:
 
 def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     """All quantities at parts of a bar's length, shape (samples, places)."""
+    if bar.whole:
+        return _along_whole(bar.whole, read, at * bar.length)
     ends = np.cumsum([0.0, *(beam.length for beam in bar.beams)])
     which = np.clip(np.searchsorted(ends, at * ends[-1], side="right") - 1, 0, len(bar.beams) - 1)
     parts = []
@@ -225,6 +234,53 @@ def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     away = found["position"] - first[:, None]
     found["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
     return found
+
+
+def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
+    """All quantities at distances from the first end of a flexible bar, shape (samples, places)."""
+    places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
+    names = [f"{bar.name} {k + 1}" for k in range(marks.size - 1)]
+    outputs = ("start_moment", "end_moment", "axial_force", "deflection")
+    start, end, axial, away = (np.stack([read.beam(output, name) for name in names], axis=1) for output in outputs)
+    moments, away = np.hstack([start, end[:, -1:]]), np.hstack([np.zeros_like(away[:, :1]), away])
+    middles = 0.5 * (marks[1:] + marks[:-1])
+    samples = len(start)
+    bending, shear, normal, deflection = np.zeros((4, samples, distance.size))
+    span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
+    for k in range(places.size - 1):
+        inside, own, parts = span == k, slice(PARTS * k, PARTS * (k + 1) + 1), slice(PARTS * k, PARTS * (k + 1))
+        for values, target in ((moments, bending), (away, deflection)):
+            target[:, inside] = _through(marks[own], values[:, own], distance[inside])[0]
+        shear[:, inside] = -_through(marks[own], moments[:, own], distance[inside])[1]
+        normal[:, inside] = _through(middles[parts][[0, -1]], axial[:, parts][:, [0, -1]], distance[inside])[0]
+    strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
+    points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
+    line = points[:, -1] - points[:, 0]
+    line /= np.hypot(*line.T)[:, None]
+    projected = np.einsum("tka,ta->tk", points - points[:, :1], line)
+    along = np.stack([np.interp(distance, places, row) for row in projected])
+    normal_line = np.stack([-line[:, 1], line[:, 0]], axis=1)
+    position = points[:, :1] + along[..., None] * line[:, None] + deflection[..., None] * normal_line[:, None]
+    stress = bar.youngs_modulus * strain
+    return {
+        "position": position,
+        "deflection": deflection,
+        "axial_force": normal,
+        "shear_force": shear,
+        "bending_moment": bending,
+        "stress": stress,
+        "utilisation": stress / bar.yield_strength if bar.yield_strength else 0.0 * stress,
+    }
+
+
+def _through(nodes: np.ndarray, values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The polynomial through values at nodes, shape (samples, nodes), and its derivative, at some places."""
+    middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
+    powers = np.arange(nodes.size)
+    coefficients = np.linalg.solve(np.vander((nodes - middle) / half, increasing=True), values.T)
+    x = (at - middle) / half
+    slopes = np.where(powers > 0, powers, 0) * x[:, None] ** np.maximum(powers - 1, 0) / half
+    return (np.vander(x, nodes.size, increasing=True) @ coefficients).T, (slopes @ coefficients).T
 
 
 def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:

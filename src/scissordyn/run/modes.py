@@ -12,6 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.deflection import places
@@ -85,7 +86,7 @@ def modes(
             raise InputError('joints = "contact" of a mechanism without clearance joints', 'joints = "ideal"')
     if drive == "released" and not mechanism.drives:
         raise InputError('drive = "released" of a mechanism without a drive', 'drive = "locked"')
-    ideal, released_drive = mechanism.ideal(), drive == "released"
+    ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
         return _at(plan(at_rest(taken)), count, position, released_drive, None)[0]

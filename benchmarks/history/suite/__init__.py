@@ -1,0 +1,1 @@
+"""Suite of asv, see asv.conf.json."""

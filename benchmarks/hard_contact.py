@@ -29,7 +29,7 @@ def array(units: int) -> Mechanism:
 
 
 def hard(mechanism: Mechanism) -> Mechanism:
-    """The same with hard contact at every loose joint."""
+    """The same with hard contact at every clearance joint."""
     joints = tuple(
         dataclasses.replace(joint, clearance=joint.clearance and dataclasses.replace(joint.clearance, contact="hard"))
         for joint in mechanism.joints
@@ -61,7 +61,7 @@ def _scaling(units: tuple[int, ...]) -> str:
         joints = len(one.joints)
         each = found["factorizations"] / max(found["contact_steps"], 1)
         rows.append((str(count), str(joints), f"{1e6 * cost[-1]:.1f}", f"{each:.2f}", str(found["steps_not_solved"])))
-    head = ("units", "loose joints", "processor time of a step [us]", "factorizations of a step", "steps not solved")
+    head = ("units", "clearance joints", "processor time of a step [us]", "factorizations of a step", "steps not solved")
     exponent = fitted_exponent([float(count) for count in units], cost)
     return f"{table(head, rows)}\nThe cost of a step grows as N^{exponent:.2f}.\n"
 

@@ -167,12 +167,12 @@ def test_two_hundred_studies_cover():
     over = {"A.clearance": numbers.uniform(0.05e-3, 0.4e-3, count), "drive.speed": numbers.uniform(10.0, 21.0, count)}
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=15.0)
     force = {}
-    for tolerance in (1e-2, 1e-8):
+    for tolerance in (1e-3, 1e-8):
         runs = sd.simulate_many(arm, over, until=0.003, measures=["peak_force"], rtol=tolerance, atol=tolerance)
         assert (runs["status"] == "complete").all()
         force[tolerance] = runs["peak_force"].values.max(axis=1).reshape(studies, cheap_runs)
-    cheap, accurate = force[1e-2], force[1e-8]
-    assert 0.5 < np.corrcoef(cheap.ravel(), accurate.ravel())[0, 1] < 1.0 - 1e-9
+    cheap, accurate = force[1e-3], force[1e-8]
+    assert 0.9 < np.corrcoef(cheap.ravel(), accurate.ravel())[0, 1] < 1.0 - 1e-9
     bound = 40e3
     held = {"mean": 0, "fraction": 0}
     for here, there in zip(cheap, accurate[:, :accurate_runs], strict=True):
@@ -181,6 +181,5 @@ def test_two_hundred_studies_cover():
         fraction = fraction_estimate(there < bound, pairs < bound, here < bound)
         held["mean"] += mean.low <= accurate.mean() <= mean.high
         held["fraction"] += fraction.low <= (accurate < bound).mean() <= fraction.high
-    print(held)
     least = 200 * (0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200))
     assert min(held.values()) >= least

@@ -238,6 +238,6 @@ def cost_note(study: Study, cheap: Store, accurate: Store) -> str:
     for name, store, options in (("cheap", cheap, study.options), ("accurate", accurate, study.accurate.options)):
         times = store.times()
         cases, seconds = float(times["cases"].sum()), float(times["seconds"].sum())
-        each = f"{seconds / cases * 1e3:.3g} ms each" if cases else "not yet timed"
+        each = f"{seconds / cases:.3g} s each" if cases else "not yet timed"
         said.append(f"{store.cases} {name} runs ({each}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
     return " and ".join(said) + "."

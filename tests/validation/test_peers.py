@@ -46,13 +46,14 @@ def test_models_of_other_codes(model: Model) -> None:
 
 
 def test_every_compared_code_has_a_model_that_is_checked() -> None:
-    """Identity: a case that compares other codes checks their models first, of every package that takes part."""
+    """Identity: a case that compares other codes checks their models first, of every other package that takes part."""
     for case in CASES:
         if case.codes is None:
             continue
         assert case.models is not None, case.name
         checked = {model.package for model in case.models()}
-        assert {code.package for code in case.codes()} <= checked, case.name
+        others = {code.package for code in case.codes() if not code.name.startswith("scissordyn")}
+        assert others <= checked, case.name
 
 
 def test_codes_name_their_package() -> None:

@@ -15,7 +15,7 @@ import scissordyn as sd
 from scissordyn.analysis.measured import Measured
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.configuration import read_configuration
-from validation.measured.case import Numbers, numbers, pendulum
+from validation.measured.pendulum import Numbers, numbers, pendulum
 from validation.measured.read import estimated, records
 
 __all__ = ["Comparison", "compared", "error_over_time", "horizon"]

@@ -16,7 +16,7 @@ from scissordyn.analysis.measured import Measured
 from scissordyn.identification.fit import prepared
 from scissordyn.identification.problem import Problem
 from scissordyn.model.mechanism import Mechanism
-from validation.measured.case import Numbers, numbers, pendulum
+from validation.measured.pendulum import Numbers, numbers, pendulum
 from validation.measured.read import estimated, free_decay, records
 
 __all__ = ["LAWS", "Verdict", "at_rest", "cross_validated"]

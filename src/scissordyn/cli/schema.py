@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 
 __all__ = ["schema"]
 
@@ -23,11 +23,11 @@ def schema(
 
     if output is not None:
         if output.suffix.lower() != ".json":
-            raise InputError(f"schema in '{output}'", "a name that ends in .json", f"-o {which}.json")
-        check_target(output, sample=f"-o {which}.json")
+            raise InputError(f"schema in '{output}'", "a name that ends in .json", command("-o", f"{which}.json"))
+        check_target(output, sample=command("-o", f"{which}.json"))
     text = json.dumps(made(which), indent=1, ensure_ascii=False)
     if output is None:
         print(text)
     else:
-        print(write_file(output, f"{text}\n".encode(), sample=f"-o {which}.json"))
+        print(write_file(output, f"{text}\n".encode(), sample=command("-o", f"{which}.json")))
     return 0

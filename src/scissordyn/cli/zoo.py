@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.status import DONE, UNFINISHED
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,7 +89,7 @@ def _show(entry: Entry, to: Console) -> None:
         joints = "" if number.ideal else ", with clearance"
         table.add_row(number.what + joints, number.value, number.tolerance, f"{number.origin}: {number.reason}")
     to.print(table)
-    to.print(f"Compare a run with them: scissordyn zoo {entry.name} --check", markup=False)
+    to.print(f"Compare a run with them: {command('scissordyn', 'zoo', entry.name, '--check')}", markup=False)
 
 
 def _check(entry: Entry, to: Console) -> int:

@@ -226,6 +226,7 @@ def _pairs_of(pairs: Pairs) -> PlainValidator:
     return PlainValidator(read)
 
 
+@accepting(lambda: {"type": "array", "items": {"type": "string"}})
 def _read_names(given: Any) -> tuple[str, ...]:
     if not isinstance(given, list | tuple) or not all(isinstance(name, str) for name in given):
         raise InputError("not a list of names", "names of bodies", '["crank", "crank/1"]')
@@ -234,7 +235,12 @@ def _read_names(given: Any) -> tuple[str, ...]:
 
 def _numbers(unit: str) -> PlainValidator:
     """For a key whose value is some numbers with a unit."""
-    return PlainValidator(lambda given: read_numbers(given, unit))
+
+    @accepting(lambda: {"type": "string", "pattern": numbers_pattern(unit)})
+    def read(given: Any) -> tuple[float, ...]:
+        return read_numbers(given, unit)
+
+    return PlainValidator(read)
 
 
 def _component_hints(kind: type) -> Hints:

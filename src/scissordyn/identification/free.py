@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.model.address import Place, changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.study.distribution import Interval, Normal, Variation
@@ -82,13 +82,13 @@ def free_parameter(mechanism: Mechanism, address: str, variation: Variation | No
         raise InputError(
             f"'{address}' free over a {variation.kind} distribution",
             "a range, or a value with its standard deviation",
-            f"--free '{address}=normal(0.1, 0.01) {quantity.unit}'",
+            command("--free", f"{address}=normal(0.1, 0.01) {quantity.unit}"),
         )
     if not scale > 0.0:
         raise InputError(
             f"'{address}' starts at zero and has no range, so that the size of its changes is unknown",
             "a range, or another value in the case",
-            f"--free '{address}=0..1 {quantity.unit}'",
+            command("--free", f"{address}=0..1 {quantity.unit}"),
         )
     if not low <= value <= high:
         raise InputError(

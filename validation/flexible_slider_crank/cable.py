@@ -111,10 +111,10 @@ def rod(mbs: Any, chosen: Settings, *, start: float, rate: Any) -> list[int]:
     for pair in itertools.pairwise(nodes):
         mbs.AddObject(
             items.ObjectANCFCable2D(
-                physicsLength=ROD / chosen.elements,
-                physicsMassPerLength=ROD_MASS / ROD,
-                physicsBendingStiffness=BENDING,
-                physicsAxialStiffness=AXIAL,
+                length=ROD / chosen.elements,
+                massPerLength=ROD_MASS / ROD,
+                bendingStiffness=BENDING,
+                axialStiffness=AXIAL,
                 nodeNumbers=list(pair),
                 useReducedOrderIntegration=chosen.reduced,
             )

@@ -29,7 +29,7 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_checks_call_what_is_named() -> None:
     """Identity: the commands of make on the page are targets with their set-up, and the checks call the tests by the same."""
-    named = re.findall(r"^make (\w+)", "".join(blocks("sh")), flags=re.MULTILINE)
+    named = re.findall(r"\bmake (\w+)", "".join(blocks("sh")))
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert {"paper", "test"} <= set(named)
     for target in named:

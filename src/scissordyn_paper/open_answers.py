@@ -21,7 +21,6 @@ from scissordyn_paper.figure import open_question as figure
 from scissordyn_paper.open_question import (
     BARS,
     COMPARED,
-    ELEMENTS,
     LONGEST_FIRST,
     MANOEUVRES,
     MEASURES,

@@ -256,6 +256,7 @@ def _measured(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, float]:
     end = float(run["time"].values[-1])
     last = run["contact_start"].values[np.isnan(run["contact_duration"].values)]  # lasts to the end
     return {
+        "modes": float(run["flexible_bar_modes"].max()) if "flexible_bar_modes" in run else 0.0,
         "contacts": float(peaks.size),
         "contact_fraction": (float(length.sum()) + float(np.sum(end - last))) / end,
         "peak_force": float(np.max(peaks, initial=0.0)),

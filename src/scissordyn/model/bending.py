@@ -322,8 +322,14 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
 
     for guide in mechanism.guides:
         if guide.body == name:
-            raise refused(f"guide '{guide.name}'")
-    components = [exchanged(part, f"component '{part.name}'", part.declaration.port.turning) for part in mechanism.components]
+            raise InputError(
+                f"guide '{guide.name}' on bar '{name}', which is to bend",
+                "a roller that runs along it, two for a block that keeps its direction; or a rigid bar",
+                f'Roller("{guide.name}", {guide.follower}, rail="{name}")',
+            )
+    components = [
+        exchanged(part, f"component '{part.name}'", (*part.declaration.port.turning, "rail")) for part in mechanism.components
+    ]
     tracks = []
     for track in mechanism.tracks:
         if track.body == name and track.point not in where:

@@ -35,7 +35,7 @@ MOST_EIGENVALUES = 400
 
 
 THIN_FILM = 3e5
-"""By how much the damping of a film, of a short bearing 3 (2 h/c)^-2.5, grows from the centre to a two-hundredth of the clearance."""
+"""Damping of a film of a two-hundredth of the clearance over that in the centre: 3 (2 h/c)^-2.5 of a short bearing."""
 
 PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
@@ -114,7 +114,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
         )
     if oiled and THIN_FILM * decay / STABLE > resolved:
         return Choice(
-            STIFF, f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend"
+            STIFF,
+            f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend",
         )
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
 

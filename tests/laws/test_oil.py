@@ -26,7 +26,7 @@ def test_the_references_are_continuous() -> None:
 
 
 def test_grades_are_those_of_their_definition() -> None:
-    """Published numbers: within 10 % of the middle of the grade at 40 deg C (ISO 3448); index 95 where nothing else is stated."""
+    """Published numbers: within 10 % of the middle of the grade at 40 deg C (ISO 3448); index 95 unless stated."""
     for name, oil in OILS.items():
         grade = float(name.removeprefix("ISO VG "))
         assert 1e6 * oil.viscosity_40 == pytest.approx(grade, rel=0.1)

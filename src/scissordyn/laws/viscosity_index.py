@@ -78,6 +78,6 @@ def hot_viscosity(cold: float, index: float) -> float:
     if not (0.9 * cold > LOWEST and error(LOWEST) < 0.0 < error(0.9 * cold)):
         raise InputError(
             f"an oil of {cold:g} mm^2/s at 40 deg C with the viscosity index {index:g}",
-            f"an index with which it has at least {LOWEST:g} mm^2/s at 100 deg C, where the index is defined, and is thinner there",
+            f"an index with which it has at least {LOWEST:g} mm^2/s at 100 deg C, where it is defined, and is thinner there",
         )
     return float(brentq(error, LOWEST, 0.9 * cold, xtol=1e-12))

@@ -50,7 +50,8 @@ def accelerate(t, y, S, dy):
     for i in range(n):
         dy[i] = W.V[i]
         dy[n + i] = W.force[i]
-    for i in M.coupled:
+    for row in range(M.coupled.size):
+        i = M.coupled[row]
         for k in range(1, nb):
             dy[n + i] -= M.inertia[i, k] * W.basis[2, k]
     for i in range(nb):

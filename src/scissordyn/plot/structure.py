@@ -26,7 +26,6 @@ from scissordyn.plot.series import (
     BEYOND,
     Joints,
     chosen_joints,
-    clearance_joints,
     mechanism_of,
     note_more,
     predictability_horizon,
@@ -52,6 +51,7 @@ from scissordyn.plot.style import (
 from scissordyn.plot.symbol import cross_sections, symbols
 from scissordyn.plot.window import window
 from scissordyn.run.deflection import magnified_deflection
+from scissordyn.run.joints import clearance_joints
 from scissordyn.run.placement import Placement
 
 __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]

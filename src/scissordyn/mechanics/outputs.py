@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from scissordyn.component.port import AXIS
 from scissordyn.jit import F1, F2, I2, Handle, kernel
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.constraint_solver import project
@@ -18,6 +19,8 @@ from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
 
 __all__ = ["BodyMaps", "Record", "Sampled", "record"]
+
+_AXIS = AXIS.code
 
 
 class Sampled(Protocol):
@@ -228,7 +231,7 @@ def write_energies(at, t, S, R):
             law = S.parameters.law[j]
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
-        stored += W.stored_energy[i] if M.bar_of[i] < 0 else flexible_bar_energy(t, i, S)
+        stored += flexible_bar_energy(t, i, S) if M.component_port[i] == _AXIS else W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
 
 

@@ -97,7 +97,7 @@ def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[Point
     """Of each flexible bar the columns that it reads, and the maps of the vectors of its shapes."""
     found = []
     for axis in coordinates.natural.axes:
-        maps = [coordinates.vector(*axis.expression(one)) for one in np.eye(axis.shapes.count)]
+        maps = [paired(coordinates.vector(*axis.expression(one)))[0] for one in np.eye(axis.shapes.count)]
         found.append((np.unique(np.concatenate([each.columns for each in maps])), maps))
     return found
 

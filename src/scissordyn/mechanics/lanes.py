@@ -44,13 +44,13 @@ def stretch(rx, ry, free, size, strain, width):
 def pull(factor, force, size, rx, ry, fx, fy, width):
     """Write forces along vectors of some size, times a factor; for whole lanes."""
     for g in range(width):
-        each = factor * force[g] / size[g] if size[g] > 0.0 else 0.0
+        each = factor * force[g] / (size[g] if size[g] > 0.0 else 1.0)
         fx[g] = each * rx[g]
         fy[g] = each * ry[g]
 
 
 @register_jitable
-def padded(count):
+def padded(count: int) -> int:
     """The width of a row with so many numbers, in whole lanes."""
     return LANES * ((count + LANES - 1) // LANES)
 
@@ -101,11 +101,11 @@ def _generate_stretch(context: Any, builder: Any, signature: Any, arguments: Any
 @lower_builtin(pull, types.Float, *(types.Array,) * 6, types.Integer)
 def _generate_pull(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     factor, force, size, rx, ry, fx, fy, width = _data(context, builder, signature, arguments)
-    zero = ir.Constant(_VECTOR, [0.0] * LANES)
+    zero, one = ir.Constant(_VECTOR, [0.0] * LANES), ir.Constant(_VECTOR, [1.0] * LANES)
 
     def body(f: Any, s: Any, x: Any, y: Any) -> tuple[Any, ...]:
-        each = builder.fdiv(builder.fmul(factor, f), s)
-        each = builder.select(builder.fcmp_ordered(">", s, zero), each, zero)
+        # 0/0 in what fills the lanes would raise the processor's flag of invalid operations, which LAPACK's callers look at
+        each = builder.fdiv(builder.fmul(factor, f), builder.select(builder.fcmp_ordered(">", s, zero), s, one))
         return builder.fmul(each, x), builder.fmul(each, y)
 
     _by_lanes(builder, width, [force, size, rx, ry], [fx, fy], body)

@@ -125,9 +125,9 @@ class Model(NamedTuple):
     bar_of: I1  # (components,) flexible bar, or -1
     bar: I2  # (flexible bars, 6): first vector, vectors, points, where tables start, first mode, its column
     bar_scale: F1  # (flexible bars,) vector of a mode over its columns
-    bar_table: F1  # of each: weights; slopes at points and ends by shapes; stretching; bending, slopes and second derivatives by points
+    bar_table: F1  # weights; slopes at points and ends by shapes; stretching; bending, slopes, second derivatives by points
     shape_start: I1  # (vectors + 1,) maps of the vectors of shapes
-    shape_pairs: I1  # (vectors,) pairs of columns that turn with the vector, before the others
+    shape_pairs: I1  # (vectors,) leading pairs of columns that turn with a vector
     shape_column: I1
     shape_row: F2  # (2, entries)
     shape_place: I1  # where a column stands among those of its element

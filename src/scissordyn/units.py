@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.numeral import numerals
 
 __all__ = [
     "Meaning",
@@ -24,6 +25,7 @@ __all__ = [
     "Quantity",
     "Sample",
     "State",
+    "cell",
     "check_quantities",
     "checked",
     "degrees",
@@ -428,6 +430,13 @@ def prefix(largest: float) -> tuple[float, str]:
 def counted(number: int, thing: str = "contact") -> str:
     """A number of things in words: "1 contact", "2 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
+def cell(value: float, unit: str) -> str:
+    """One result with its unit, as a table shows it: trailing zeros are kept."""
+    factor, letter = prefix(abs(value)) if unit != "1" else (1.0, "")
+    (text,) = numerals([value / factor])
+    return text if unit == "1" or text == "-" else f"{text} {letter}{unit}"
 
 
 def short(value: float, unit: str) -> str:

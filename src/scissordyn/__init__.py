@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from scissordyn.component.motor import Motor
     from scissordyn.component.port import Output
     from scissordyn.component.rod import Rod
+    from scissordyn.component.roller import Roller
     from scissordyn.component.spring import Spring
     from scissordyn.component.tape_spring import TapeSpring
     from scissordyn.component.time_function import (
@@ -199,6 +200,7 @@ __all__ = [
     "Quantity",
     "Revolute",
     "Rod",
+    "Roller",
     "ScissordynError",
     "Section",
     "Spring",
@@ -346,6 +348,7 @@ _HOMES = {
     "component.motor": ("Motor",),
     "component.port": ("Output",),
     "component.rod": ("Rod",),
+    "component.roller": ("Roller",),
     "component.spring": ("Spring",),
     "component.tape_spring": ("TapeSpring",),
     "component.time_function": (

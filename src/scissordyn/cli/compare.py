@@ -113,7 +113,7 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """
     import numpy as np
 
-    from scissordyn.plot.series import clearance_joints
+    from scissordyn.run.joints import clearance_joints
 
     found: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
     joint_of = run["contact_joint"].values.astype(str) if "contact_joint" in run else np.empty(0, str)

@@ -10,8 +10,8 @@ import numpy as np
 
 from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.series import clearance_joints
 from scissordyn.plot.source import TorqueSource, torque_sources
+from scissordyn.run.joints import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -31,9 +31,10 @@ from bokeh.plotting import figure
 from scissordyn.explore.columns import UNITS, chosen_point, chosen_torques, orbit, requirements, scaled
 from scissordyn.explore.shell import area
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import clearance_joints, predictability_horizon
+from scissordyn.plot.series import predictability_horizon
 from scissordyn.plot.source import TorqueSource
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from scissordyn.run.joints import clearance_joints
 from scissordyn.units import short
 
 if TYPE_CHECKING:

@@ -27,7 +27,8 @@ from scissordyn.explore.table import contact_table
 from scissordyn.explore.widgets import Canvas, Contacts, Form, Toolbar
 from scissordyn.explore.worker import Outcome
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import clearance_joints, largest_forces
+from scissordyn.plot.series import largest_forces
+from scissordyn.run.joints import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

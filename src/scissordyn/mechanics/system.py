@@ -128,6 +128,9 @@ class Model(NamedTuple):
     shape_column: I1
     shape_row: F2  # (2, entries)
     shape_place: I1  # where a column stands among those of its element
+    rail: I2  # (components, 4): of what runs along a bar, where its table starts, spans, polynomials, where its places start
+    rail_table: F1  # of each: places of the cross-sections; Legendre coefficients of the shapes, by spans
+    rail_place: I1  # where a column of the bar's shapes stands among those of the element
     pair: I2  # (pairs, 3) part of a constraint whose multiplier is eliminated, and its two coordinates
     pair_of: I1  # (m,) pair of a constraint, or -1
 
@@ -239,6 +242,7 @@ class Workspace(NamedTuple):
     bar: F2  # (10, widest flexible bar)
     bar_by_x: F2  # (2 vectors, 2 vectors) derivatives of the forces of a flexible bar
     bar_by_v: F2
+    rail: F2  # (8, most columns or polynomials)
 
 
 class System(NamedTuple):

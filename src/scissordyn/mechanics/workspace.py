@@ -119,4 +119,5 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         bar=np.zeros((10, int(np.max(model.bar[:, 1] + 2 * model.bar[:, 2], initial=0)) + LANES)),
         bar_by_x=np.zeros((vectors, vectors)),
         bar_by_v=np.zeros((vectors, vectors)),
+        rail=np.zeros((8, max(8, int(np.max(counts, initial=0)), int(np.max(model.rail[:, 2], initial=0))))),
     )

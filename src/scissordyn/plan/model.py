@@ -28,6 +28,7 @@ from scissordyn.plan.acting import acting, friction_states, offsets, start_coord
 from scissordyn.plan.bending import bar_table, flexible_maps
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 from scissordyn.plan.ordering import incidence, order_unknowns
+from scissordyn.plan.rail import Rails, rail_tables
 
 __all__ = ["make_model"]
 
@@ -90,6 +91,8 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     bars = flexible_maps(coordinates)
     for at, (columns, _) in zip(_bars(components), bars, strict=True):
         maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
+    rails = rail_tables(coordinates, components, bars, maps[len(contacts) :])
+    maps[len(contacts) :] = rails.maps
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
     rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
@@ -123,7 +126,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         pair_of=ordering.pair_of,
         **constraints,
         **_components(mechanism, rotation_start.size - 1),
-        **_flexible(coordinates, components, bars),
+        **_flexible(coordinates, components, bars, rails),
     )
 
 
@@ -133,11 +136,13 @@ def _bars(components: Iterable[Any]) -> list[int]:
 
 
 def _flexible(
-    coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]]
+    coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]], rails: Rails
 ) -> dict[str, np.ndarray]:
     """The part of a model that describes its flexible bars."""
     numbers = np.full(len(components), -1, np.int64)
     numbers[_bars(components)] = np.arange(len(bars))
+    for i, bar in rails.bars.items():
+        numbers[i] = bar
     shape_start, shape_column, shape_row = _stacked([each for _, maps in bars for each in maps], 2)
     tables = [bar_table(axis) for axis in coordinates.natural.axes]
     first = offsets(len(maps) for _, maps in bars)
@@ -156,6 +161,9 @@ def _flexible(
         "shape_column": shape_column,
         "shape_row": shape_row,
         "shape_place": np.concatenate([np.zeros(0, np.int64), *places]),
+        "rail": rails.rows,
+        "rail_table": rails.table,
+        "rail_place": rails.places,
     }
 
 

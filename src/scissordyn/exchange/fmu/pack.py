@@ -68,7 +68,13 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"scissordyn {name} {mechanism!r} {run!r}")) + "}"
     source = Source(found, driver, tolerance=float(run.rtol), token=token)
     description = model_description(
-        name, identifier, token, source.variables, until=float(run.until), tolerance=float(run.rtol)
+        name,
+        identifier,
+        token,
+        source.variables,
+        until=float(run.until),
+        tolerance=float(run.rtol),
+        exchange=source.looks_back == 0,
     )
     held = io.BytesIO()
     with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -68,7 +68,7 @@ STIFFER = {f"{factor:g} times the tube": factor for factor in (10.0, 100.0, 1000
 OILS = (0.01, 0.1)
 """Viscosities [Pa s]."""
 
-MEMBERS = 3
+MEMBERS = 2
 """Neighbours of a run, whose clearances differ by 1e-12 of themselves: what they disagree on is not the mechanism's answer."""
 
 SAMPLES = 2001

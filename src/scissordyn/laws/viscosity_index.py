@@ -59,8 +59,8 @@ def viscosity_index(cold: float, hot: float) -> float:
     zero, hundred = _references(hot)
     if cold >= hundred:
         return 100.0 * (zero - cold) / (zero - hundred)
-    power = math.log(hundred / cold) / math.log(hot)
-    return 100.0 + (10.0**power - 1.0) / 0.00715
+    power: float = math.log(hundred / cold) / math.log(hot)
+    return 100.0 + (math.pow(10.0, power) - 1.0) / 0.00715
 
 
 def hot_viscosity(cold: float, index: float) -> float:

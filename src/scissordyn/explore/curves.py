@@ -332,7 +332,7 @@ class Curves:
         torques, more = chosen_torques(run)
         point = chosen_point(summary)
         of = (joint, output, [source.name for source in torques], point.name if point else "")
-        scales, data = scaled(run, *of, None)
+        scales, data = scaled(run, *of, None, torques)
         time = scales["time"]
         until = time.factor * float(run["time"].values[-1])
         horizon = predictability_horizon(run)

@@ -10,7 +10,8 @@ from __future__ import annotations
 from scissordyn.component.port import ACTUATOR, AXIS, RAIL
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
-from scissordyn.mechanics.flexible_bar import add_flexible_bar, linearise_flexible_bar
+from scissordyn.mechanics.flexible_bar import add_flexible_bar
+from scissordyn.mechanics.flexible_bar_slopes import linearise_flexible_bar
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
 from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wrench, sense_port, write_port_gradients
 from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise_rail, sense_rail

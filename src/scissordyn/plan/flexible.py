@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from scissordyn.component.beam import node_inertia
+from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.beam import Beam, thermal_loads
+from scissordyn.component.beam import Beam
+from scissordyn.component.elastic import thermal_loads
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at, function_rows

@@ -50,8 +50,8 @@ class FlexibleBar:
         U = \tfrac12 \int EI\,(|r''|^2 - \varepsilon'^2) + EA\,\varepsilon^2\,ds,\quad \varepsilon = |r'| - 1
 
     p are the points of the cross-sections (and the directions of those that something clamps), a vector amplitudes of the
-    lowest bending modes with these held; the mass matrix is constant. The bracket is the squared curvature but for strains
-    beside one. Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
+    lowest bending modes with these held; the mass matrix is constant. The bracket is the squared curvature but for strains.
+    Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
     E (strain + tau strain rate).
 
     Parameters

@@ -135,5 +135,6 @@ def compiled_library(source: str, compiler: str = "", flags: tuple[str, ...] = F
             raise InputError(f"the C compiler '{compiler}' failed: {error}", "a C compiler that works, in CC") from None
         if done.returncode:
             said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[-200:])
+            said = said or f"exit status {done.returncode}"
             raise InputError(f"the C compiler '{compiler}' failed: {said}", "a C compiler for C99, in CC")
         return library.read_bytes()

@@ -211,7 +211,10 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         clock.longest = w.accepted[1]
     if r.steps.time.size > 0:
         record_step(now, s, r.steps)
-    pass_guards(problem, now, s, w, S, K, r.log)
+    if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed: what touches answers at once
+        take_impacts(jumps, now, s, w, S, H, K, r.log)
+        problem.accept(now, s.y, S, w.accepted)
+        clock.longest = w.accepted[1]
     return STUCK if clock.stalled > 1000 else ADVANCING
 
 
@@ -338,15 +341,18 @@ def follow(t, h, s, w):
 
 @kernel(inline=True)
 def pass_guards(problem, now, s, w, S, K, log):
-    """Events of guards other than those of what jumps: they act from the end of the step on in which they are crossed."""
+    """Events of guards other than those of what jumps, at the end of the step in which they are crossed; returns whether any."""
     if s.mode.size == K.which.size:
-        return
+        return False
     problem.guards(now, s.y, S, w.value, w.rate)
     for i in range(K.which.size):
         w.value[K.which[i]] = -math.inf
+    found = False
     for k in range(s.mode.size):
         if w.value[k] > -math.inf and sign_of(s.mode[k]) * w.value[k] > 0.0:
             take_event(problem, now, k, s, w, S, log)
+            found = True
+    return found
 
 
 @kernel(inline=True)

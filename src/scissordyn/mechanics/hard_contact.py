@@ -115,7 +115,8 @@ def hard_step(t, h, y, new, S, H):
         new[n + i] = y[n + i] + h * H.slope[n + i]
     for i in range(2 * n, y.size):
         new[i] = y[i] + h * H.slope[i]
-    H.impact[0] = H.impact[1] = 0
+    H.impact[0] = 0
+    H.impact[1] = min(H.impact[1], 0)
     if acts_now:
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
@@ -132,11 +133,11 @@ def hard_step(t, h, y, new, S, H):
         else:
             share_of_force(i, j, h, new, S, H)
         y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
-    if acts_now:
-        return_to_surfaces(h, new, S, H)
     look_ahead(h, new, S, H)
     if H.impact[1] == 1:
         take_back(S, H)
+    elif acts_now:
+        return_to_surfaces(h, new, S, H)
 
 
 @kernel(inline=True)
@@ -340,7 +341,7 @@ def look_ahead(h, new, S, H):
         if H.closed[i] == 0:
             H.ahead[0] = max(H.ahead[0], depth)
         most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if H.locate[0] == 0 and depth > most and depth - H.depth[i] > 0.5 * most:
+        if H.locate[0] == 0 and H.impact[1] == 0 and depth > most and depth - H.depth[i] > 0.5 * most:
             H.impact[1] = 1
     place_at_middle(S, H)
 

@@ -286,7 +286,8 @@ def turn_normals(h, m, S, H):
         z = load * H.gram[other, H.reach[0]]
         f = z * z / (1.0 + z * z)
         H.swing[i] = load * (0.25 + 0.75 * f)
-        H.lag[i] = H.swing[i] * H.before[other] - load * f * speed_along(j, S)
+        rolls = along(m + 2 * i + 1, S.work.V, S, H) - speed_along(j, S)
+        H.lag[i] = H.swing[i] * H.before[other] - load * f * (H.before[other] - rolls)
 
 
 @kernel(inline=True)
@@ -499,7 +500,8 @@ def take_results(h, S, H):
         by_force = before - H.free[a]
         if (-before - H.turn[i]) * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
             H.impact[0] = 1
-        out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, 0.0) else 0.0
+        near = RESTING * (abs(before) + H.turn[i])
+        out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, near) else 0.0
         H.stuck[i] = 1 if H.mode[i] == STICK else 0
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)

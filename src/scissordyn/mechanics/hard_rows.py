@@ -126,10 +126,10 @@ def convective(j, S):
 
 @kernel(inline=True)
 def speed_along(j, S):
-    """Speed of a journal's centre along the surface of its bearing [m/s]; Work.contact has the normal."""
+    """Part of U_T [m/s] that is the motion of a journal's centre; Work.contact has the normal."""
     _, _, _, _, _, _, ux, uy, _, _, _, _ = map_values(j, S)
     found = S.work.contact[j]
-    return uy * found.nx - ux * found.ny
+    return ux * found.ny - uy * found.nx
 
 
 @kernel(inline=True)

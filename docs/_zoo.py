@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import scissordyn as sd
-from scissordyn.bibliography.reference import Reference, bibliography, references
+from scissordyn.bibliography.reference import Reference, bibliography, dois, references
 from scissordyn.collection.entry import Entry
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
@@ -73,8 +73,21 @@ def zoo_table() -> list[str]:
     return lines
 
 
+def _citing_pages(docs: Path) -> dict[str, list[str]]:
+    """Links to the pages that name a DOI, in lower case."""
+    found: dict[str, list[str]] = {}
+    for page in sorted(docs.rglob("*.md")):
+        name = page.relative_to(docs).as_posix()
+        if name == "references.md" or name.startswith(("zoo/", "theory/catalogue")):
+            continue  # made from the same declarations
+        for doi in dois(page.read_text(encoding="utf-8")):
+            found.setdefault(doi.lower(), []).append(f"[{name.removesuffix('.md')}]({name})")
+    return found
+
+
 def bibliography_list() -> list[str]:
     """Every publication with what cites it."""
+    pages = _citing_pages(Path(__file__).parent)
     users: dict[str, list[str]] = {}
     parts = [(f"{kind} {name}", law.source) for kind, known in BY_KIND.items() for name, law in known.items()]
     parts += [(f"controller {name}", found.source) for name, found in CONTROLLERS.items()]
@@ -85,6 +98,7 @@ def bibliography_list() -> list[str]:
     lines = []
     for key, reference in sorted(bibliography().items()):
         if reference.type != "software":
-            cited = f" *Cited by* {', '.join(users[key])}." if key in users else ""
+            by = users.get(key, []) + (pages.get(reference.doi.lower(), []) if reference.doi else [])
+            cited = f" *Cited by* {', '.join(by)}." if by else ""
             lines.append(f"* `{key}`: {_said(reference)}{cited}")
     return lines

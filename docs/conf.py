@@ -15,10 +15,9 @@ sys.path.insert(0, str(HERE.parent / "src"))
 sys.path.insert(0, str(HERE))
 
 import _generate  # noqa: E402
+import _notebooks  # noqa: E402
 import _tables  # noqa: E402
-import nbformat  # noqa: E402
 from docutils import nodes  # noqa: E402
-from myst_nb.core.read import read_myst_markdown_notebook  # noqa: E402
 
 import scissordyn as sd  # noqa: E402
 
@@ -100,15 +99,9 @@ def _offer_notebook(_app: Any, docname: str, source: list[str]) -> None:
 
 
 def _write_notebooks(app: Any, failure: Exception | None) -> None:
-    """Each tutorial as a notebook of Jupyter, without results."""
-    if failure is not None:
-        return
-    target = Path(app.outdir) / NOTEBOOKS
-    target.mkdir(parents=True, exist_ok=True)
-    for page in (HERE / "tutorials").glob("*.md"):
-        text = page.read_text(encoding="utf-8")
-        if "{code-cell}" in text:
-            nbformat.write(read_myst_markdown_notebook(text), target / f"{page.stem}.ipynb")
+    """Each tutorial as a notebook beside the pages."""
+    if failure is None:
+        _notebooks.write_notebooks(Path(app.outdir) / NOTEBOOKS)
 
 
 def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, lines: list[str]) -> None:

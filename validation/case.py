@@ -203,7 +203,12 @@ class Case:
     models: Callable[[], list[Model]] | None = None
 
 
-ZOO = {"pendulum": "a01-pendulum", "n_four_bar": "a02-n-four-bar", "squeezer": "a03-squeezer"}
+ZOO = {
+    "pendulum": "a01-pendulum",
+    "n_four_bar": "a02-n-four-bar",
+    "slider_crank": "flores-slider-crank",
+    "squeezer": "a03-squeezer",
+}
 """Cases whose mechanism is in the zoo, by its name there."""
 
 

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from scissordyn.component.motor import Motor
     from scissordyn.component.port import Output
     from scissordyn.component.rod import Rod
+    from scissordyn.component.roller import Roller
     from scissordyn.component.spring import Spring
     from scissordyn.component.tape_spring import TapeSpring
     from scissordyn.component.time_function import (
@@ -199,6 +200,7 @@ __all__ = [
     "Quantity",
     "Revolute",
     "Rod",
+    "Roller",
     "ScissordynError",
     "Section",
     "Spring",
@@ -346,6 +348,7 @@ _HOMES = {
     "component.motor": ("Motor",),
     "component.port": ("Output",),
     "component.rod": ("Rod",),
+    "component.roller": ("Roller",),
     "component.spring": ("Spring",),
     "component.tape_spring": ("TapeSpring",),
     "component.time_function": (
@@ -433,7 +436,7 @@ class _Study(ModuleType):
 
 
 def _study() -> Any:
-    return import_module("scissordyn.config.studies").study
+    return _public("config.studies", "study")
 
 
 class _Package(ModuleType):
@@ -455,8 +458,19 @@ def __getattr__(name: str) -> Any:
         from scissordyn.errors import did_you_mean
 
         raise AttributeError(f"module 'scissordyn' has no attribute '{name}'{did_you_mean(name, _HOME)}")
-    value = getattr(import_module(f"scissordyn.{_HOME[name]}"), name)
-    globals()[name] = value
+    value = globals()[name] = _public(_HOME[name], name)
+    return value
+
+
+def _public(home: str, name: str) -> Any:
+    """What has a public name: a keyword that it does not know is answered with the nearest one."""
+    from scissordyn.keyword import suggesting
+
+    room = import_module(f"scissordyn.{home}")
+    found = getattr(room, name)
+    value = suggesting(found)
+    if value is not found:
+        setattr(room, name, value)  # where others find it by its name, as pickle does
     return value
 
 

@@ -17,6 +17,8 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.keyword import knows_keywords, unexpected
+from scissordyn.numeral import numerals
 
 __all__ = [
     "Meaning",
@@ -24,6 +26,7 @@ __all__ = [
     "Quantity",
     "Sample",
     "State",
+    "cell",
     "check_quantities",
     "checked",
     "degrees",
@@ -255,7 +258,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
         try:
             bound = signature.bind(*given, **named)
         except TypeError as error:
-            raise TypeError(f"{name}() {error}{_nearest(signature, named)}") from None
+            raise TypeError(f"{name}() {unexpected(signature, named) or error}") from None
         hints = _hints(function)
         called = bound.arguments.get("name")
         owner = f"{name} '{called}'" if isinstance(called, str) and called else f"{name}()"
@@ -269,13 +272,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
                 bound.arguments[key] = _fitted(owner, key, value, hints[key])
         return function(*bound.args, **bound.kwargs)
 
-    return compared
-
-
-def _nearest(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
-    """The parameter that the first unknown keyword is nearest to, as a question."""
-    unknown = next((key for key in named if key not in signature.parameters), None)
-    return "" if unknown is None else did_you_mean(unknown, signature.parameters)
+    return knows_keywords(compared)
 
 
 @cache
@@ -428,6 +425,13 @@ def prefix(largest: float) -> tuple[float, str]:
 def counted(number: int, thing: str = "contact") -> str:
     """A number of things in words: "1 contact", "2 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
+def cell(value: float, unit: str) -> str:
+    """One result with its unit, as a table shows it: trailing zeros are kept."""
+    factor, letter = prefix(abs(value)) if unit != "1" else (1.0, "")
+    (text,) = numerals([value / factor])
+    return text if unit == "1" or text == "-" else f"{text} {letter}{unit}"
 
 
 def short(value: float, unit: str) -> str:

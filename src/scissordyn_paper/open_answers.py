@@ -21,7 +21,6 @@ from scissordyn_paper.figure import open_question as figure
 from scissordyn_paper.open_question import (
     BARS,
     COMPARED,
-    ELEMENTS,
     LONGEST_FIRST,
     MANOEUVRES,
     MEASURES,
@@ -276,12 +275,14 @@ def _runs(found: Found) -> list[str]:
 
 
 def _how(found: Found) -> list[str]:
-    elements = ", ".join(f"{number} in the {name}" for name, number in ELEMENTS.items())
+    kept = sorted({(case.bars, int(run["modes"])) for case, run in found.items() if int(run["modes"])})
+    modes = ", ".join(f"{bars} {number}" for bars, number in kept)
     said = sorted({warning for run in found.values() for warning in json.loads(run.attrs["warnings"])})
     made = ", ".join(f"{name} {value}" for name, value in json.loads(provenance()).items())
     return [
         paragraph(
-            f"Beam elements along a bar: {elements}. Bars of the stroke start unbent with the velocities of rigid ones, "
+            f"Bending modes of a bar with its pins held, up to the frequency of contacts: {modes}. "
+            "Bars of the stroke start unbent with the velocities of rigid ones, "
             "those of the deployment at rest in equilibrium under gravity, the journal in contact. Oil: a film of finite "
             "length by an impedance table. No friction in dry contact, as in the paper's own runs."
         ),

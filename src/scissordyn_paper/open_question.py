@@ -48,9 +48,6 @@ MANOEUVRES: Mapping[Manoeuvre, str] = {
     "deployment": "deployment from 30 to 75 deg in 0.5 s, from rest to rest, and 0.1 s more",
 }
 
-ELEMENTS: Mapping[Manoeuvre, int] = {"stroke": 4, "deployment": 2}
-"""Beam elements along a bar."""
-
 BARS: Mapping[str, Mapping[str, str]] = {
     "rigid": {},
     "solid steel": {"section": "solid 19.02x19.02 mm", "material": "steel"},
@@ -162,7 +159,7 @@ class OpenCase:
             rigidity, axial = (STIFFER[self.bars] * each for each in TUBE)
             bars = {"bending_stiffness": f"{rigidity:g} N m^2", "axial_stiffness": f"{axial:g} N"}
         if bars:
-            tree["bending"] = [{"bars": "unit */bar *", **bars, "elements": ELEMENTS[self.manoeuvre]}]
+            tree["bending"] = [{"bars": "unit */bar *", **bars}]  # modes up to the frequency of contacts
         return f"# {self.name}\n{_written(tree)}"
 
 
@@ -259,6 +256,7 @@ def _measured(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, float]:
     end = float(run["time"].values[-1])
     last = run["contact_start"].values[np.isnan(run["contact_duration"].values)]  # lasts to the end
     return {
+        "modes": float(run["flexible_bar_modes"].max()) if "flexible_bar_modes" in run else 0.0,
         "contacts": float(peaks.size),
         "contact_fraction": (float(length.sum()) + float(np.sum(end - last))) / end,
         "peak_force": float(np.max(peaks, initial=0.0)),

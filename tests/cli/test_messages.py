@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
+import pickle
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -44,10 +47,33 @@ def test_words_of_other_programs(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert not (tmp_path / "p.png").exists()
 
 
-def test_keywords_of_functions() -> None:
-    """Identity: the error names the function and the nearest keyword."""
-    with pytest.raises(TypeError, match=r"scissor\(\) .* 'unit' \(did you mean 'units'\?\)"):
-        sd.scissor(unit=2)
+def slips() -> Iterator[tuple[str, str, str]]:
+    """Every public function and class with its longest keyword, and the same with a letter left out."""
+    for name in sd.__all__:
+        called = getattr(sd, name)
+        if not callable(called) or (isinstance(called, type) and issubclass(called, Exception)):
+            continue
+        parameters = inspect.signature(called).parameters.values()
+        named = [each.name for each in parameters if each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD)]
+        if named and not any(each.kind is each.VAR_KEYWORD for each in parameters):
+            keyword = max(named, key=len)
+            yield name, keyword, keyword[:-2] + keyword[-1] if len(keyword) > 3 else f"{keyword[:-1]}xx"
+
+
+def test_keywords_of_everything_public() -> None:
+    """Identity: an unknown keyword of a public function or class is answered with its name and the nearest keyword."""
+    tried = list(slips())
+    assert len(tried) > 110
+    assert {"scissor", "Clearance", "LuGre", "simulate", "simulate_many", "study"} <= {name for name, _, _ in tried}
+    for name, keyword, slip in tried:
+        with pytest.raises(TypeError, match=rf"{name}.*'{slip}' \(did you mean '{keyword}'\?\)"):
+            getattr(sd, name)(**{slip: 1})
+
+
+def test_public_functions_are_pickled() -> None:
+    """Identity: what answers unknown keywords is found by its name in another process."""
+    for called in (sd.simulate_many, sd.save, sd.Clearance, sd.fit):
+        assert pickle.loads(pickle.dumps(called)) is called
 
 
 def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:

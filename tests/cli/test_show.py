@@ -32,10 +32,10 @@ def test_prefix_leaves_a_number_between_one_and_a_thousand(largest: float, lette
 
 
 def test_column_has_one_unit_and_aligned_decimals() -> None:
-    """Identity: every entry has as many decimals as the largest needs for five digits; what is not known is a dash."""
+    """Identity: decimals as the largest needs for five digits, more for fewer than three; unknown is a dash."""
     unit, texts = column(np.array([12345.6, -1.0, math.nan]), "N")
     assert unit == "kN"
-    assert texts == ["12.346", "-0.001", "-"]
+    assert texts == ["12.346", "-0.00100", "-"]
     assert column(np.array([-107.816]), "deg") == ("deg", ["-107.82"])
     assert column(np.array([0.7351429]), "m/s") == ("m/s", ["0.7351"])
     assert column(np.array([math.nan]), "s") == ("s", ["-"])
@@ -168,7 +168,7 @@ def test_many_joints_are_a_table() -> None:
     text = shown(many_joints(names), rows=0)
     rows = [line.split() for line in text.splitlines() if "/pivot" in line and "Largest" not in line]
     assert [" ".join(row[1:3]) for row in rows] == names[::-1]
-    assert rows[0] == ["1", "unit", "12/pivot", "10", "12.000", "15.000"]
+    assert rows[0] == ["1", "unit", "12/pivot", "10.0", "12.000", "15.000"]
     assert "Joint unit" not in text
 
 

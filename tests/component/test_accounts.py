@@ -24,6 +24,8 @@ PARTS: tuple[Component, ...] = (
     sd.TapeSpring("tape", *HINGED, 20.0, 2.0, 0.3, 0.8, 0.2, 0.1),
     sd.Bushing("bush", *ENDS, 40.0, 60.0, 5.0, 3.0, 0.5, 0.7, 0.1, 0.2),
     sd.Beam("beam", *ENDS, 0.5, 200.0, 3.0, 1.0),
+    sd.Roller("wheel", ("one", "start"), "other", stiffness=70.0, damping=2.0),
+    sd.Roller("guide", ("one", "start"), "other", stiffness=70.0, clearance=0.3, restitution=0.4),
     sd.AngleStop("stop", "one", 0.2, "other", stiffness=1e3, restitution=0.4),
     sd.TravelStop("end", ("one", "start"), direction=0.3, limit=0.2, stiffness=1e4, restitution=0.4),
 )

@@ -61,6 +61,10 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
             depth=0.06,
         ),
     ),
+    sd.Roller: (
+        sd.Roller("wheel", ("rod", "end"), "crank"),
+        sd.Roller("wheel", ("rod", "end"), "crank", stiffness=1e6 / 3.0, damping=7.0, clearance=1e-4, restitution=0.7),
+    ),
     sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
     sd.Harmonic: (sd.Harmonic(0.1, 0.2, 3.3, 0.4),),
 }

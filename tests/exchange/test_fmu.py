@@ -16,6 +16,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu import pack
+from scissordyn.integrate.history import make_history
+from scissordyn.run import driver
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
@@ -41,6 +43,10 @@ CASES = {
         .controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
         0.2,
     ),
+    "delayed": (
+        sd.slider_crank().with_clearance("slider pin", sd.Clearance(5e-4)).controlled(sd.Pyragas(5.0, 0.01), speed=100.0),
+        0.03,
+    ),
 }
 TOLERANCE, SAMPLES = {"CoSimulation": 1e-10, "ModelExchange": 1e-12}, 4001
 """CVode adds up a thousand times its tolerance over these contacts, and less with a smaller one (docs/export.md); it makes at
@@ -56,6 +62,7 @@ def units(tmp_path_factory):
         if name not in made:
             mechanism, until = CASES[name]
             with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(driver, "make_history", lambda signals: make_history(signals, steps=3000))
                 patch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
                 content = pack.fmu(mechanism, sd.Options(until=until, rtol=OURS), name=name)
             made[name] = folder / f"{name}.fmu"
@@ -91,14 +98,17 @@ def apart(found, exact):
     return float(np.max(abs(np.asarray(found) - np.asarray(exact))))
 
 
-@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
-@pytest.mark.parametrize("name", CASES)
+KINDS = [(name, kind) for name in CASES for kind in TOLERANCE if (name, kind) != ("delayed", "ModelExchange")]
+
+
+@pytest.mark.parametrize(("name", "kind"), KINDS)
 def test_a_unit_moves_as_the_mechanism(units, name, kind):
     """Cross-check: positions and angles to 1e-6 over contacts with clearance, forces to a thousandth of the largest.
 
     The whole time is within the horizon of predictability that the run itself states. A force is the millionfold of an
     indentation, and a sample may lie between the instants that two programs find for the start of a contact. Co-simulation
-    runs the package's loop in C; model exchange is integrated by CVode of fmpy.
+    runs the package's loop in C; model exchange is integrated by CVode of fmpy. The delayed controller looks back over more
+    steps than its store has rows, so that rows are dropped in between.
     """
     mechanism, until = CASES[name]
     run = reference(name)
@@ -263,8 +273,40 @@ def test_an_element_of_a_users_own_is_in_a_unit_and_a_function_is_not():
         pack.fmu(law, sd.Options(until=until), sources_only=True)
 
 
-def test_a_controller_that_looks_back_is_refused():
-    """Identity: what is not in a unit is said in one line."""
-    delayed = sd.slider_crank().controlled(sd.Pyragas(1.0, 0.01), speed=10.0)
-    with pytest.raises(InputError, match="looks back"):
-        pack.fmu(delayed, sd.Options(until=0.1))
+def test_a_controller_that_looks_back_is_for_co_simulation(units):
+    """Identity: the integrator of an importer keeps no history, so the unit offers its own steps alone."""
+    description = fmpy.read_model_description(units("delayed"))
+    assert description.modelExchange is None
+    assert description.coSimulation is not None
+
+
+@pytest.mark.parametrize("name", ["arm", "servo"])
+def test_inputs_give_another_motion(units, name):
+    """Cross-check: a unit that was made with one motion, moved by inputs on another one, is our run with that other motion.
+
+    The inputs are a drive's, and the reference of a servo's controller. Between two calls they go on as parabolas; motions with
+    a constant acceleration are given exactly.
+    """
+    mechanism, until = CASES[name][0], 0.02
+    first = sd.degrees(30) if name == "arm" else 0.3
+    speed, acceleration = (0.0, 40.0) if name == "arm" else (2.0, 150.0)
+    other = sd.Polynomial((first, speed, 0.5 * acceleration))
+    if name == "arm":
+        moved = dataclasses.replace(mechanism, drives=(dataclasses.replace(mechanism.drives[0], motion=other),))
+        label = f"drives.{mechanism.drives[0].body}"
+    else:
+        moved = CASES[name][0].replace("actuator of crank.reference", other)
+        label = "references.actuator of crank"
+    run = sd.simulate(moved, until=until, samples=SAMPLES, rtol=OURS)
+    time = np.linspace(0.0, until, SAMPLES)
+    given = np.zeros(time.size, [("time", "f8"), *((f"{label}.{x}", "f8") for x in ("angle", "speed", "acceleration"))])
+    given["time"] = time
+    given[f"{label}.angle"] = first + speed * time + 0.5 * acceleration * time**2
+    given[f"{label}.speed"], given[f"{label}.acceleration"] = speed + acceleration * time, acceleration
+    found = simulated(units(name), "CoSimulation", until, input=given, start_values={f"{label}.external": True})
+    still = sd.simulate(mechanism, until=until, samples=SAMPLES, rtol=OURS)
+    for body in mechanism.bodies:
+        if body.rotates:
+            angle = run["angle"].sel(body=body.name)
+            assert apart(found[f"bodies.{body.name}.angle"], angle) < 1e-6
+    assert apart(run["angle"], still["angle"]) > 1e-4

@@ -15,7 +15,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.exchange.beams import beam_file
-from scissordyn.exchange.forces import envelope, force_json, force_table, to_csv
+from scissordyn.exchange.forces import LOCATED, envelope, force_json, force_table, missed_peaks, to_csv
 
 GRAVITY = 9.81
 
@@ -67,6 +67,20 @@ def test_forces_on_all_bars_balance_with_clearance():
     assert read["x [N]"].values == pytest.approx(forces["force"].values[..., 0].ravel())
     held = json.loads(force_json(forces))
     assert np.array(held["ends"][0]["force"]) == pytest.approx(forces["force"].values[:, 0])
+
+
+def test_a_peak_between_samples_is_in_the_envelope_and_said():
+    """Identity: with few samples the located peak is in its column and named; samples at the contacts' instants reach it."""
+    mechanism = sd.slider_crank().with_clearance("slider pin", sd.Clearance(5e-4)).driven(speed=50.0)
+    run = sd.simulate(mechanism, until=0.05, samples=21)
+    rows = envelope(sd.pin_forces(run, mechanism)).set_index(["body", "joint"])
+    peak = float(run["peak_force"].max())
+    assert rows.loc[("slider", "slider pin"), LOCATED] == rows.loc[("rod", "slider pin"), LOCATED] == peak
+    assert math.isnan(rows.loc[("rod", "crank pin"), LOCATED])
+    assert rows.loc[("slider", "slider pin"), "largest force [N]"] < 0.5 * peak
+    assert [f"largest is {peak:.4g} N" in line for line in missed_peaks(run)] == [True]
+    dense = sd.simulate(mechanism, until=0.05, samples="auto")
+    assert missed_peaks(dense) == []
 
 
 def test_beams_are_in_equilibrium_and_refuse_what_they_cannot_say(pendulum):

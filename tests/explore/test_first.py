@@ -26,6 +26,9 @@ from scissordyn.run.store import save
 
 from .browser import CASE
 
+PATIENCE = 600.0
+"""A thread may have to compile all kernels first, on a machine that does other things [s]."""
+
 
 @pytest.fixture
 def case() -> FileCase:
@@ -41,7 +44,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
     def held(mechanism: Mechanism, **named: Any) -> xr.Dataset:
         if mechanism != mechanism.ideal():
             runs.append(1)
-            assert opened.wait(30.0)
+            assert opened.wait(PATIENCE)
         return simulate(mechanism, **named)
 
     monkeypatch.setattr("scissordyn.run.simulate.simulate", held)
@@ -50,11 +53,12 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
 
 def until(condition: Callable[[], bool]) -> None:
     """Wait for a thread."""
-    for _ in range(600):
+    ends = time.monotonic() + PATIENCE
+    while time.monotonic() < ends:
         if condition():
             return
         time.sleep(0.05)
-    raise AssertionError("it did not happen within 30 s")
+    raise AssertionError(f"it did not happen within {PATIENCE:g} s")
 
 
 def begun(case: FileCase) -> FirstRun:
@@ -228,7 +232,7 @@ def test_compiling_is_said_until_the_first_step(case: FileCase, monkeypatch: pyt
 
     monkeypatch.setattr("scissordyn.run.simulate.simulate", held)
     worker_may_begin = threading.Event()
-    monkeypatch.setattr("scissordyn.explore.worker._ideal", lambda case: worker_may_begin.wait(30.0) and None)
+    monkeypatch.setattr("scissordyn.explore.worker._ideal", lambda case: worker_may_begin.wait(PATIENCE) and None)
     session = Session(case, lambda what: None)
     worker_may_begin.set()
     until(lambda: bool(seen))

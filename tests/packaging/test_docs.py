@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 import scissordyn as sd
+from scissordyn.bibliography.reference import bibliography, dois
 from scissordyn.config.file import read_case
 
 ROOT = Path(__file__).parents[2]
@@ -203,20 +204,13 @@ def test_examples_of_the_gallery_are_cases() -> None:
         assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
 
 
-def test_every_doi_was_found() -> None:
-    """Identity: the DOIs of pages and validation cases are those of the table that says where each was found."""
-    pattern = re.compile(r"10\.\d{4,9}/[^\s}\"'`;,|<>\]]+")
-    known = {
-        row.split("|")[1].strip()
-        for row in (DOCS / "decisions" / "measured" / "citations.md").read_text(encoding="utf-8").splitlines()
-        if row.startswith("| 10.")
-    }
-    assert len(known) > 30
-    texts = (*PAGES, *(ROOT / "validation").rglob("*.md"), *(ROOT / "examples").rglob("*.toml"), ROOT / "CITATION.cff")
+def test_every_doi_is_in_the_bibliography() -> None:
+    """Identity: pages, sources, tests and cases name no DOI but those of the one file that says where each was found."""
+    known = {reference.doi.lower() for reference in bibliography().values() if reference.doi}
+    assert all(reference.seen for reference in bibliography().values() if reference.doi)
+    texts = [*PAGES, ROOT / "CITATION.cff", *(ROOT / "examples").rglob("*.toml")]
+    texts += [*(ROOT / "validation").rglob("*.md"), *(ROOT / "src").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]
     for path in texts:
-        if path.name == "components.md":
-            continue  # written from the declarations of components
-        for found in pattern.findall(path.read_text(encoding="utf-8")):
-            doi = found.rstrip(".:")
-            doi = doi.rstrip(")") if doi.count(")") > doi.count("(") else doi
-            assert doi in known, f"{path.name}: {found}"
+        named = (doi.lower() for doi in dois(path.read_text(encoding="utf-8")) if not doi.startswith("10.1000/"))  # of examples
+        unknown = [doi for doi in named if doi not in known]
+        assert not unknown, f"{path.relative_to(ROOT)}: {unknown}"

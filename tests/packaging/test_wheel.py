@@ -80,7 +80,8 @@ def test_empty_environment(wheel: Path, tmp_path: Path) -> None:
     venv.create(home, with_pip=True)
     programs = home / ("Scripts" if os.name == "nt" else "bin")
     python = str(programs / "python")
-    done = subprocess.run([python, "-m", "pip", "install", "--quiet", str(wheel)], capture_output=True, text=True, check=False)
+    install, only = [python, "-m", "pip", "install", "--quiet", str(wheel)], {**os.environ, "PYTHONPATH": ""}
+    done = subprocess.run(install, env=only, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     alone = {"PATH": str(programs), "HOME": str(tmp_path), "SCISSORDYN_CACHE": str(tmp_path / "cache")}
     if os.name == "nt":

@@ -85,10 +85,14 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
     show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
     page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
-    for text in ("peak_force 20 40 84.07 kN 0.0%", "84.07 kN (40.1% beyond the bound)", "Warning in 10 cases, as in: limit 5"):
+    for text in (
+        "peak_force 20.00 40.00 84.07 kN 0.0%",
+        "84.07 kN (40.1% beyond the bound)",
+        "Warning in 10 cases, as in: limit 5",
+    ):
         assert text in shown
     for text in (
-        "<td>20</td><td>40</td><td>84.07</td><td>kN</td>",
+        "<td>20.00</td><td>40.00</td><td>84.07</td><td>kN</td>",
         "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.zarr 8</code></td>",
         "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.zarr 0</code></td>",
         "<td>interval: 0.1 to 0.5 mm</td>",
@@ -110,7 +114,7 @@ def test_fronts_and_effects_have_units() -> None:
     table = best_points(best, found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))}), 5)
     assert table is not None
     assert table.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
-    assert table.rows == [("2", "0.3", "30")]
+    assert table.rows == [("2", "0.3000", "30.000")]
     steps = np.array([[0.0], [2.0 / 3.0]] * 8)
     effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
     effects.attrs["units"] = "N"

@@ -31,7 +31,7 @@ class Impact:
 
 
 class BentArray:
-    """Two units, the bar at the ground driven at its first cross-section, the journal of the other one loose in the slider.
+    """Units with the bar at the ground driven at its first cross-section, the journal of the other one loose in the slider.
 
     Parameters
     ----------
@@ -39,13 +39,14 @@ class BentArray:
         Of each bar, an even number.
     bending, axial : float
         EI [N m^2], EA [N].
+    units : int
     """
 
     length, mass, slider, clearance, width = 2.0, 5.68, 5.0, 0.5e-3, 15e-3
     start, speed, restitution = math.pi / 6.0, 5.0 * math.pi, 0.9
 
-    def __init__(self, elements: int, bending: float, axial: float) -> None:
-        self.elements, self.bending, self.axial = elements, bending, axial
+    def __init__(self, elements: int, bending: float, axial: float, units: int = 2) -> None:
+        self.elements, self.bending, self.axial, self.bars = elements, bending, axial, 2 * units
         self.size = self.length / elements
         self.elastic, self.factor = liu(self.clearance, self.width), flores(self.restitution)
         self._number()
@@ -56,15 +57,17 @@ class BentArray:
     def _number(self) -> None:
         """Numbers of the points and gradients of every node of every bar; the slider's y is the last coordinate."""
         n, half = self.elements, self.elements // 2
-        shared = {(0, half): "1", (1, half): "1", (2, half): "2", (3, half): "2"}
-        shared |= {(0, n): "upper", (3, 0): "upper", (1, n): "lower", (2, 0): "lower"}
+        shared = {(bar, half): f"middle {bar // 2}" for bar in range(self.bars)}
+        for bar in range(0, self.bars - 2, 2):
+            shared |= {(bar, n): f"upper {bar}", (bar + 3, 0): f"upper {bar}"}
+            shared |= {(bar + 1, n): f"lower {bar}", (bar + 2, 0): f"lower {bar}"}
         known: dict[object, int] = {}
-        self.points = np.zeros((4, n + 1), int)
-        for bar in range(4):
+        self.points = np.zeros((self.bars, n + 1), int)
+        for bar in range(self.bars):
             for node in range(n + 1):
                 self.points[bar, node] = known.setdefault(shared.get((bar, node), (bar, node)), len(known))
-        self.gradients = len(known) + np.arange(4 * (n + 1)).reshape(4, n + 1)
-        self.vectors = len(known) + 4 * (n + 1)
+        self.gradients = len(known) + np.arange(self.bars * (n + 1)).reshape(self.bars, n + 1)
+        self.vectors = len(known) + self.bars * (n + 1)
         ends = np.stack([self.points[:, :-1], self.gradients[:, :-1], self.points[:, 1:], self.gradients[:, 1:]], axis=-1)
         self.nodes = ends.reshape(-1, 4)  # of each element: its four vectors
         self.held = int(self.points[0, 0]), int(self.gradients[0, 0])
@@ -103,7 +106,7 @@ class BentArray:
         q, v = np.zeros((2, self.vectors, 2))
         angle, along = self.start, np.linspace(0.0, self.length, self.elements + 1)
         cos, sin, size = math.cos(angle), math.sin(angle), self.length
-        for bar in range(4):
+        for bar in range(self.bars):
             unit, sense = bar // 2, 1.0 if bar % 2 == 0 else -1.0
             base = np.array([unit * size * cos, 0.0 if sense > 0.0 else size * sin])
             moving = self.speed * np.array([-unit * size * sin, 0.0 if sense > 0.0 else size * cos])

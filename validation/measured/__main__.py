@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from validation.measured.chains import compared
-from validation.measured.friction import at_rest, cross_validated
+from validation.measured.friction import at_rest, cross_validated, forecasts
 from validation.measured.picture import draw
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -17,6 +17,7 @@ def main(copy: Path) -> None:
     rest = {law: fit for law, fit in at_rest(copy).items() if law in ("viscous", "dry")}
     chains = [compared(copy, arms, 40) for arms in (2, 3)]
     print(draw(DOCS / "measured_pendula.png", chains, rest))
+    forecasts(copy)
     cross_validated(copy)
 
 

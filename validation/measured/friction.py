@@ -19,7 +19,7 @@ from scissordyn.model.mechanism import Mechanism
 from validation.measured.pendulum import Numbers, numbers, pendulum
 from validation.measured.read import estimated, free_decay, records
 
-__all__ = ["LAWS", "Verdict", "at_rest", "cross_validated"]
+__all__ = ["LAWS", "Forecast", "Verdict", "at_rest", "cross_validated", "forecasts"]
 
 VISCOUS, DRY, DRAG = "friction A.damping", "dry friction.capacity", "air.factor"
 
@@ -115,18 +115,55 @@ def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
     return found
 
 
-def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> dict[str, xr.Dataset]:
-    """Fits of each law without drag to the decay to rest.
+@dataclass(frozen=True)
+class Forecast:
+    """What a law that was fitted to the begin of the decay says of the rest.
 
-    The vertical of this record is not exactly that of the encoder: the direction of gravity is fitted too.
+    Parameters
+    ----------
+    law : str
+    until : float
+        End of what was fitted [s].
+    fitted, predicted : float
+        Root mean square error of the angle until then, and from then on [rad].
     """
+
+    law: str
+    until: float
+    fitted: float
+    predicted: float
+
+
+def _decay(copy: Path, until: float, every: int) -> Measured:
     record = free_decay(copy, every)
-    record = record.rows(0, int(np.searchsorted(record.time, until)))
-    found = {}
-    for law in ("viscous", "dry", "viscous and dry"):
-        made = _mechanism(numbers(estimated(copy, 1)), law, 1e-3)
-        free = ["arm 1.inertia", "gravity_direction", *LAWS[law]] + (["dry friction.yield_angle"] if DRY in LAWS[law] else [])
-        fit = sd.fit(made, [record], free, segment=math.inf, deviations={"angle of arm 1": 1e-4}, options=OPTIONS)
+    return record.rows(0, int(np.searchsorted(record.time, until)))
+
+
+def _fitted_decay(copy: Path, law: str, record: Measured) -> tuple[Mechanism, xr.Dataset]:
+    """The vertical of this record is not exactly that of the encoder: the direction of gravity is fitted too."""
+    made = _mechanism(numbers(estimated(copy, 1)), law, 1e-3)
+    free = ["arm 1.inertia", "gravity_direction", *LAWS[law]] + (["dry friction.yield_angle"] if DRY in LAWS[law] else [])
+    return made, sd.fit(made, [record], free, segment=math.inf, deviations={"angle of arm 1": 1e-4}, options=OPTIONS)
+
+
+def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> dict[str, xr.Dataset]:
+    """Fits of each law to the decay to rest."""
+    record, found = _decay(copy, until, every), {}
+    for law in LAWS:
+        _, fit = _fitted_decay(copy, law, record)
         print(law, fit[["value", "standard_error"]].to_dataframe(), float(fit["rms"][0]), flush=True)
         found[law] = fit
+    return found
+
+
+def forecasts(copy: Path, cuts: Sequence[float] = (3.0, 4.0, 5.0), until: float = 8.0, every: int = 200) -> list[Forecast]:
+    """Cross-validation in time: each law fitted to the decay up to a cut, start included, and run on to its end."""
+    record, found = _decay(copy, until, every), []
+    for law in LAWS:
+        for cut in cuts:
+            made, fit = _fitted_decay(copy, law, record.rows(0, int(np.searchsorted(record.time, cut))))
+            known = _with_values(made, fit)
+            ahead = sd.prediction(known, OPTIONS, [record], segment=math.inf, window=cut / float(record.time[-1]))
+            found.append(Forecast(law, cut, float(fit["rms"][0]), float(ahead["rms"][0])))
+            print(found[-1], flush=True)
     return found

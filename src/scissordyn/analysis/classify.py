@@ -7,11 +7,12 @@ import math
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.contact import clearance_joints, contact_spans, contact_statistics
+from scissordyn.analysis.contact import contact_spans, contact_statistics
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
 from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
+from scissordyn.run.joints import some_clearance_joints
 
 __all__ = ["classify"]
 
@@ -117,7 +118,7 @@ def _exact_zero(fraction: float) -> float:
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
     """The clearance of every clearance joint of a map [m]."""
     if "clearance" in strobe:
-        return {name: float(strobe["clearance"].sel(joint=name)) for name in clearance_joints(strobe)}
+        return {name: float(strobe["clearance"].sel(joint=name)) for name in some_clearance_joints(strobe)}
     joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
     found = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
     if not found:
@@ -130,7 +131,7 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
     fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     last = -math.inf
-    for joint in clearance_joints(run):
+    for joint in some_clearance_joints(run):
         spans = contact_spans(run, joint)
         touching = spans[spans[:, 1] >= end] if spans.size else spans
         last = max(last, float(touching[0, 0]) if len(touching) else math.inf)

@@ -11,42 +11,16 @@ from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.deviation import deviation
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.component.place import GROUND
-from scissordyn.errors import InputError
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.joints import some_clearance_joints
 
-__all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics"]
+__all__ = ["QUANTILES", "contact_spans", "contact_statistics"]
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of forces and impulses."""
 
 CENTRAL_PART = 0.95
 """Fraction of the contact time inside the smaller of the two contact arcs."""
-
-
-def clearance_joints(run: xr.Dataset) -> list[str]:
-    """Names of the joints with clearance, in order.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    InputError
-        If no joint has clearance.
-    """
-    found = [] if "clearance" not in run else [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
-    if not found:
-        raise InputError(
-            "a run without clearance joints",
-            "a run of a mechanism with a clearance",
-            'arm.with_clearance("A", Clearance(0.5e-3))',
-        )
-    return found
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
@@ -105,7 +79,7 @@ def contact_statistics(
     InputError
         If no joint has clearance, the window is empty, or the ideal run has other instants.
     """
-    joints = clearance_joints(run)
+    joints = some_clearance_joints(run)
     start, end = window(run, after, until)
     bearings = _bearing_angles(run, joints)
     columns = [

@@ -10,6 +10,7 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.run.configuration import number_attribute, read_configuration
+from scissordyn.run.joints import clearance_joints
 from scissordyn.run.spacing import time_mean
 
 __all__ = ["figures_of_merit"]
@@ -77,7 +78,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     found: dict[str, Any] = {
         name: ((), float(value), {"units": units, "long_name": text}) for name, (value, units, text) in single.items()
     }
-    joints = [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]] if "clearance" in run else []
+    joints = clearance_joints(run)
     rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
     named = (
         ("contact_fraction", "1", "fraction of the time in contact"),

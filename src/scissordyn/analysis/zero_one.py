@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import fft
 
 from scissordyn.analysis.variable import described, series
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 
 __all__ = ["zero_one_test"]
 
@@ -72,17 +72,11 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     ----------
     Gottwald and Melbourne 2009, doi:10.1137/080718851; 2016, doi:10.1007/978-3-662-48410-4_7
     """
-    found = series(values, least=50)
-    if isinstance(angles, bool) or not isinstance(angles, int) or angles < 1:
-        raise InputError(f"angles = {angles!r}", "a whole number >= 1", "angles=100")
+    found, angles = series(values, least=50), whole_number("angles", angles, 1)
     if not 0.0 <= noise < 1.0:
         raise InputError(f"noise = {noise!r}", "a fraction of the largest value, from 0 to 1", "noise=1e-7")
     chosen = np.sort(np.random.default_rng(seed).uniform(0.2 * np.pi, 0.8 * np.pi, angles))
-    centred = found - np.mean(found)
-    varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(found)))
-    if varying <= CONSTANT * size:
-        centred = np.zeros_like(centred)
-    unknown = CONSTANT * size < varying <= noise * size
+    centred, unknown = _centred(found, noise)
     wheel = np.exp(1j * chosen[:, None] * np.arange(1, found.size + 1))
     path = np.cumsum(centred * wheel, axis=1)
     lags = np.arange(1, max(int(LAGS * found.size), 5) + 1)
@@ -110,14 +104,21 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     )
 
 
+def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
+    """Differences from the mean, zero if they are round-off, and whether they vary by no more than their errors."""
+    centred = values - np.mean(values)
+    varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(values)))
+    if varying <= CONSTANT * size:
+        return np.zeros_like(centred), False
+    return centred, varying <= noise * size
+
+
 def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
     """Mean over j = 1, ..., n - n_cut of |z(j + n) - z(j)|^2 for every lag n, by FFT: shape (angles, lags)."""
     samples, most = path.shape[1], int(lags[-1])
     kept = samples - most
-    origin = path.mean(
-        axis=1, keepdims=True
-    )  # differences do not depend on the mean, and sums of squares lose fewer digits without it
-    z = path - origin
+    # differences do not depend on the mean, and sums of squares lose fewer digits without it
+    z = path - path.mean(axis=1, keepdims=True)
     size = fft.next_fast_len(samples + most)
     head = fft.fft(z[:, :kept], size)
     cross = fft.ifft(fft.fft(z, size) * head.conj(), axis=1)[:, lags].real

@@ -12,11 +12,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-__all__ = ["Reference", "bibliography", "references"]
+__all__ = ["Reference", "bibliography", "dois", "references"]
 
 FILE = Path(__file__).parent / "references.toml"
 
-DOI = re.compile(r"10\.\d{4,9}/[^\s;,\"']+")
+DOI = re.compile(r"10\.\d{4,9}/(?!\.)[^\s}\"'`;,|<>\]]+")
 
 NAMED = re.compile(r"\b(?P<name>[^\W\d_a-z][\w'’-]+(?: (?:de|van|von|da) \w+)?).*?\b(?P<year>1[6-9]\d\d|20\d\d)\b")
 """A source that names its first author and its year."""
@@ -95,9 +95,8 @@ class Reference:
     def bibtex(self) -> str:
         """An entry for BibTeX in plain letters."""
         kind = BIBTEX.get(self.type, self.type)
-        entries = {"author": " and ".join(self.authors), "title": "{" + self.title + "}"} if self.authors else {}
-        if not self.authors:
-            entries = {"title": "{" + self.title + "}"}
+        entries = {"author": " and ".join(self.authors)} if self.authors else {}
+        entries["title"] = "{" + self.title + "}"
         names = {"year", "doi", "isbn", "url", "pages", "volume", "number", "version", *PLACES}
         entries |= {name.name: str(getattr(self, name.name)) for name in fields(self) if name.name in names}
         entries["pages"] = self.pages.replace("-", "--")
@@ -157,6 +156,12 @@ def bibliography() -> Mapping[str, Reference]:
     return MappingProxyType(made)
 
 
+def dois(text: str) -> tuple[str, ...]:
+    """The DOIs that a text names, each once, without the full stop or bracket behind it."""
+    found = (doi.rstrip(".:") for doi in DOI.findall(text))
+    return tuple(dict.fromkeys(doi.rstrip(")") if doi.count(")") > doi.count("(") else doi for doi in found))
+
+
 def references(source: str) -> tuple[Reference, ...]:
     """The publications that a source names, as that of a law or a mechanism.
 
@@ -172,10 +177,9 @@ def references(source: str) -> tuple[Reference, ...]:
     """
     found: list[Reference] = []
     for part in source.split(";"):
-        doi = DOI.search(part)
-        named = None if doi else NAMED.search(part)
+        doi, named = next(iter(dois(part)), ""), NAMED.search(part)
         if doi:
-            found.append(_by_doi().get(doi[0].rstrip(".)").lower()) or _unknown(part.strip(), doi[0].rstrip(".")))
+            found.append(_by_doi().get(doi.lower()) or _unknown(part.strip(), doi))
         elif named is not None:
             known = _by_name().get((_plain(named["name"])[0], int(named["year"])))
             found.append(known or _unknown(part.strip(), ""))
@@ -184,16 +188,14 @@ def references(source: str) -> tuple[Reference, ...]:
 
 @cache
 def _by_doi() -> dict[str, Reference]:
-    return {each.doi.lower().rstrip(")"): each for each in bibliography().values() if each.doi} | {
-        each.doi.lower(): each for each in bibliography().values() if each.doi
-    }
+    return {each.doi.lower(): each for each in bibliography().values() if each.doi}
 
 
 @cache
 def _by_name() -> dict[tuple[str, int], Reference]:
     found: dict[tuple[str, int], Reference] = {}
     for each in bibliography().values():
-        if each.year is not None:
+        if each.year is not None and each.authors:
             for name in _plain(_family(each.authors[0])):
                 found.setdefault((name, each.year), each)
     return found

@@ -56,13 +56,11 @@ def compare_with_data(run: xr.Dataset, path: Path, output: Path | None, form: st
 
 def _show(heading: str, one: xr.Dataset) -> None:
     """One quantity as a table of its measures."""
-    import math
-
     from rich import box
     from rich.table import Table
 
     from scissordyn.cli.show import console
-    from scissordyn.units import short
+    from scissordyn.units import cell
 
     unit = str(one["column_unit"].values)
 
@@ -70,8 +68,7 @@ def _show(heading: str, one: xr.Dataset) -> None:
         return float(one[name].values)
 
     def sized(name: str, in_unit: str) -> str:
-        value = number(name)
-        return "-" if math.isnan(value) else short(value, in_unit) if in_unit != "1" else f"{value:.4g}"
+        return cell(number(name), in_unit)
 
     counts = ", ".join(f"{number(name):.0f}" for name in ("events", "run_events", "matched_events"))
     rows = [

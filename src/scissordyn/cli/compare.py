@@ -38,7 +38,7 @@ def compare(
     from scissordyn.cli.show import console
     from scissordyn.plot.file import check_format, write
     from scissordyn.run.configuration import read_configuration
-    from scissordyn.units import short
+    from scissordyn.units import cell
 
     check_format(form)
     if output is not None:
@@ -73,7 +73,7 @@ def compare(
     for name, (value, unit) in both[0].items():
         if name in both[1]:
             theirs = both[1][name][0]
-            shown = (short(each, unit) if unit else f"{each:g}" for each in (value, theirs))
+            shown = (cell(each, unit) if unit else f"{each:g}" for each in (value, theirs))
             table.add_row(name, *shown, change(value, theirs))
     to.print(table)
     if output is not None:
@@ -113,7 +113,7 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """
     import numpy as np
 
-    from scissordyn.plot.series import clearance_joints
+    from scissordyn.run.joints import clearance_joints
 
     found: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
     joint_of = run["contact_joint"].values.astype(str) if "contact_joint" in run else np.empty(0, str)

@@ -11,6 +11,8 @@ from scissordyn.cli.option import Changes, OwnCode
 from scissordyn.cli.output import check_file
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["export"]
@@ -75,8 +77,17 @@ def export(
     written = write(
         cut, target, contacts=contacts, forces=forces, envelope=envelope, mechanism=known, section=section, material=material
     )
+    for note in _missed(cut) if forces or envelope else ():
+        console().print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
     console().print(str(written), markup=False)
     return 0
+
+
+def _missed(run: xr.Dataset) -> list[str]:
+    """What the samples of a run do not show."""
+    from scissordyn.exchange.forces import missed_peaks
+
+    return missed_peaks(run)
 
 
 def _notes(mechanism: Mechanism) -> tuple[str, ...]:

@@ -165,7 +165,7 @@ def _show(found: xr.Dataset, held: xr.Dataset | None) -> None:
     from rich.table import Table
 
     from scissordyn.cli.show import console
-    from scissordyn.units import short
+    from scissordyn.units import cell
 
     to = console()
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
@@ -183,7 +183,7 @@ def _show(found: xr.Dataset, held: xr.Dataset | None) -> None:
     for k, heading in enumerate(found["column"].values.astype(str)):
         unit = str(found["column_unit"].values[k])
         sizes = [float(found["rms"].values[k])] + ([] if held is None else [float(held["rms"].values[k])])
-        errors.add_row(heading, *(short(size, unit) if unit != "1" else f"{size:.4g}" for size in sizes))
+        errors.add_row(heading, *(cell(size, unit) for size in sizes))
     to.print(errors)
     counted = json.loads(found.attrs["statistics"])
     to.print(f"{counted['runs']} runs in {counted['seconds']:.1f} s", markup=False)

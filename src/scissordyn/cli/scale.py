@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from scissordyn.numeral import numerals
 from scissordyn.units import prefix
 
 __all__ = ["column"]
 
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:
-    """A unit with its prefix, and the numbers with the same number of decimals; a dash for NaN.
+    """A unit with its prefix, and the numbers as `numeral.numerals` writes them.
 
     Parameters
     ----------
@@ -26,6 +25,4 @@ def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[st
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
     factor, letter = prefix(largest) if unit.isalpha() and unit != "deg" else (1.0, "")
-    before = math.floor(math.log10(largest / factor)) + 1 if largest > 0.0 else 1
-    decimals = max(0, digits - max(before, 1))
-    return letter + unit, [f"{value / factor:.{decimals}f}" if math.isfinite(value) else "-" for value in values.tolist()]
+    return letter + unit, numerals((values / factor).tolist(), digits)

@@ -17,6 +17,7 @@ from rich.text import Text
 from scissordyn.cli.scale import column
 from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
 from scissordyn.run.summary import JointSummary, joint_summaries, summary_of
 from scissordyn.run.warn import energy_turned_over
@@ -167,7 +168,7 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
         [
             ("contacts", [str(joint.contacts) for joint in ordered]),
             ("joint", [joint.name for joint in ordered]),
-            ("in contact\n[%]", [f"{100.0 * joint.fraction:.3g}" for joint in ordered]),
+            ("in contact\n[%]", numerals((100.0 * joint.fraction for joint in ordered), 3)),
             (f"largest force\n[{force}]", largest),
             (f"at\n[{time}]", when),
         ],

@@ -17,6 +17,7 @@ from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
+from scissordyn.extra import library
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
@@ -175,7 +176,7 @@ def compute(
     from scissordyn.study.result import computed
     from scissordyn.study.store import Store, StoreError
 
-    _installed()
+    library("zarr", "study", "a study")
     store = Store(address)
 
     def kept() -> str:
@@ -202,13 +203,6 @@ def compute(
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
     return _answers(result)
-
-
-def _installed() -> None:
-    try:
-        import zarr  # noqa: F401
-    except ImportError:
-        raise InputError("zarr is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
 
 
 @contextmanager

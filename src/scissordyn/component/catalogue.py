@@ -19,6 +19,7 @@ from scissordyn.component.force import Force
 from scissordyn.component.latch import Latch
 from scissordyn.component.motor import Motor
 from scissordyn.component.rod import Rod
+from scissordyn.component.roller import Roller
 from scissordyn.component.spring import Spring
 from scissordyn.component.tape_spring import TapeSpring
 from scissordyn.component.torque import Torque
@@ -38,6 +39,7 @@ _CLASSES: tuple[Any, ...] = (
     Bushing,
     Beam,
     FlexibleBar,
+    Roller,
     Force,
     Torque,
     Motor,

@@ -38,7 +38,7 @@ class FlexibleBar:
         U = \tfrac12 \int EI\,|r''|^2 + EA\,(|r'| - 1)^2\,ds
 
     p are the points of the cross-sections (and the directions of those that something clamps), a vector amplitudes of the
-    lowest bending modes with these held; the mass matrix is constant. |r''| is the curvature but for strains beside one.
+    lowest bending modes with these held; the mass matrix is constant. The curvature is the norm of r'' but for the strains.
     Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
     E (strain + tau strain rate).
 

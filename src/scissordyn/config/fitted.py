@@ -323,7 +323,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 DRIVING = ("motor", "rod")
 """Parts that move the mechanism in place of a drive."""
 
-assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar"} <= set(FURTHER)
+assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller"} <= set(FURTHER)
 
 
 LOADS = ("payload", "panels")

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError
-from scissordyn.exchange.library import library
+from scissordyn.extra import library
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
@@ -82,7 +82,7 @@ def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: flo
     str
         Layers: "outline", "bore" (holes), "journal" (pins that the bar carries), "text".
     """
-    ezdxf = library("ezdxf", "DXF")
+    ezdxf = library("ezdxf", "exchange", "DXF")
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = 4
     for name, color in (("outline", 7), ("bore", 1), ("journal", 5), ("text", 8)):

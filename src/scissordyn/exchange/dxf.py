@@ -17,7 +17,7 @@ from typing import Any
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import LINEAR_DENSITY, Block, Drawing, DrawnBar, Imported, assembled, uniform
-from scissordyn.exchange.library import library
+from scissordyn.extra import library
 
 __all__ = ["read_dxf"]
 
@@ -94,7 +94,7 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
 
 
 def _document(text: str) -> Any:
-    ezdxf = library("ezdxf", "DXF")
+    ezdxf = library("ezdxf", "exchange", "DXF")
     try:
         return ezdxf.read(io.StringIO(text))
     except (ezdxf.DXFError, OSError, ValueError, IndexError) as error:

@@ -17,7 +17,10 @@ from scissordyn.model.mechanism import Mechanism
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["envelope", "force_json", "force_table", "pin_forces", "to_csv"]
+__all__ = ["envelope", "force_json", "force_table", "missed_peaks", "pin_forces", "to_csv"]
+
+MISSED = 0.01
+"""Samples that miss a located peak by more than this fraction are said."""
 
 
 def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
@@ -36,7 +39,8 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
         `force (time, end, axis)`: on the body, in the fixed frame [N]; `force_along (time, end, axis)`: in the frame of the
         body, the first component along its x axis [N]. `other_force (time, body, axis)` and `other_torque (time, body)`: what
         acts on the body beside joints and gravity, such as drives, springs and friction, about its mass centre, from the
-        balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined.
+        balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined. `located_peak (end)`: largest
+        normal force of a clearance joint within the steps, between samples too [N]; NaN for others.
     """
     ends, factors = _ends(mechanism)
     if not ends:
@@ -57,6 +61,11 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
             "force_along": (("time", "end", "axis"), along, {"units": "N", "long_name": "force in the frame of the body"}),
             "other_force": (("time", "body", "axis"), other, {"units": "N", "long_name": "further forces on the body"}),
             "other_torque": (("time", "body"), torque, {"units": "N m", "long_name": "further torque about the mass centre"}),
+            "located_peak": (
+                "end",
+                np.array([located_peak(run, joint) for _, joint, _ in ends]),
+                {"units": "N", "long_name": "largest normal force within the steps"},
+            ),
         },
         coords={
             "time": run["time"],
@@ -68,6 +77,29 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
             },
         },
     )
+
+
+def located_peak(run: xr.Dataset, joint: str) -> float:
+    """Largest normal force of a clearance joint between the first and the last sample [N]; NaN where it has no contact."""
+    if "peak_force" not in run:
+        return math.nan
+    when, time = run["peak_time"].values, run["time"].values
+    mine = (run["contact_joint"].values.astype(str) == joint) & (when >= time[0]) & (when <= time[-1])
+    return float(np.max(run["peak_force"].values[mine])) if mine.any() else math.nan
+
+
+def missed_peaks(run: xr.Dataset) -> list[str]:
+    """A sentence for each clearance joint whose samples miss its largest normal force by more than a hundredth."""
+    said = []
+    for joint in np.unique(run["contact_joint"].values.astype(str)).tolist() if "peak_force" in run else ():
+        peak = located_peak(run, joint)
+        sampled = float(np.max(np.abs(run["normal_force"].sel(joint=joint).values)))
+        if sampled < (1.0 - MISSED) * peak:
+            said.append(
+                f"joint '{joint}': the samples reach {sampled:.4g} N of the normal force, whose largest is {peak:.4g} N "
+                'between them; samples = "auto" in [run] records it'
+            )
+    return said
 
 
 def _ends(mechanism: Mechanism) -> tuple[list[tuple[str, str, str]], list[float]]:
@@ -181,6 +213,7 @@ def envelope(forces: xr.Dataset) -> pd.DataFrame:
             numbers = [size[at], time[at], *along[at, k]]
             numbers += [extreme(along[:, k, axis]) for axis in (0, 1) for extreme in (np.nanmin, np.nanmax)]
             row |= dict(zip(ENVELOPE, map(float, numbers), strict=True))
+        row[LOCATED] = float(forces["located_peak"].values[k])
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -190,6 +223,9 @@ ENVELOPE = (
     "least x [N]", "largest x [N]", "least y [N]", "largest y [N]",
 )  # fmt: skip
 """Columns of an envelope behind the names."""
+
+LOCATED = "largest normal force within the steps [N]"
+"""The last column, for clearance joints."""
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

@@ -15,7 +15,7 @@ import numpy as np
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, plain_name
-from scissordyn.exchange.library import library
+from scissordyn.extra import library
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
@@ -62,7 +62,7 @@ def read_mjcf(text: str) -> Imported:
     InputError
         If it cannot be read, or is not planar.
     """
-    mujoco = library("mujoco", "MJCF")
+    mujoco = library("mujoco", "exchange", "MJCF")
     if FURTHER_FILES.search(text):
         raise InputError(
             "a model of MuJoCo that names further files (meshes, includes)", "a model in one text, with masses", SAMPLE

@@ -10,8 +10,8 @@ import numpy as np
 
 from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.series import clearance_joints
 from scissordyn.plot.source import TorqueSource, torque_sources
+from scissordyn.run.joints import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +97,12 @@ def requirements(
 
 
 def columns(
-    run: xr.Dataset, joint: str, output: str, torques: Sequence[str], point: str = ""
+    run: xr.Dataset,
+    joint: str,
+    output: str,
+    torques: Sequence[str],
+    point: str = "",
+    known: Sequence[TorqueSource] | None = None,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
 
@@ -112,6 +117,8 @@ def columns(
         Names of the torques.
     point : str
         The tracked point; "" for none.
+    known : sequence of TorqueSource, optional
+        Those of the run, if they have been found already.
 
     Returns
     -------
@@ -121,8 +128,8 @@ def columns(
     """
     time = run["time"].values
     here = joint if joint in clearance_joints(run) else ""
-    known = {source.name: source.curve for source in torque_sources(run)}
-    exact = {f"torque {k}" if k > 1 else "torque": known[name] for k, name in enumerate(torques, 1) if name in known}
+    curves = {source.name: source.curve for source in (torque_sources(run) if known is None else known)}
+    exact = {f"torque {k}" if k > 1 else "torque": curves[name] for k, name in enumerate(torques, 1) if name in curves}
     if here:
         exact["normal"] = force_curve(run, here)
     every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
@@ -158,13 +165,19 @@ def columns(
 
 
 def scaled(
-    run: xr.Dataset, joint: str, output: str, torques: Sequence[str], point: str, scales: dict[str, Scale] | None
+    run: xr.Dataset,
+    joint: str,
+    output: str,
+    torques: Sequence[str],
+    point: str,
+    scales: dict[str, Scale] | None,
+    known: Sequence[TorqueSource] | None = None,
 ) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
     """The columns in units that suit them, or in given ones.
 
     Parameters
     ----------
-    run, joint, output, torques, point
+    run, joint, output, torques, point, known
         See `columns`.
     scales : dict of str to Scale or None
         By the names of figures, and "time".
@@ -175,7 +188,7 @@ def scaled(
     columns : dict of str to ndarray
         With "time"; of a long run those points that a line of this many pixels needs.
     """
-    time, raw = columns(run, joint, output, torques, point)
+    time, raw = columns(run, joint, output, torques, point, known)
     kept = _thinned(
         time.size, [raw[name] for figure in ("force", "torque", "slip", "film", "stress", "track") for name in UNITS[figure][1]]
     )

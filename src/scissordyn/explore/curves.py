@@ -31,9 +31,10 @@ from bokeh.plotting import figure
 from scissordyn.explore.columns import UNITS, chosen_point, chosen_torques, orbit, requirements, scaled
 from scissordyn.explore.shell import area
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import clearance_joints, predictability_horizon
+from scissordyn.plot.series import predictability_horizon
 from scissordyn.plot.source import TorqueSource
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from scissordyn.run.joints import clearance_joints
 from scissordyn.units import short
 
 if TYPE_CHECKING:
@@ -331,7 +332,7 @@ class Curves:
         torques, more = chosen_torques(run)
         point = chosen_point(summary)
         of = (joint, output, [source.name for source in torques], point.name if point else "")
-        scales, data = scaled(run, *of, None)
+        scales, data = scaled(run, *of, None, torques)
         time = scales["time"]
         until = time.factor * float(run["time"].values[-1])
         horizon = predictability_horizon(run)

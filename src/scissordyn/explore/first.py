@@ -42,15 +42,23 @@ class FirstRun:
         self._worker = Worker(self._done, self._progress)
 
     def begin(self) -> None:
-        """Read the case and order its run; a case that cannot be read is the `error`."""
+        """Read the case and order its run."""
+        self.read()
+        self.order()
+
+    def order(self) -> None:
+        """Order the run of the case, unless it is saved or could not be read, or a page has ordered another one."""
+        if self.case is not None and self.case.saved is None and self._worker.number == 0:
+            self._worker.order(self.case, staged=True)
+
+    def read(self) -> None:
+        """Read the case; one that cannot be read is the `error`."""
         try:
             case = self._opened()
         except ScissordynError as error:
             self.error = error
         else:
-            if case.saved is None:
-                self._worker.order(case, staged=True)
-            else:
+            if case.saved is not None:
                 self.known = Outcome(1, case, case.saved)
         with self._lock:
             if self.error is None:

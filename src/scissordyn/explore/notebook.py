@@ -7,6 +7,7 @@ from typing import Any
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.extra import library
 from scissordyn.plot.canvas import CANVAS, packed_scene
 from scissordyn.run.configuration import read_configuration
 
@@ -32,15 +33,11 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> Any:
     InputError
         If the run has fewer than two samples, or anywidget is not installed.
     """
-    try:
-        import anywidget
-        import traitlets
-    except ImportError:
-        raise InputError("a widget needs the package anywidget", "pip install 'scissordyn[explore]'") from None
+    anywidget, traitlets = (library(name, "explore", "a widget") for name in ("anywidget", "traitlets"))
     if run.sizes.get("time", 0) < 2:
         raise InputError("a run of fewer than two samples", "a longer run")
 
-    class RunView(anywidget.AnyWidget):  # type: ignore[misc]
+    class RunView(anywidget.AnyWidget):  # type: ignore[misc, name-defined]
         """The mechanism on a canvas."""
 
         _esm = CANVAS

@@ -27,12 +27,14 @@ from scissordyn.explore.table import contact_table
 from scissordyn.explore.widgets import Canvas, Contacts, Form, Toolbar
 from scissordyn.explore.worker import Outcome
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import clearance_joints, largest_forces
+from scissordyn.plot.series import largest_forces
+from scissordyn.run.joints import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.drag import Drag
+    from scissordyn.run.summary import Summary
 
 __all__ = ["Page"]
 
@@ -74,6 +76,7 @@ class Page:
         self.answers = 0
         self.selected = ""
         self.shown: Outcome | None = None
+        self._summarized: tuple[Outcome, Summary] | None = None
         self.toolbar = Toolbar(
             lambda message: self._heard(self._asked, message), sizing_mode="stretch_width", styles=area("bar")
         )
@@ -236,7 +239,9 @@ class Page:
         from scissordyn.run.summary import summary_of  # loads the laws, which the page does not wait for
 
         run, case, pinned = self.shown.run, self.shown.case, self.session.pins
-        summary = summary_of(run)
+        if self._summarized is None or self._summarized[0] is not self.shown:
+            self._summarized = self.shown, summary_of(run)
+        summary = self._summarized[1]
         parts: dict[str, Any] = {"bar": self._bar(self.shown), "cards": cards(summary)}
         if scene or pins:
             from scissordyn.plot.canvas import packed_scene

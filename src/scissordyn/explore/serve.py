@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import logging
 import signal
 import socket
 import tempfile
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["listen", "serve"]
 
+log = logging.getLogger(__name__)
+
 LAST_WORDS = 0.5
 """Time for open pages to show why the case cannot be read, before the server ends [s]."""
 
@@ -36,7 +39,7 @@ REDIRECT = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content
 """
 
 PATIENCE = 1.0
-"""The case is read when the page that somebody asked for has been built, or after this time [s]."""
+"""The run is ordered when the page that somebody asked for has been built, or after this time [s]."""
 
 
 def listen(address: str, wanted: int) -> socket.socket:
@@ -80,8 +83,8 @@ def serve(
 ) -> None:
     """Serve the page of a case until Ctrl-C, which ends it as a `KeyboardInterrupt`.
 
-    The browser gets the frame of the page and its scripts at once, while the libraries of the page are imported; the page
-    then, while those that read and simulate the case are; and the numbers and the run of the case when they are there.
+    The browser gets the frame of the page and its scripts at once; the mechanism in its place when the case has been read; its
+    ideal motion, while the libraries of the page are imported; then the page with its numbers; and the run when it is there.
 
     Parameters
     ----------
@@ -164,15 +167,18 @@ class _Preparation:
         self._stop: Callable[[], None] | None = None
 
     def run(self) -> None:
-        """Import, then read the case when the page that somebody asked for is there."""
+        """Read the case and have it drawn, import the libraries of the page, and order the run when the page is there."""
         gc.disable()  # to look for garbage among what the libraries set up is a tenth of the time to import them
         try:
-            from scissordyn.explore.application import application  # with the libraries of the page
+            self._first.read()
+            self._draw()
+            if self._first.error is None or self._entrance.asked:
+                from scissordyn.explore.application import application  # with the libraries of the page
 
-            self._loop.add_callback(self._admit, application)
-            if self._entrance.asked:
-                self._built.wait(PATIENCE)
-            self._first.begin()
+                self._loop.add_callback(self._admit, application)
+                if self._entrance.asked:
+                    self._built.wait(PATIENCE)
+            self._first.order()
         except BaseException as error:
             self.error = error
             self._loop.add_callback(self._loop.stop)
@@ -182,6 +188,27 @@ class _Preparation:
             gc.enable()
         if self._first.error is not None:
             self._loop.add_callback(self._loop.call_later, LAST_WORDS if self._entrance.asked else 0.0, self._loop.stop)
+
+    def _draw(self) -> None:
+        """Hand the first drawing to the entrance: the mechanism as it is declared, and its motion when it has been computed."""
+        case = self._first.case
+        if case is None:
+            self._loop.add_callback(self._entrance.draw, "")
+            self._loop.add_callback(self._entrance.move, "")
+            return
+        from scissordyn.explore.early import early_motion, early_script
+
+        self._loop.add_callback(self._entrance.draw, early_script(case))
+
+        def move() -> None:
+            try:
+                motion = early_motion(case)
+            except Exception:  # the page and its run do not depend on it
+                log.exception("no early motion")
+                motion = ""
+            self._loop.add_callback(self._entrance.move, motion)
+
+        threading.Thread(target=move, name="scissordyn explore moves", daemon=True).start()
 
     def _admit(self, application: Callable[..., tuple[Router, Callable[[], None]]]) -> None:
         folder = self._entrance.access.folder

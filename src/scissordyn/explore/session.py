@@ -135,7 +135,8 @@ class Session:
     def change_all(self, texts: dict[str, str], *, final: bool = True) -> bool:
         """Change several numbers at once, see `change`."""
         try:
-            new = self.case.changed(texts)
+            # a slider that is released says once more what it said last
+            new = self.case if self._is_as(texts) else self.case.changed(texts)
         except ScissordynError as error:
             known = {field.key for field in self.case.fields}
             for key in known & set(texts):
@@ -158,6 +159,11 @@ class Session:
         if not same:
             self.compute()
         return True
+
+    def _is_as(self, texts: dict[str, str]) -> bool:
+        """Whether numbers of the case are written like this already."""
+        known = {field.key: field.text for field in self.case.fields}
+        return all(known.get(key) == text for key, text in texts.items())
 
     def horizon(self, wanted: bool) -> None:
         """Compute the predictability horizon with each run, or not."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +26,9 @@ SCRIPTS = (
 
 ELEMENT = "sd-page"
 BEGIN = "autoload.js"
+EARLY = ("early.js", "motion.json")
+"""The first drawing: the mechanism as it is declared, and its motion."""
+
 INSIDE = ("autoload.js", "ws")
 """What the page's own server answers; whatever else its libraries would answer is not reached."""
 
@@ -96,7 +100,8 @@ try {{
 </script>
 <script defer src="start.js"></script>
 </head>
-<body><p id="sd-start" role="status">{name}: starting</p><div id="{element}"></div></body>
+<body><p id="sd-start" role="status">{name}: starting</p><div id="{element}"></div>
+<script type="module" async src="early.js"></script></body>
 </html>
 """
 
@@ -122,6 +127,7 @@ class Entrance(Router):
         self.inside: Router | None = None
         self.asked = False
         self._open = asyncio.Event()
+        self._early = {name: Awaited() for name in EARLY}
         self.frame = FRAME.format(
             name=escape(name),
             icon=ICON,
@@ -134,11 +140,20 @@ class Entrance(Router):
             [
                 (r"/[^/]+/", Frame, {"frame": self.frame}),
                 (r"/[^/]+/start\.js", Start, {"ready": self._open}),
+                *((rf"/[^/]+/{re.escape(name)}", Early, {"content": content}) for name, content in self._early.items()),
                 (r"/[^/]+/static/extensions/panel/(.*)", Files, {"path": files["panel"]}),
                 (r"/[^/]+/static/js/(.*)", Files, {"path": files["bokeh"]}),
                 (r".*", Refused, {"status": 404, "said": "nothing here"}),
             ]
         )
+
+    def draw(self, script: str) -> None:
+        """Answer those who wait for the script of the first drawing."""
+        self._early["early.js"].come(script)
+
+    def move(self, motion: str) -> None:
+        """Answer those who wait for the motion of the first drawing."""
+        self._early["motion.json"].come(motion)
 
     def admit(self, inside: Router) -> None:
         """Let requests through to the page's own server, which is ready now."""
@@ -208,6 +223,34 @@ class Start(Careful):
         await self.ready.wait()
         self.set_header("Cache-Control", "no-store")
         self.redirect(BEGIN)
+
+
+class Awaited:
+    """A text that comes later."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        self.there = asyncio.Event()
+
+    def come(self, text: str) -> None:
+        """Have it."""
+        self.text = text
+        self.there.set()
+
+
+class Early(Careful):
+    """A part of the first drawing, when it is there."""
+
+    def initialize(self, content: Awaited) -> None:
+        self.content = content
+
+    async def get(self) -> None:
+        """Wait, then answer."""
+        await self.content.there.wait()
+        kind = "text/javascript" if self.request.path.endswith(".js") else "application/json"
+        self.set_header("Content-Type", f"{kind}; charset=utf-8")
+        self.set_header("Cache-Control", "no-store")
+        self.finish(self.content.text)
 
 
 def package_folder(package: str) -> Path:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.numeral import decimals
 from scissordyn.plot.scale import Scale, engineering
 
 if TYPE_CHECKING:
@@ -28,9 +28,6 @@ LONG = 10.0
 SLOW = 0.2
 """Columns of smaller speeds are in mm/s [m/s]."""
 
-FIGURES, LEAST, MOST = 4, 2, 4
-"""Significant digits of the largest number of a column and of its smallest, and most digits after the point."""
-
 
 def contact_table(run: xr.Dataset) -> dict[str, Any]:
     """The contacts of a run, in units that suit its numbers.
@@ -42,7 +39,7 @@ def contact_table(run: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        "joints", "seconds" (of the starts), and "columns" with their titles, numbers and digits after the point.
+        "joints", "seconds" (of the starts), and "columns" with their titles, numbers and "places", see `numeral.numeral`.
     """
     columns = []
     for name, title, unit in COLUMNS:
@@ -54,18 +51,9 @@ def contact_table(run: xr.Dataset) -> dict[str, Any]:
         if scale.unit == "m/s" and finite.max(initial=1.0) < SLOW:
             scale = Scale(1e3, "mm/s")
         shown = scale.factor * values
-        columns.append({"title": f"{title} [{scale.unit}]", "values": shown, "digits": _digits(shown)})
+        columns.append({"title": f"{title} [{scale.unit}]", "values": shown, "places": decimals(shown.tolist())})
     return {
         "joints": run["contact_joint"].values.astype(str).tolist(),
         "seconds": run["contact_start"].values.copy(),
         "columns": columns,
     }
-
-
-def _digits(values: np.ndarray) -> int:
-    """Digits after the point, equal in a column so that its numbers stand above each other."""
-    sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
-    if not sizes.size:
-        return FIGURES - 1
-    wanted = (figures - 1 - math.floor(math.log10(size)) for figures, size in ((FIGURES, sizes.max()), (LEAST, sizes.min())))
-    return min(MOST, max(0, *wanted))

@@ -73,7 +73,7 @@ class Canvas(_Sender):
 class Contacts(_Sender):
     """The table of contacts."""
 
-    _esm = (ASSETS / "table.js").read_text(encoding="utf-8")
+    _esm = "".join((ASSETS / part).read_text(encoding="utf-8") for part in ("numeral.js", "table.js"))
 
 
 class Form(_Sender):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from scissordyn.explore.case import Case
 
-__all__ = ["Outcome", "Worker", "is_refined"]
+__all__ = ["Outcome", "Worker", "brief", "ideal_run", "is_refined"]
 
 log = logging.getLogger(__name__)
 
@@ -199,7 +199,7 @@ class Worker:
 
         accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE else None)
         if judged == [True]:
-            coarse = self._outcome(number, _coarse(case))
+            coarse = self._outcome(number, brief(case))
             if coarse.run is not None:
                 yield replace(coarse, case=case, number=number - 1, note=f"coarse run, rtol {COARSE:.0e}".replace("e-0", "e-"))
             accurate = self._outcome(number, case)
@@ -259,12 +259,41 @@ def _ideal(case: Case) -> Case | None:
     mechanism = case.mechanism.ideal()
     if mechanism == case.mechanism:
         return None
-    made = _coarse(case)
+    made = brief(case)
     made.mechanism = mechanism
     return made
 
 
-def _coarse(case: Case) -> Case:
+def ideal_run(case: Case) -> xr.Dataset:
+    """The motion of a case with ideal joints, as far as it comes in the time of a preview.
+
+    Parameters
+    ----------
+    case : Case
+        With few samples, see `brief`.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    ScissordynError
+        If it cannot begin.
+    """
+    from scissordyn.run.simulate import simulate
+
+    spent, options = _stopwatch(), case.options
+    keywords = {name: getattr(options, name) for name in options.__dataclass_fields__} | {"samples": options.count}
+
+    def look(time: float) -> None:
+        if spent() > PREVIEW:
+            raise KeyboardInterrupt
+
+    return simulate(case.mechanism.ideal(), **keywords, progress=look)
+
+
+def brief(case: Case) -> Case:
     """The case with a coarse tolerance and few samples, and without the predictability horizon."""
     options, made = case.options, copy.copy(case)
     samples = COARSE_SAMPLES if isinstance(options.samples, str) else min(options.samples, COARSE_SAMPLES)

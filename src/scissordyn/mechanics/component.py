@@ -7,19 +7,21 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 
 from __future__ import annotations
 
-from scissordyn.component.port import ACTUATOR, AXIS
+from scissordyn.component.port import ACTUATOR, AXIS, RAIL
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
-from scissordyn.mechanics.flexible_bar import add_flexible_bar, linearise_flexible_bar
+from scissordyn.mechanics.flexible_bar import add_flexible_bar
+from scissordyn.mechanics.flexible_bar_slopes import linearise_flexible_bar
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
 from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wrench, sense_port, write_port_gradients
+from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise_rail, sense_rail
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 from scissordyn.plugin.address import call_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
-_ACTUATOR, _AXIS = ACTUATOR.code, AXIS.code
+_ACTUATOR, _AXIS, _RAIL = ACTUATOR.code, AXIS.code, RAIL.code
 
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE = range(5)
 """Places of `declaration.CONTEXT`."""
@@ -57,6 +59,9 @@ def write_context(t, i, S):
 @kernel(inline=True)
 def sense(i, S, maps):
     """Write coordinates and rates of the port of component i."""
+    if S.model.component_port[i] == _RAIL:
+        sense_rail(i, S, maps)
+        return
     _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
     angle = relative_angle(i, S, ax, ay, bx, by) if S.model.reference_of[i] >= 0 else 0.0
     sense_port(S.model.component_port[i], maps, angle, S.work.coordinates[i], S.work.coordinate_rates[i])
@@ -112,10 +117,23 @@ def add_component(t, i, S, z, dz):
     for k in range(forces):
         power += out[k] * W.coordinate_rates[i, k]
     power *= M.component_sense[i]
+    if port == _RAIL:
+        scalars = W.rail[SCALARS]
+        write_wrench(element, S, out[0] * scalars[NX], out[0] * scalars[NY], 0.0, 0.0)
+        add_rail_force(element, i, S, out[0])
+        write_powers(i, S, out, forces, power)
+        return
     fx, fy, gx, gy, hx, hy = port_forces(port, maps, W.coordinates[i], out)
     force_x, force_y, torque_a, torque_b = port_wrench(port, maps, M.travel_direction[i], out, fx, fy)
     write_wrench(element, S, force_x, force_y, torque_a, torque_b)
     add_forces(element, S, fx, fy, gx, gy, hx, hy, W.force, 0, W.force.size)
+    write_powers(i, S, out, forces, power)
+
+
+@kernel(inline=True)
+def write_powers(i, S, out, forces, power):
+    """Write stored energy and powers of component i, which follow the forces in what its kernel returned."""
+    M, W = S.model, S.work
     if M.component_passive[i] == 1:
         W.stored_energy[i], W.dissipation[i] = out[forces], out[forces + 1]
         W.power_in[i] = out[forces + 2] if M.component_supplied[i] == 1 else 0.0
@@ -187,6 +205,9 @@ def linearise_component(t, i, S, z, dt, first_state):
         write_context(t, i, S)
         evaluate(i, S, z, M.force_kernel[i], W.result[i])
         port_slopes(t, i, S, z)
+        if port == _RAIL:
+            linearise_rail(element, i, S, W.result[i, 0], W.slope[0, 0], W.slope[0, 1])
+            return
         write_port_gradients(port, maps, G, R)
         forces, coordinates = M.component_forces[i], M.component_coordinates[i]
         last = 2 * coordinates + z.size

@@ -48,11 +48,12 @@ def accelerate(t, y, S, dy):
         start, stop = 2 * n + M.state_start[contacts + i], 2 * n + M.state_start[contacts + i + 1]
         add_component(t, i, S, y[start:stop], dy[start:stop])
     for i in range(n):
-        total = W.force[i]
-        for k in range(1, nb):
-            total -= M.inertia[i, k] * W.basis[2, k]
         dy[i] = W.V[i]
-        dy[n + i] = total
+        dy[n + i] = W.force[i]
+    for row in range(M.coupled.size):
+        i = M.coupled[row]
+        for k in range(1, nb):
+            dy[n + i] -= M.inertia[i, k] * W.basis[2, k]
     for i in range(nb):
         W.A[n + i] = W.basis[2, i]
     if W.multiplier.size > 0:

@@ -6,17 +6,21 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from scissordyn.component.port import AXIS
 from scissordyn.jit import F1, F2, I2, Handle, kernel
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.flexible_bar import flexible_bar_energy
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
 
 __all__ = ["BodyMaps", "Record", "Sampled", "record"]
+
+_AXIS = AXIS.code
 
 
 class Sampled(Protocol):
@@ -208,7 +212,7 @@ def write_loads(at, B, S, R):
 
 
 @kernel(inline=True)
-def write_energies(at, S, R):
+def write_energies(at, t, S, R):
     """Write the energies at a sample."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
@@ -227,7 +231,7 @@ def write_energies(at, S, R):
             law = S.parameters.law[j]
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
-        stored += W.stored_energy[i]
+        stored += flexible_bar_energy(t, i, S) if M.component_port[i] == _AXIS else W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
 
 
@@ -284,7 +288,7 @@ def fill(samples, address, B, R, counted):
         for k in range(W.multiplier.size):
             R.multiplier[at, k] = W.multiplier[k]
         R.length_error[0] = max(R.length_error[0], largest_length_error(S))
-        write_energies(at, S, R)
+        write_energies(at, samples.time[at], S, R)
         write_loads(at, B, S, R)
 
 

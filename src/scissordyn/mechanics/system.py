@@ -75,6 +75,7 @@ class Model(NamedTuple):
     nb: int
     inertia: F2  # (n, nb) coupling of x'' and b''
     inertia_b: F2  # (nb, nb)
+    coupled: I1  # free coordinates that b'' accelerates
     part_start: I1  # (parts+1,) maps of the quadratic constraints
     part_constraint: I1  # (parts,)
     part_full: F1  # (parts,) weights of constraints that are active
@@ -122,12 +123,17 @@ class Model(NamedTuple):
     permutation: I1  # (n+m+nz,) row of the step matrix for each unknown, -1 if it is eliminated
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
     bar_of: I1  # (components,) flexible bar, or -1
-    bar: I2  # (flexible bars, 4): first vector, vectors, points of quadrature, where its tables start
-    bar_table: F1  # of each: weights, slopes by shapes; bending, slopes and second derivatives by points
+    bar: I2  # (flexible bars, 6): first vector, vectors, points, where tables start, first mode, its column
+    bar_scale: F1  # (flexible bars,) vector of a mode over its columns
+    bar_table: F1  # weights; slopes at points and ends by shapes; stretching; bending, slopes, second derivatives by points
     shape_start: I1  # (vectors + 1,) maps of the vectors of shapes
+    shape_pairs: I1  # (vectors,) leading pairs of columns that turn with a vector
     shape_column: I1
     shape_row: F2  # (2, entries)
     shape_place: I1  # where a column stands among those of its element
+    rail: I2  # (components, 4): of what runs along a bar, where its table starts, spans, polynomials, where its places start
+    rail_table: F1  # of each: places of the cross-sections; Legendre coefficients of the shapes, by spans
+    rail_place: I1  # where a column of the bar's shapes stands among those of the element
     pair: I2  # (pairs, 3) part of a constraint whose multiplier is eliminated, and its two coordinates
     pair_of: I1  # (m,) pair of a constraint, or -1
 
@@ -236,9 +242,10 @@ class Workspace(NamedTuple):
     work: F1  # (n+m+nz,)
     scratch: F1  # (2n+nz,)
     work_b: F1  # (nb,)
-    bar: F2  # (10, widest flexible bar)
+    bar: F2  # (15, widest flexible bar)
     bar_by_x: F2  # (2 vectors, 2 vectors) derivatives of the forces of a flexible bar
     bar_by_v: F2
+    rail: F2  # (8, most columns or polynomials)
 
 
 class System(NamedTuple):

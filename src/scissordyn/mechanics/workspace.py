@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.control.signal import SIGNALS
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.flexible_bar import LANES
+from scissordyn.mechanics.lanes import LANES, padded
 from scissordyn.mechanics.system import (
     APPROACH_FLOOR,
     CONTACT_RESULT,
@@ -116,7 +116,8 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         work=np.zeros(n + m + nz),
         scratch=np.zeros(2 * n + nz),
         work_b=np.zeros(nb),
-        bar=np.zeros((10, int(np.max(model.bar[:, 1] + 2 * model.bar[:, 2], initial=0)) + LANES)),
+        bar=np.zeros((15, LANES + padded(int(np.max(model.bar[:, 1] + 2 * model.bar[:, 2], initial=0))))),
         bar_by_x=np.zeros((vectors, vectors)),
         bar_by_v=np.zeros((vectors, vectors)),
+        rail=np.zeros((8, max(8, int(np.max(counts, initial=0)), int(np.max(model.rail[:, 2], initial=0))))),
     )

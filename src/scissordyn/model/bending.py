@@ -16,6 +16,7 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
+from scissordyn.model.kinked import UNIFORM, Legs, legs_of
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
@@ -33,8 +34,6 @@ SLENDER = 5.0
 
 SAME_MASS = 0.05
 """Largest relative difference of a bar's mass and that of its section and material."""
-
-UNIFORM = 1e-6
 
 
 @checked
@@ -59,7 +58,8 @@ def with_bending(
 
     A bar becomes cross-sections, bodies that rotate, at its points: the one at the origin of its frame keeps the bar's name,
     the others are "BAR/1", "BAR/2", ... from its first point to its last. A `FlexibleBar` "BAR/beam" joins them; or, with
-    `elements`, beam elements "BAR/beam 1", ... join these and further cross-sections. What is attached to a point of the bar
+    `elements`, beam elements "BAR/beam 1", ... join these and further cross-sections. A kinked bar becomes straight legs first,
+    welded to each other: that on its x axis keeps its name, others are "BAR/leg 2", ... What is attached to a point of the bar
     is attached to the cross-section there. Drives, motors and all that acts on the bar's angle act on the cross-section that
     has its name.
 
@@ -67,7 +67,8 @@ def with_bending(
     ----------
     mechanism : Mechanism
     bodies : str or iterable of str
-        Names of bars or patterns; "all" are those whose points lie on a line and whose mass is distributed uniformly.
+        Names of bars or patterns; "all" are those whose mass is distributed uniformly along the line through their points,
+        straight or kinked.
     section : str or Section, optional
         Such as "tube 60x60x1.5 mm": a kind and its dimensions, of which the depth lies in the plane.
     material : str or StructuralMaterial, optional
@@ -98,7 +99,7 @@ def with_bending(
     Raises
     ------
     InputError
-        If a bar is not straight and uniform, its mass is not that of section and material, it is too short for a beam, or
+        If a bar is not uniform, its mass is not that of section and material, it is too short for a beam, or
         something is attached to it that has no place on a bar that bends.
     """
     stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
@@ -108,19 +109,27 @@ def with_bending(
         raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
     more = {"damping": damping, **heated, "time_function": time_function}
     if bodies == "all":
-        names = tuple(body.name for body in mechanism.bodies if _is_bar(body))
+        names = tuple(body.name for body in mechanism.bodies if _is_bar(body) or legs_of(body))
         if not names:
-            raise InputError("a mechanism without a straight uniform bar", "bars with at least two points on a line")
+            raise InputError("a mechanism without a uniform bar", "bars with at least two points")
     else:
         names = matching("body", bodies, [body.name for body in mechanism.bodies])
     if elements is not None and modes != "auto":
         raise InputError("bars with modes and elements", "one of them", "modes = 6")
     for name in names:
         body = mechanism.body(name)
-        if mass == "section":
-            body = _of_section(body, stiffness)
-        mechanism = _bent(mechanism, body, stiffness, elements, None if modes == "auto" else modes, more)
+        legs = legs_of(body)
+        mechanism = _split(mechanism, body, legs) if legs else mechanism
+        for part in legs.bodies if legs else (body,):
+            part = _of_section(part, stiffness) if mass == "section" else part
+            mechanism = _bent(mechanism, part, stiffness, elements, None if modes == "auto" else modes, more)
     return mechanism
+
+
+def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:
+    """The mechanism with the legs of a kinked bar in its place."""
+    made = _attached(mechanism, body, legs.where, list(legs.bodies), [])
+    return made.with_parts({"welds": (*made.welds, *legs.welds)})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -214,8 +223,9 @@ def _bent(
 ) -> Mechanism:
     if not _is_bar(body):
         raise InputError(
-            f"body '{body.name}' is to bend and is no straight uniform bar",
-            "points on its x axis, mass centre in the middle, inertia m L^2/12; bend bars before payloads are fixed to them",
+            f"body '{body.name}' is to bend and is no uniform bar",
+            "points on its x axis, or in order along straight legs of which one is on it, with mass centre and inertia of a "
+            "uniform line; bend bars before payloads are fixed to them",
         )
     named: dict[float, list[str]] = {}
     for point, (x, _) in body.points.items():
@@ -312,8 +322,14 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
 
     for guide in mechanism.guides:
         if guide.body == name:
-            raise refused(f"guide '{guide.name}'")
-    components = [exchanged(part, f"component '{part.name}'", part.declaration.port.turning) for part in mechanism.components]
+            raise InputError(
+                f"guide '{guide.name}' on bar '{name}', which is to bend",
+                "a roller that runs along it, two for a block that keeps its direction; or a rigid bar",
+                f'Roller("{guide.name}", {guide.follower}, rail="{name}")',
+            )
+    components = [
+        exchanged(part, f"component '{part.name}'", (*part.declaration.port.turning, "rail")) for part in mechanism.components
+    ]
     tracks = []
     for track in mechanism.tracks:
         if track.body == name and track.point not in where:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from scissordyn.component.place import GROUND, Point
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.linear_constraints import body_inertia
@@ -33,67 +34,16 @@ def balance(mechanism: Mechanism) -> Balance:
     -------
     Balance
     """
-    names = [body.name for body in mechanism.bodies]
-    index = {name: k for k, name in enumerate(names)}
-    entries: dict[str, list[Entry]] = {name: [] for name in names}
-
-    def enter(
-        body: str, unknown: int, direction: tuple[float, float, float], anchor: tuple[str, str], frame: str = GROUND
-    ) -> None:
-        arm = _arm(mechanism, *anchor)
-        entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
-
-    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
-    length = max([size for size in sizes if size > 0.0], default=1.0)
-    count = 0
-    for joint in mechanism.ideal_joints:
-        for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
-            if body != GROUND:
-                enter(body, count, (sign, 0.0, 0.0), (body, point))
-                enter(body, count + 1, (0.0, sign, 0.0), (body, point))
-        count += 2
-    joints = 0, count
-    for weld in mechanism.welds:
-        for (body, point), sign in ((weld.start, 1.0), (weld.end, -1.0)):
-            if body != GROUND:
-                enter(body, count, (sign, 0.0, 0.0), (body, point))
-                enter(body, count + 1, (0.0, sign, 0.0), (body, point))
-                enter(body, count + 2, (0.0, 0.0, sign * length), (body, point))
-        count += 3
-    first_guide = count
-    for guide in mechanism.ideal_guides:
-        across = -math.sin(guide.direction), math.cos(guide.direction)
-        enter(guide.follower[0], count, (*across, 0.0), guide.follower, guide.body)
-        if guide.body != GROUND:
-            enter(guide.body, count, (-across[0], -across[1], 0.0), guide.follower, guide.body)
-        count += 1
-    guides = first_guide, count
-    for guide in mechanism.ideal_guides:
-        if not guide.aligned:
-            continue
-        enter(guide.follower[0], count, (0.0, 0.0, length), guide.follower)
-        if guide.body != GROUND:
-            enter(guide.body, count, (0.0, 0.0, -length), guide.follower)
-        count += 1
-    first_drive = count
-    for drive in mechanism.drives:
-        enter(drive.body, count, (0.0, 0.0, length), (drive.body, next(iter(mechanism.body(drive.body).points))))
-        count += 1
-
-    groups = [np.array([unknown for unknown, *_ in entries[name]], np.int64) for name in names]
-    rows = np.concatenate([np.arange(count), *(np.repeat(group, group.size) for group in groups)])
-    beside = np.concatenate([np.arange(count), *(np.tile(group, group.size) for group in groups)])
-    order = np.empty(count, np.int64)
-    if count <= FEW:
-        order[:] = np.arange(count)
-    else:
-        graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
-        order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
-    reach = int(np.max(np.abs(order[rows] - order[beside]), initial=0))
-
-    listed = [entry for name in names for entry in entries[name]]
+    unknowns = _Unknowns(mechanism)
+    joints = unknowns.of(unknowns.joints)
+    unknowns.of(unknowns.welds)
+    guides = unknowns.of(unknowns.guides)
+    unknowns.of(unknowns.alignments)
+    drives = unknowns.of(unknowns.drives)
+    order, reach = _order([[unknown for unknown, *_ in rows] for rows in unknowns.entries.values()], unknowns.count)
+    listed = [entry for rows in unknowns.entries.values() for entry in rows]
     return Balance(
-        start=np.cumsum([0, *(len(entries[name]) for name in names)], dtype=np.int64),
+        start=np.cumsum([0, *map(len, unknowns.entries.values())], dtype=np.int64),
         unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
         direction=np.array([direction for _, direction, *_ in listed]).reshape(-1, 3),
         arm=np.array([arm for _, _, arm, *_ in listed]).reshape(-1, 2),
@@ -101,13 +51,91 @@ def balance(mechanism: Mechanism) -> Balance:
         frame=np.array([frame for *_, frame in listed], np.int64),
         mass=np.array([body.mass for body in mechanism.bodies]),
         inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
-        length=length,
+        length=unknowns.length,
         order=order,
         band=reach,
         joints=joints,
         guides=guides,
-        drives=(first_drive, count),
+        drives=drives,
     )
+
+
+class _Unknowns:
+    """Collects the reactions as unknowns, and where each of them acts.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.index = {body.name: k for k, body in enumerate(mechanism.bodies)}
+        self.entries: dict[str, list[Entry]] = {name: [] for name in self.index}
+        sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
+        self.length = max([size for size in sizes if size > 0.0], default=1.0)
+        self.count = 0
+
+    def of(self, kind: Callable[[], None]) -> tuple[int, int]:
+        """Enter the unknowns of one kind of parts; the first of them and the one behind the last."""
+        first = self.count
+        kind()
+        return first, self.count
+
+    def joints(self) -> None:
+        for joint in self.mechanism.ideal_joints:
+            self._forces(joint.journal, joint.bearing)
+
+    def welds(self) -> None:
+        for weld in self.mechanism.welds:
+            self._forces(weld.start, weld.end)
+            for anchor, sign in ((weld.start, 1.0), (weld.end, -1.0)):
+                self._enter(anchor[0], (0.0, 0.0, sign * self.length), anchor)
+            self.count += 1
+
+    def guides(self) -> None:
+        for guide in self.mechanism.ideal_guides:
+            across = -math.sin(guide.direction), math.cos(guide.direction)
+            self._enter(guide.follower[0], (*across, 0.0), guide.follower, guide.body)
+            self._enter(guide.body, (-across[0], -across[1], 0.0), guide.follower, guide.body)
+            self.count += 1
+
+    def alignments(self) -> None:
+        for guide in self.mechanism.ideal_guides:
+            if guide.aligned:
+                self._enter(guide.follower[0], (0.0, 0.0, self.length), guide.follower)
+                self._enter(guide.body, (0.0, 0.0, -self.length), guide.follower)
+                self.count += 1
+
+    def drives(self) -> None:
+        for drive in self.mechanism.drives:
+            anchor = drive.body, next(iter(self.mechanism.body(drive.body).points))
+            self._enter(drive.body, (0.0, 0.0, self.length), anchor)
+            self.count += 1
+
+    def _forces(self, start: BodyPoint, end: BodyPoint) -> None:
+        """Two components of a force between two points that coincide."""
+        for direction in ((1.0, 0.0), (0.0, 1.0)):
+            for anchor, sign in ((start, 1.0), (end, -1.0)):
+                self._enter(anchor[0], (sign * direction[0], sign * direction[1], 0.0), anchor)
+            self.count += 1
+
+    def _enter(self, body: str, direction: tuple[float, float, float], anchor: BodyPoint, frame: str = GROUND) -> None:
+        """The present unknown acts on a body, unless that is the ground."""
+        if body != GROUND:
+            arm = _arm(self.mechanism, *anchor)
+            self.entries[body].append((self.count, direction, arm, self.index[anchor[0]], self.index.get(frame, -1)))
+
+
+def _order(groups: list[list[int]], count: int) -> tuple[np.ndarray, int]:
+    """Where each unknown stands so that those of a body are near each other, and the largest distance of two of a body."""
+    rows = np.concatenate([np.arange(count), *(np.repeat(group, len(group)) for group in groups)]).astype(np.int64)
+    beside = np.concatenate([np.arange(count), *(np.tile(group, len(group)) for group in groups)]).astype(np.int64)
+    order = np.arange(count)
+    if count > FEW:
+        graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
+        order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
+    return order, int(np.max(np.abs(order[rows] - order[beside]), initial=0))
 
 
 def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:

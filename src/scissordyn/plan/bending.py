@@ -12,7 +12,7 @@ from scissordyn.component.beam import Beam, node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.flexible_bar import LANES
+from scissordyn.mechanics.lanes import padded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
@@ -97,23 +97,56 @@ def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[Point
     """Of each flexible bar the columns that it reads, and the maps of the vectors of its shapes."""
     found = []
     for axis in coordinates.natural.axes:
-        maps = [coordinates.vector(*axis.expression(one)) for one in np.eye(axis.shapes.count)]
+        maps = [paired(coordinates.vector(*axis.expression(one)))[0] for one in np.eye(axis.shapes.count)]
         found.append((np.unique(np.concatenate([each.columns for each in maps])), maps))
     return found
+
+
+def paired(found: PointMap) -> tuple[PointMap, int]:
+    """A map whose leading columns come in pairs that turn with their vector, rows (a, -b) and (b, a), and how many there are.
+
+    Kernels read both numbers of a pair at once.
+    """
+    columns, rows = found.columns, found.rows
+    pairs: list[int] = []
+    k = 0
+    while k < columns.size:
+        turns = k + 1 < columns.size and columns[k + 1] == columns[k] + 1
+        if turns and rows[0, k + 1] == -rows[1, k] and rows[1, k + 1] == rows[0, k]:
+            pairs += [k, k + 1]
+            k += 1
+        k += 1
+    order = pairs + [k for k in range(columns.size) if k not in pairs]
+    return PointMap(columns[order], rows[:, order]), len(pairs) // 2
+
+
+def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
+    """From which shape of a bar on each has a pair of columns of its own, in order, which is the first, and the factor of all.
+
+    Modes are not mixed with anything; a bar without modes has none of them.
+    """
+    held, count = axis.shapes.held, axis.shapes.count
+    if held == count:
+        return held, 0, 0.0
+    first, scale = int(maps[held].columns[0]), float(maps[held].rows[0, 0])
+    for k, each in enumerate(maps[held:count]):
+        assert each.columns.tolist() == [first + 2 * k, first + 2 * k + 1]
+        assert np.array_equal(each.rows, scale * np.eye(2))
+    return held, first, scale
 
 
 def bar_table(axis: Axis) -> np.ndarray:
     """What the kernels read of a flexible bar: its shapes do not change."""
     shapes = axis.shapes
     points, weights = shapes.quadrature
-    slopes = shapes.at(np.concatenate([points, [0.0, shapes.places[-1]]]), 1)
-    forces = np.vstack([shapes.bending, slopes[:-2], shapes.at(points, 2)])
-    return np.concatenate([weights, _padded(slopes.T).ravel(), _padded(forces).ravel()])
+    slopes, at_ends = shapes.at(points, 1), shapes.at(np.array([0.0, shapes.places[-1]]), 1)
+    tables = slopes.T, at_ends.T, axis.stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
+    return np.concatenate([weights, *(_padded(table).ravel() for table in tables)])
 
 
 def _padded(table: np.ndarray) -> np.ndarray:
-    """Rows of a whole multiple of `LANES` numbers."""
-    return np.pad(table, ((0, 0), (0, -table.shape[1] % LANES)))
+    """Rows of whole lanes."""
+    return np.pad(table, ((0, 0), (0, padded(table.shape[1]) - table.shape[1])))
 
 
 FEW = 6

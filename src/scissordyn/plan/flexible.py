@@ -87,6 +87,11 @@ class Axis:
     directed: tuple[int, ...]
 
     @property
+    def stretching(self) -> np.ndarray:
+        """`Shapes.stretching` of the bar."""
+        return self.shapes.stretching(self.bar.bending_stiffness / self.bar.axial_stiffness)
+
+    @property
     def highest_frequency(self) -> float:
         """Of the modes that the bar has, its cross-sections held [Hz]; 0 without modes."""
         if self.shapes.modes == 0:

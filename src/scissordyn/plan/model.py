@@ -25,9 +25,10 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.system import RESULTS, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
-from scissordyn.plan.bending import bar_table, flexible_maps
+from scissordyn.plan.bending import bar_table, flexible_maps, mode_columns, paired
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 from scissordyn.plan.ordering import incidence, order_unknowns
+from scissordyn.plan.rail import Rails, rail_tables
 
 __all__ = ["make_model"]
 
@@ -90,6 +91,8 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     bars = flexible_maps(coordinates)
     for at, (columns, _) in zip(_bars(components), bars, strict=True):
         maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
+    rails = rail_tables(coordinates, components, bars, maps[len(contacts) :])
+    maps[len(contacts) :] = rails.maps
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
     rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
@@ -103,6 +106,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         nb=coordinates.basis,
         inertia=np.ascontiguousarray(inertia),
         inertia_b=np.ascontiguousarray(inertia_b),
+        coupled=np.flatnonzero(np.any(np.asarray(inertia)[:, 1:] != 0.0, axis=1)),
         element_start=element_start,
         element_column=element_column,
         element_row=element_row,
@@ -123,7 +127,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         pair_of=ordering.pair_of,
         **constraints,
         **_components(mechanism, rotation_start.size - 1),
-        **_flexible(coordinates, components, bars),
+        **_flexible(coordinates, components, bars, rails),
     )
 
 
@@ -133,29 +137,37 @@ def _bars(components: Iterable[Any]) -> list[int]:
 
 
 def _flexible(
-    coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]]
+    coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]], rails: Rails
 ) -> dict[str, np.ndarray]:
     """The part of a model that describes its flexible bars."""
     numbers = np.full(len(components), -1, np.int64)
     numbers[_bars(components)] = np.arange(len(bars))
-    shape_start, shape_column, shape_row = _stacked([each for _, maps in bars for each in maps], 2)
+    for i, bar in rails.bars.items():
+        numbers[i] = bar
+    found = [paired(each) for _, maps in bars for each in maps]
+    shape_start, shape_column, shape_row = _stacked([each for each, _ in found], 2)
     tables = [bar_table(axis) for axis in coordinates.natural.axes]
     first = offsets(len(maps) for _, maps in bars)
     table_start = offsets(table.size for table in tables)
-    sizes = [
-        [len(maps), axis.shapes.quadrature[0].size] for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)
+    rows = [
+        [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, [each for each, _ in found[at:]])]
+        for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start.tolist(), strict=False)
     ]
-    places = [np.searchsorted(columns, each.columns) for columns, maps in bars for each in maps]
+    read = [columns for columns, maps in bars for _ in maps]
+    places = [np.searchsorted(columns, each.columns) for columns, (each, _) in zip(read, found, strict=True)]
     return {
         "bar_of": numbers,
-        "bar": np.array([[f, *size, at] for f, size, at in zip(first, sizes, table_start, strict=False)], np.int64).reshape(
-            -1, 4
-        ),
+        "bar": np.array([row[:6] for row in rows], np.int64).reshape(-1, 6),
+        "bar_scale": np.array([row[6] for row in rows], float),
         "bar_table": np.concatenate([np.zeros(0), *tables]),
         "shape_start": shape_start,
+        "shape_pairs": _integers([count for _, count in found]),
         "shape_column": shape_column,
         "shape_row": shape_row,
         "shape_place": np.concatenate([np.zeros(0, np.int64), *places]),
+        "rail": rails.rows,
+        "rail_table": rails.table,
+        "rail_place": rails.places,
     }
 
 

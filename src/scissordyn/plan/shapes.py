@@ -18,8 +18,8 @@ __all__ = ["Shapes", "shapes_of"]
 EXTRA = 11
 """Degree of the polynomials of a span beyond the modes that they represent: errors of the kept frequencies below 1e-9."""
 
-STRAINS = 2
-"""Points of quadrature in a span beyond the modes that it has: fewer leave the axial motion of the highest ones soft."""
+STRAINS = 1.5, 2
+"""Points of quadrature in a span for each mode that it has, and beyond these: fewer leave axial motions soft."""
 
 _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 0.75, 0.0, -0.25], [-0.25, -0.25, 0.25, 0.25]])
 """Value and slope at -1 and at 1, as powers of xi."""
@@ -138,11 +138,39 @@ class Shapes:
     def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
         """Points [m] and weights [m] for the axial strain."""
         lengths = np.diff(self.places)
-        further = 1 if self.unit else STRAINS
-        counts = [max(1, round(self.modes * float(part))) + further for part in lengths / lengths.sum()]
+        each, further = (1.0, 1) if self.unit else STRAINS
+        counts = [int(each * max(1, round(self.modes * float(part)))) + further for part in lengths / lengths.sum()]
         rules = [legendre.leggauss(count) for count in counts]
         points = [first + 0.5 * l * (x + 1.0) for first, l, (x, _) in zip(self.places, lengths, rules, strict=False)]
         return np.concatenate(points), np.concatenate([0.5 * l * w for l, (_, w) in zip(lengths, rules, strict=True)])
+
+    def stretching(self, ratio: float) -> np.ndarray:
+        """By the strains at the points of quadrature twice the axial energy over EA, shape (points, points) [m].
+
+        The bending form of all vectors, EI int |r''|^2 ds, has the square of the strain's derivative e' beside that of the
+        curvature. Here it is taken away: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. What varies so fast that
+        little would be left keeps a positive energy: with x the part that is taken away, 1 - x up to x = 1/2, 1/(4 x) beyond.
+
+        Parameters
+        ----------
+        ratio : float
+            EI/EA [m^2].
+        """
+        points, weights = self.quadrature
+        found = np.zeros((points.size, points.size))
+        for first, last in zip(self.places, self.places[1:], strict=False):
+            inside = np.flatnonzero((points > first) & (points < last))
+            root = np.sqrt(weights[inside])
+            powers = legendre.legvander(2.0 * (points[inside] - first) / (last - first) - 1.0, inside.size - 1)
+            derived = np.zeros_like(powers)
+            for k in range(1, inside.size):
+                slope = legendre.legder(np.eye(inside.size)[k])
+                derived[:, k] = powers[:, : slope.size] @ slope * 2.0 / (last - first)
+            scaled = root[:, None] * np.linalg.solve(powers.T, derived.T).T / root
+            parts, vectors = np.linalg.eigh(ratio * scaled.T @ scaled)
+            left = np.where(parts <= 0.5, 1.0 - parts, 0.25 / np.maximum(parts, 0.5))
+            found[np.ix_(inside, inside)] = root[:, None] * (vectors * left) @ vectors.T * root
+        return found
 
     def at(self, places: np.ndarray, derivative: int = 0) -> np.ndarray:
         """The shapes, or a derivative of them along the bar, at some places, shape (places, count)."""

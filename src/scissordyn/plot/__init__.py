@@ -38,7 +38,12 @@ class _Room(ModuleType):
 
 def _function(name: str) -> property:
     def found(room: ModuleType) -> Any:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        from scissordyn.keyword import suggesting
+
+        home = import_module(f"{__name__}.{_HOMES[name]}")
+        value = suggesting(getattr(home, name))
+        setattr(home, name, value)
+        return value
 
     def loaded(room: ModuleType, module: ModuleType) -> None:
         """Called by Python with the module that it has loaded, which stays out of sight."""

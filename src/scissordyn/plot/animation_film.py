@@ -91,7 +91,8 @@ class Film:
         self.names = [_name(self.axes, joint.name, aside) for joint, aside in zip(magnified, scene.asides, strict=False)]
         write_more(self.figure, len(scene.magnified) - len(magnified))
         self.show(0)
-        self.figure.draw_without_rendering()  # lays the panels out, once for all frames
+        for _ in range(2):  # lays the panels out, once for all frames; the first time without the room of equal scales
+            self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
 
     def _shapes(self) -> list[Line2D | Polygon]:

@@ -134,6 +134,7 @@ def _channel(channel: Channel, joint: str) -> dict[str, Any]:
         "gain": channel.gain,
         "edge": EDGE,
         "surfaces": [[side, height] for side, height in channel.surfaces.items()],
+        "hollow": channel.hollow,
         "count": channel.block.shape[1],
         "place": _packed(channel.place),
         "block": _packed(channel.block),

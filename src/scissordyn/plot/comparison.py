@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, engineering
-from scissordyn.plot.series import clearance_joints, finish, largest_forces, time_scale
+from scissordyn.plot.series import finish, largest_forces, time_scale
 from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
+from scissordyn.run.joints import clearance_joints
 
 __all__ = ["comparison", "shared_curves"]
 

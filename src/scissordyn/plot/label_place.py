@@ -82,7 +82,7 @@ def aside(
         cost = FAR * len(looks) * distance
         for here, points in zip(places, ink, strict=True):
             low, high = here[k] + tries - half, here[k] + tries + half
-            within = np.all((points > low[:, None]) & (points < high[:, None]), axis=2)
+            within = _inside(points, low, high)
             away = np.linalg.norm(np.clip(here, low[:, None], high[:, None]) - here, axis=2)
             cost += HIDDEN * within.sum(axis=1) + TOUCHED * (away < RING).sum(axis=1)
             cost += MISLED * np.any(np.delete(away, k, axis=1) < away[:, [k]] + CLEAR, axis=1)
@@ -94,6 +94,15 @@ def aside(
         found.append(tries[int(np.argmin(cost))])
         halves.append(half)
     return np.array(found).reshape(-1, 2)
+
+
+def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Which points are in which boxes; coordinate by coordinate, which costs a third of a reduction over them."""
+    within: np.ndarray = np.ones((len(low), len(points)), bool)
+    for axis in range(2):
+        at = np.ascontiguousarray(points[:, axis])
+        within &= (at > low[:, None, axis]) & (at < high[:, None, axis])
+    return within
 
 
 def _sampled(line: np.ndarray) -> np.ndarray:

@@ -18,11 +18,12 @@ from scissordyn.plot.film import film
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
-from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
+from scissordyn.plot.series import chosen_joints, clearance_pins
 from scissordyn.plot.source import torque_sources
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import has_tracks, track
+from scissordyn.run.joints import clearance_joints
 
 __all__ = ["KINDS", "check_kinds", "draw_all"]
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from scissordyn.numeral import numerals
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -44,6 +46,14 @@ class Scale:
     def text(self, value: float, digits: int = 4) -> str:
         """A number in SI units as a shown number, without the unit."""
         return f"{value * self.factor:.{digits}g}"
+
+    def cells(self, *values: float, digits: int = 4) -> list[str]:
+        """Numbers in SI units as the cells of a table, see `numeral.numerals`."""
+        return numerals([value * self.factor for value in values], digits)
+
+    def cell(self, value: float, digits: int = 4) -> str:
+        """One number in SI units as the cell of a table, with its unit."""
+        return f"{self.cells(value, digits=digits)[0]} {self.unit}".rstrip()
 
     def said(self, value: float, digits: int = 4) -> str:
         """A number in SI units as a shown number with its unit."""

@@ -11,6 +11,7 @@ import numpy as np
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, in_lines, normal, small
+from scissordyn.run.joints import clearance_joints, some_clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +25,6 @@ __all__ = [
     "MOST_JOINTS",
     "Joints",
     "chosen_joints",
-    "clearance_joints",
     "clearance_pins",
     "compare",
     "finish",
@@ -75,22 +75,6 @@ def predictability_horizon(run: xr.Dataset) -> float | None:
     return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
 
 
-def clearance_joints(run: xr.Dataset) -> list[str]:
-    """Names of the joints with clearance, in order.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-    """
-    if "clearance" not in run:
-        return []
-    return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
-
-
 def clearance_pins(run: xr.Dataset) -> list[str]:
     """Names of the clearance joints whose journal moves in a bearing, without the contact points of guides.
 
@@ -135,13 +119,7 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
     InputError
         If no joint has clearance, or a named one has none.
     """
-    names = clearance_joints(run)
-    if not names:
-        raise InputError(
-            "a run without clearance joints",
-            "a run of a mechanism with a clearance",
-            'arm.with_clearance("A", Clearance(0.5e-3))',
-        )
+    names = some_clearance_joints(run)
     if joint is not None:
         for name in names_of(joint):
             if name not in names:

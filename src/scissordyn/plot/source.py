@@ -60,7 +60,7 @@ def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
         name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
         peak = _peak(run, sampled.values, "peak_drive_torque", "drive", k)
         found.append(TorqueSource(name, "drive_torque", k, _with_peak(sampled, peak), peak))
-    limits = actuator_limits(run)
+    limits = actuator_limits(run) if any(variable in run for variable, _, _ in OF_COMPONENTS) else {}
     for variable, along, largest in OF_COMPONENTS:
         if variable in run and along in run[variable].dims:
             for k, name in enumerate(run[along].values.astype(str).tolist()):

@@ -26,7 +26,6 @@ from scissordyn.plot.series import (
     BEYOND,
     Joints,
     chosen_joints,
-    clearance_joints,
     mechanism_of,
     note_more,
     predictability_horizon,
@@ -52,6 +51,7 @@ from scissordyn.plot.style import (
 from scissordyn.plot.symbol import cross_sections, symbols
 from scissordyn.plot.window import window
 from scissordyn.run.deflection import magnified_deflection
+from scissordyn.run.joints import clearance_joints
 from scissordyn.run.placement import Placement
 
 __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
@@ -296,7 +296,7 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     state = "contact" if touching else "free flight"
     figure = axes.get_figure(root=True)
     assert figure is not None
-    width, letters = figure.get_figwidth() * axes.get_position().width, small()
+    width, letters = figure.get_figwidth() * axes.get_position(original=True).width, small()
     said = (f"{literal(joint)}: {state}", f"clearance magnified {gain:.2g} times")
     axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in said), fontsize=letters, color=BLACK)
     return axes

@@ -95,14 +95,14 @@ def _motion(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> _Motion:
     return _Motion(axis.vectors(position), axis.vectors(velocity), factor)
 
 
-def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """R' at some places, the strain that has a stress, with that of damping, and the unit tangent."""
+def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """R' at some places, the strain that has an elastic stress, that of damping, and the unit tangent."""
     slope = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.vectors)
     rate = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.rates)
     size = np.linalg.norm(slope, axis=-1)
     tangent = slope / size[..., None]
     warm = motion.factor[:, None] * thermal_loads(axis.bar)[0]
-    return slope, size - 1.0 - warm + axis.bar.damping * np.sum(rate * tangent, axis=-1), tangent
+    return slope, size - 1.0 - warm, axis.bar.damping * np.sum(rate * tangent, axis=-1), tangent
 
 
 def _curvature(axis: Axis, motion: _Motion, places: np.ndarray) -> np.ndarray:
@@ -138,7 +138,8 @@ def carried(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> Carried:
     ends = marks_of(bar)
     length = np.diff(ends)
     points, weights = shapes.quadrature
-    force = bar.axial_stiffness * _strain(axis, motion, points)[1]
+    _, elastic, damped, _ = _strain(axis, motion, points)
+    force = bar.axial_stiffness * (elastic + damped)
     axial = np.zeros((time.size, length.size))
     for k, (a, b) in enumerate(zip(shapes.places, shapes.places[1:], strict=False)):
         # where bending shortens the axis the strain is that of its points of quadrature: a line through them in each span
@@ -226,10 +227,11 @@ def shape_forces(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> np.
     """What the elastic and damping stresses of a bar exert on the vectors of its shapes, shape (nt, count, 2) [N]."""
     motion, shapes, bar = _motion(plan, axis, found, time), axis.shapes, axis.bar
     points, weights = shapes.quadrature
-    slope, strain, tangent = _strain(axis, motion, points)
+    slope, elastic, damped, tangent = _strain(axis, motion, points)
+    strain = elastic @ axis.stretching + damped * weights
     first, second = shapes.at(points, 1), shapes.at(points, 2)
     force = -bar.bending_stiffness * np.einsum("kl,tlc->tkc", shapes.bending, motion.vectors)
-    force -= bar.axial_stiffness * np.einsum("gk,tg,tgc,g->tkc", first, strain, tangent, weights)
+    force -= bar.axial_stiffness * np.einsum("gk,tg,tgc->tkc", first, strain, tangent)
     curvature = motion.factor * thermal_loads(bar)[1]
     if np.any(curvature):
         at_ends = shapes.at(np.array([0.0, shapes.places[-1]]), 1)

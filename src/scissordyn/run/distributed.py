@@ -7,6 +7,7 @@ import numpy as np
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.run.bars import shape_forces
 
 __all__ = ["with_distributed_mass"]
@@ -16,7 +17,8 @@ def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record
     """The record with what the consistent mass of the beam elements adds to the loads of their bodies.
 
     A body at the end of an element has half of its mass at its origin; the rest of the mass matrix times the acceleration less
-    gravity is a load, and so is what the stresses of a flexible bar exert. What acts along a unit direction is no moment.
+    gravity is a load, and so is what the stresses of a flexible bar exert, or what runs along it. What acts along a unit
+    direction is no moment.
     """
     if not bends(plan.mechanism):
         return found
@@ -25,6 +27,9 @@ def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record
     inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
     for axis in coordinates.natural.axes:
         axis.added(-shape_forces(plan, axis, found, time), inertia)
+    for i, axis in rail_axes(coordinates.natural.axes, plan.acting).items():
+        shares = shapes_beyond(axis, found.coordinate[:, i, 1])
+        axis.added(shares[..., None] * found.wrench[:, None, len(plan.contacts) + i, :2], inertia)
     load = found.load.copy()
     for b, body in enumerate(plan.bodies):
         p = coordinates.natural.offsets[body.name]

@@ -11,6 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
+from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
 from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.tolerance import Tolerances
@@ -32,6 +33,9 @@ OVERDAMPED = 0.7
 MOST_EIGENVALUES = 400
 """Above this number of states the modes are not computed, and what declares itself stiff decides."""
 
+
+THIN_FILM = 3e5
+"""Damping of a film of a two-hundredth of the clearance over that in the centre: 3 (2 h/c)^-2.5 of a short bearing."""
 
 PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
@@ -102,13 +106,21 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
         return Choice(STIFF, "contacts that start at rest have a stiff damping")
     if not plan.components:
         return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
+    oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
     if y.size > MOST_EIGENVALUES:
+        if oiled:
+            return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
         return Choice(EXPLICIT, f"more than {MOST_EIGENVALUES} states: stiffness is not estimated")
     decay, oscillation = fastest_modes(plan, system, y, tolerances)
     resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
     if decay / STABLE > resolved:
         return Choice(
             STIFF, f"the fastest decay, {decay:.3g} 1/s, would keep explicit steps below {STABLE / decay:.2g} s without need"
+        )
+    if oiled and THIN_FILM * decay / STABLE > resolved:
+        return Choice(
+            STIFF,
+            f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend",
         )
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
 

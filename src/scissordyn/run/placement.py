@@ -57,14 +57,11 @@ class Placement:
     ) -> Placement:
         """The placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
         names = [body.name for body in mechanism.bodies]
-        now = run[["position", "angle"]].isel(time=samples).sel(body=names)
-        return cls(
-            mechanism,
-            {name: k for k, name in enumerate(names)},
-            now["position"].transpose("time", "body", "axis").values,
-            now["angle"].transpose("time", "body").values,
-            turns,
-        )
+        index = run.get_index("body")
+        order = np.array([index.get_loc(name) for name in names], int)
+        position = run["position"].transpose("time", "body", "axis").isel(time=samples).values[:, order]
+        angle = run["angle"].transpose("time", "body").isel(time=samples).values[:, order]
+        return cls(mechanism, {name: k for k, name in enumerate(names)}, position, angle, turns)
 
     @property
     def count(self) -> int:

@@ -20,6 +20,9 @@ from scissordyn.run.configuration import ATTRIBUTE, TITLE
 
 __all__ = ["load", "save"]
 
+OTHER_FILES = {".toml": "read_case", ".zarr": "open_study"}
+"""What reads files that are no runs."""
+
 
 def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool = False) -> Path:
     r"""Write a run to a NetCDF file, whole or not at all.
@@ -104,7 +107,11 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
             run = stored.load()
     except Exception as error:  # libraries raise whatever they like at a file that is not whole
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"cannot read '{path}' as a run: {reason}", "a NetCDF file that scissordyn wrote whole") from None
+        other = OTHER_FILES.get(Path(path).suffix, "")
+        example = f"sd.{other}({str(path)!r})" if other else ""
+        raise InputError(
+            f"cannot read '{path}' as a run: {reason}", "a NetCDF file that scissordyn wrote whole", example
+        ) from None
     if not str(run.attrs.get("title", "")).startswith(OURS):
         raise InputError(f"'{path}' is not a run of scissordyn", "a NetCDF file that scissordyn wrote")
     return run

@@ -336,11 +336,12 @@ def summary_of(run: xr.Dataset) -> Summary:
     known = math.isfinite(trusted)
     joints = joint_summaries(run) if "contact_joint" in run else []
     largest = max(joints, key=lambda joint: joint.largest, default=None)
+    described = _mechanism(run)
     return Summary(
-        points=tuple(_points(run)),
-        actuators=tuple(_actuators(run)),
+        points=tuple(_points(run, described)),
+        actuators=tuple(_actuators(run, described)),
         force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when),
-        span=_span(run),
+        span=_span(run, described),
         work=_work(run),
         horizon=trusted if known else None,
         horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,
@@ -353,10 +354,9 @@ def _mechanism(run: xr.Dataset) -> Any:
     return read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None
 
 
-def _points(run: xr.Dataset) -> Iterator[PointAnswer]:
+def _points(run: xr.Dataset, described: Any) -> Iterator[PointAnswer]:
     if "peak_track_deviation" not in run or not run.sizes["time"]:
         return
-    described = _mechanism(run)
     tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
     for name in run["track"].values.astype(str).tolist():
         here = run.sel(track=name)
@@ -382,7 +382,11 @@ def actuator_limits(run: xr.Dataset) -> dict[str, float]:
     -------
     dict of str to float
     """
-    described, found = _mechanism(run), {}
+    return _limits(_mechanism(run))
+
+
+def _limits(described: Any) -> dict[str, float]:
+    found = {}
     for part in () if described is None else described.components:
         kind = getattr(part, "kind", None)
         if kind not in (Actuator, Motor):
@@ -419,12 +423,12 @@ def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[
     return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
 
 
-def _actuators(run: xr.Dataset) -> Iterator[ActuatorAnswer]:
+def _actuators(run: xr.Dataset, described: Any) -> Iterator[ActuatorAnswer]:
     if "peak_drive_torque" in run:
         for k, name in enumerate(run["drive"].values.astype(str).tolist()):
             torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
             yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
-    limits = actuator_limits(run)
+    limits = _limits(described)
     for kind, curve, peak in (
         ("actuator", "control_torque", "peak_control_torque"),
         ("motor", "motor_torque", "motor_peak_torque"),
@@ -438,8 +442,7 @@ def _actuators(run: xr.Dataset) -> Iterator[ActuatorAnswer]:
             yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting)
 
 
-def _span(run: xr.Dataset) -> SpanAnswer | None:
-    described = _mechanism(run)
+def _span(run: xr.Dataset, described: Any) -> SpanAnswer | None:
     if described is None or "position" not in run or not run.sizes["time"]:
         return None
     ends = run[["position", "angle"]].isel(time=[0, -1])

@@ -31,6 +31,9 @@ __all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "ove
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
 
+INTERRUPTED = "interrupted"
+"""Both how a run ended and why."""
+
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",
     loop.NOT_FINITE: "a law or a position became infinite or not a number",
@@ -182,25 +185,9 @@ def compute(
         driver.record_steps()
     if ideal is not None:
         driver.compare_with(ideal.table, ideal.step)
-    began = clocks.perf_counter()
-    if keeper is not None:
-        began -= keeper.take_up(part, driver)
-        progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
-    cause, status = "", loop.ADVANCING
-    try:
-        status = driver.advance(options.until, most_steps=options.most_steps - driver.tried, progress=progress)
-        if status == loop.ADVANCING:
-            cause = f"{options.most_steps} steps are not enough"
-    except KeyboardInterrupt:
-        cause = "interrupted"
-    seconds = clocks.perf_counter() - began
-    if keeper is not None and (status == loop.FINISHED or cause == "interrupted"):
-        keeper.write(part, driver, seconds)
-    cause = cause or broken_off(status, driver)
-    if not cause and status == loop.FINISHED:
-        cause = overlapping(driver)
-    ended = "complete" if status == loop.FINISHED and not cause else ("interrupted" if cause == "interrupted" else "failed")
-    if ended != "complete":
+    cause, seconds = _advance(driver, options, progress, keeper, part)
+    ended = {"": "complete", INTERRUPTED: INTERRUPTED}.get(cause, "failed")
+    if cause:
         cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
     return Trajectory(
         plan=plan,
@@ -223,6 +210,28 @@ def compute(
         steps=driver.steps,
         band=driver.band.copy(),
     )
+
+
+def _advance(
+    driver: Driver, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None, part: str
+) -> tuple[str, float]:
+    """Go on to the end: why it was not reached, or what is wrong there, empty if nothing is; and the seconds that it took."""
+    began = clocks.perf_counter()
+    if keeper is not None:
+        began -= keeper.take_up(part, driver)
+        progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
+    cause, status = "", loop.ADVANCING
+    try:
+        status = driver.advance(options.until, most_steps=options.most_steps - driver.tried, progress=progress)
+        if status == loop.ADVANCING:
+            cause = f"{options.most_steps} steps are not enough"
+    except KeyboardInterrupt:
+        cause = INTERRUPTED
+    seconds = clocks.perf_counter() - began
+    if keeper is not None and (status == loop.FINISHED or cause == INTERRUPTED):
+        keeper.write(part, driver, seconds)
+    cause = cause or broken_off(status, driver)
+    return (overlapping(driver) if not cause and status == loop.FINISHED else cause), seconds
 
 
 def overlapping(driver: Driver) -> str:

@@ -13,6 +13,7 @@ from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
 from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.rail import rail_axes
 from scissordyn.run.film_range import film_peak_warnings, film_warnings
 from scissordyn.run.spacing import time_mean
 
@@ -84,6 +85,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
     ]
     found += _exceeded(run)
     found += _overstrained(run)
+    found += _off_the_rail(plan, run)
     found += _undetermined(run)
     found += _saturated(plan, run)
     found += _gained(run)
@@ -301,6 +303,23 @@ def _overstrained(run: xr.Dataset) -> list[str]:
         if values[at, which] > limit:
             where, when = run["beam"].values[which], float(run["time"].values[at])
             found.append(f"element '{where}' {text.format(values[at, which])} (t = {when:.6g} s)")
+    return found
+
+
+def _off_the_rail(plan: Plan, run: xr.Dataset) -> list[str]:
+    """What runs beyond the end of a bar, at the samples."""
+    found = list[str]()
+    for i, axis in rail_axes(plan.coordinates.natural.axes, plan.components).items():
+        part = plan.components[i]
+        places = run[f"{part.declaration.section}_place"].sel({part.declaration.section: part.name}).values
+        off = (places < 0.0) | (places > axis.bar.length)
+        if off.any():
+            when = float(run["time"].values[int(np.argmax(off))])
+            bar = axis.bar.name.removesuffix("/beam")
+            found.append(
+                f"{part.declaration.label} '{part.name}' runs off the end of bar '{bar}' at t = {when:.6g} s, which goes on "
+                "straight in the model"
+            )
     return found
 
 

@@ -169,7 +169,7 @@ def _margins(study: Study, results: xr.Dataset, one: Recommendation) -> Table:
     called = {each.label: meaning(results, each) or each.label for each in study.requirements}
     for each in one.margins:
         scale = scale_of(xr.DataArray(each.value, attrs={"units": each.units}))
-        value = scale.said(each.value) if math.isfinite(each.value) else "no value"
+        value = scale.cell(each.value) if math.isfinite(each.value) else "no value"
         rows.append((called[each.requirement], value, f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     return Table(("requirement", "value there", "margin"), rows, f"Point {one.point}", (note,))

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.extra import library
 from scissordyn.study.distribution import Variation
 
 __all__ = [
@@ -215,8 +216,7 @@ def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
-    from SALib.sample import morris
-
+    morris = library("SALib.sample.morris", "study", "a design by trajectories")
     problem = {"num_vars": dimensions, "names": [str(k) for k in range(dimensions)], "bounds": [[0.0, 1.0]] * dimensions}
     return np.asarray(morris.sample(problem, count, num_levels=MORRIS_LEVELS, seed=seed))
 

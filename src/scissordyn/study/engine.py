@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scissordyn.cache.folder import adopt_folder, shared_folder
 from scissordyn.errors import InputError
+from scissordyn.extra import library
 from scissordyn.run.engine import (
     AHEAD,
     QUICKLY,
@@ -118,10 +119,7 @@ class Cluster(Begun):
         if given := {"security", "protocol"} & {*options, *(options.get("scheduler_options") or {})}:
             reason = "connections are always encrypted, with certificates made for this study"
             raise InputError(f"'{file}': {' and '.join(sorted(given))}: {reason}", "the file without that")
-        try:
-            import dask_jobqueue
-        except ImportError:
-            raise InputError("dask-jobqueue is not installed", "the package", "pip install dask-jobqueue") from None
+        dask_jobqueue = library("dask_jobqueue", "study", "a queueing system")
         named = (name for name in dir(dask_jobqueue) if name.endswith("Cluster") and name != "JobQueueCluster")  # their base
         kinds = {name.removesuffix("Cluster").lower(): name for name in named}
         kind, jobs = str(options.pop("kind", "")).lower(), options.pop("jobs", 1)
@@ -293,11 +291,7 @@ def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:
 
 
 def _distributed() -> Any:
-    try:
-        import dask
-        import distributed
-    except ImportError:
-        raise InputError("dask.distributed is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
+    dask, distributed = (library(name, "study", "a cluster") for name in ("dask", "distributed"))
     dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1})
     for name in [known for known in logging.root.manager.loggerDict if known.startswith("distributed")]:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what is lost is said here, in one line

@@ -201,7 +201,7 @@ def _shown(value: float, scale: Scale | None) -> str:
     """A number in its unit, or as a fraction."""
     if not np.isfinite(value):
         return "-"
-    return f"{value:.1%}" if scale is None else scale.text(value, 4)
+    return f"{value:.1%}" if scale is None else scale.cells(value)[0]
 
 
 def _confirmed_table(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> Table:
@@ -216,9 +216,9 @@ def _confirmed_table(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> T
         head += [f"{scales[label].label(label)}, cheap", "accurate"]
     rows = []
     for point, row in table.sort_values(f"accurate {labels[0]}").iterrows():
-        cells = [str(point), *(scales[name].text(row[name], 4) for name in names)]
+        cells = [str(point), *(scales[name].cells(row[name])[0] for name in names)]
         for label in labels:
-            cells += [scales[label].text(signs[label] * row[each], 4) for each in (label, f"accurate {label}")]
+            cells += scales[label].cells(*(signs[label] * row[each] for each in (label, f"accurate {label}")))
         violated = row["accurate violation"]
         met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
         rows.append((*cells, met, "yes" if row["front"] else "no"))

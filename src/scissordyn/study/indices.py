@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.extra import library
 from scissordyn.study.answer import by_point, responses
 from scissordyn.study.description import Study
 from scissordyn.study.design import DRAWN_IN, MORRIS_LEVELS, morris_numbers
@@ -43,8 +44,7 @@ def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.
     InputError
         If there are too few complete base points, or all values are the same.
     """
-    from SALib.analyze import sobol
-
+    sobol = library("SALib.analyze.sobol", "study", "an index of Sobol")
     rows = values.reshape(-1, len(names) + 2)
     whole = np.all(np.isfinite(rows), axis=1)
     _check_count(int(whole.sum()), "base points")
@@ -85,8 +85,7 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, 
     InputError
         If there are too few complete trajectories.
     """
-    from SALib.analyze import morris
-
+    morris = library("SALib.analyze.morris", "study", "an elementary effect")
     d = len(names)
     rows = values.reshape(-1, d + 1)
     whole = np.all(np.isfinite(rows), axis=1)

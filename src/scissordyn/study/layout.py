@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.extra import library
 from scissordyn.run.engine import STATES
 from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.description import Study
@@ -54,8 +55,7 @@ def write_layout(folder: Path, study: Study, pilot: xr.Dataset, block: int, attr
     dict of str to int
         Names and numbers of dimensions of the arrays along the cases.
     """
-    import zarr
-
+    zarr = library("zarr", "study", "a study")
     root = zarr.open_group(str(folder), mode="w", zarr_format=3)
     chosen = {factor.address for factor in study.factors}
     for address in study.addresses:
@@ -92,8 +92,7 @@ def write_layout(folder: Path, study: Study, pilot: xr.Dataset, block: int, attr
 
 def consolidate(root: zarr.Group) -> None:
     """One file with all descriptions, so that `xarray.open_zarr` reads them at once."""
-    import zarr
-
+    zarr = library("zarr", "study", "a study")
     with warnings.catch_warnings():  # zarr says that other programs may not know of it, and need not
         warnings.simplefilter("ignore")
         zarr.consolidate_metadata(root.store)

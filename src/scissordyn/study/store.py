@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.extra import library
 from scissordyn.lock import hold
 from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.description import OwnMeasure, Study
@@ -121,8 +122,7 @@ class Store:
     def group(self) -> zarr.Group:
         """The root group."""
         if self._group is None:
-            import zarr
-
+            zarr = library("zarr", "study", "a study")
             with _said(self.address):
                 try:
                     self._group = zarr.open_group(self.address, mode="r+", use_consolidated=False)

@@ -150,7 +150,7 @@ def response_ranges(study: Study, points: xr.Dataset) -> Table:
     for name, variable in points.data_vars.items():
         if variable.attrs.get("role") == "response" and bool(np.isfinite(variable.values).any()):
             scale = scale_of(variable)
-            shown = [scale.text(value) for value in np.nanquantile(variable.values, [0.0, 0.5, 1.0])]
+            shown = scale.cells(*np.nanquantile(variable.values, [0.0, 0.5, 1.0]))
             spread = [_percent(float(np.nanmax(points[f"spread {name}"].values)))] if study.members > 1 else []
             rows.append((str(name), *shown, scale.unit or "1", *spread))
     members = ("largest spread of members",) if study.members > 1 else ()
@@ -204,7 +204,7 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
         if table.attrs["method"] == "morris":
             scale = scale_of(table["effect"].assign_attrs(units=table.attrs["units"]))
             head = (scale.label("mean effect"), scale.label("deviation"))
-            cells = [[_within(row, "effect", scale), scale.text(float(row["deviation"]), 3)] for row in factors]
+            cells = [[_within(row, "effect", scale), *scale.cells(float(row["deviation"]))] for row in factors]
         else:
             head = ("first order", "total")
             cells = [[_within(row, key, Scale(1.0, "")) for key in ("first", "total")] for row in factors]
@@ -217,7 +217,8 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
 
 def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
     """An index with half of its interval."""
-    return f"{scale.text(float(row[key]), 3)} ± {scale.text(float(row[f'{key}_interval']), 2)}"
+    value, half = scale.cells(float(row[key]), float(row[f"{key}_interval"]))
+    return f"{value} ± {half}"
 
 
 def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
@@ -238,9 +239,8 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
     names = [factor.address for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
     signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
     scales = {name: scale_of(found.points[name].isel(point=rows)) for name in names}
-    shown = [
-        (str(row), *(scales[n].text(signs.get(n, 1.0) * float(found.points[n][row]), 6) for n in names)) for row in rows[:most]
-    ]
+    columns = [scales[n].cells(*(signs.get(n, 1.0) * found.points[n].values[rows[:most]]), digits=5) for n in names]
+    shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
     notes = [f"{counted(found.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
     if len(rows) > most:
         notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
@@ -253,7 +253,7 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
 def worst_value(one: Worst) -> str:
     """The response of a case with its unit."""
     scale = scale_of(xr.DataArray(one.value, attrs={"units": one.units}))
-    return scale.said(one.value)
+    return scale.cell(one.value)
 
 
 def _percent(fraction: float) -> str:

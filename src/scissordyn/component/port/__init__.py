@@ -15,9 +15,10 @@ from scissordyn.component.port.frame import FRAME
 from scissordyn.component.port.hinge import HINGE
 from scissordyn.component.port.line import LINE
 from scissordyn.component.port.point import POINT
+from scissordyn.component.port.rail import RAIL
 from scissordyn.component.port.travel import TRAVEL
 
-__all__ = ["ACTUATOR", "AXIS", "FRAME", "HINGE", "LINE", "POINT", "PORTS", "TRAVEL", "Attachment", "Output", "Port"]
+__all__ = ["ACTUATOR", "AXIS", "FRAME", "HINGE", "LINE", "POINT", "PORTS", "RAIL", "TRAVEL", "Attachment", "Output", "Port"]
 
 PORTS: Mapping[str, Port] = MappingProxyType({port.name: port for port in (LINE, HINGE, TRAVEL, POINT, FRAME)})
 """The ports that a component of the user's own may have, by name."""

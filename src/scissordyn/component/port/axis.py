@@ -54,7 +54,7 @@ AXIS = Port(
     coordinates=(),
     rates=(),
     forces=(),
-    numbers=("sections", "places", "turned", "modes", "mass_per_length"),
+    numbers=("sections", "places", "turned", "modes", "mass_per_length", "axial_stiffness", "bending_stiffness"),
     symbols={"beam": (np.stack([np.linspace(0.0, 1.0, 9), np.zeros(9)], axis=1),)},
     attachments=attachments,
     start=start,

@@ -25,7 +25,9 @@ UNITS: dict[str, dict[str, Any]] = {
 TOOL = f"scissordyn {version('scissordyn')}"
 
 
-def model_description(name: str, identifier: str, token: str, found: Variables, *, until: float, tolerance: float) -> bytes:
+def model_description(
+    name: str, identifier: str, token: str, found: Variables, *, until: float, tolerance: float, exchange: bool = True
+) -> bytes:
     """The description of a unit.
 
     Parameters
@@ -38,6 +40,8 @@ def model_description(name: str, identifier: str, token: str, found: Variables, 
     until : float
         End of the default experiment [s].
     tolerance : float
+    exchange : bool
+        Whether it is for model exchange as well.
 
     Returns
     -------
@@ -54,7 +58,8 @@ def model_description(name: str, identifier: str, token: str, found: Variables, 
         description="a mechanism with joints as they are",
     )
     able: dict[str, Any] = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-    ET.SubElement(root, "ModelExchange", modelIdentifier=identifier, needsCompletedIntegratorStep="true", **able)
+    if exchange:
+        ET.SubElement(root, "ModelExchange", modelIdentifier=identifier, needsCompletedIntegratorStep="true", **able)
     ET.SubElement(
         root,
         "CoSimulation",

@@ -79,6 +79,32 @@ static void follow(Fmu *m) { /* the prescribed motions that come from inputs: an
     forget(m);
 }
 
+static void fill_history(Fmu *m) { /* before the start signals are constant: S = y + R S, by the answers to S = 0 and S = 1 */
+    F1_array past = m->system.state.initial_history;
+    double answers[2][SIGNALS + 1];
+    for (int value = 0; value < 2; value++) {
+        for (int k = 0; k < SIGNALS; k++) past.p[k] = value;
+        root_record(0.0, m->integration.state.y, &m->system, (F1_array){answers[value], SIGNALS});
+    }
+    for (int k = 0; k < SIGNALS; k++) past.p[k] = answers[0][k] / (1.0 - (answers[1][k] - answers[0][k]));
+}
+
+static bool drop_history(Fmu *m) { /* what controllers no longer look back at; whether that gave room */
+    State *s = &m->integration.state;
+    Work *w = &m->integration.work;
+    int64_t length = s->history_length.p[0], old = 0;
+    double longest = 0.0;
+    for (int64_t k = 0; k < w->delays.n0; k++) longest = fmax(longest, w->delays.p[k]);
+    while (old < length) {
+        const double *row = s->history.p + old * s->history.s;
+        if (row[0] + row[1] >= s->clock.p[0].time - 1.001 * longest) break;
+        old++;
+    }
+    memmove(s->history.p, s->history.p + old * s->history.s, (size_t)((length - old) * s->history.s) * sizeof(double));
+    s->history_length.p[0] = length - old;
+    return old > 0;
+}
+
 static void evaluate(Fmu *m) { /* the outputs at the present time and state */
     State *s = &m->integration.state;
     if (m->fresh) follow(m);
@@ -106,6 +132,10 @@ EXPORT fmi3Status fmi3SetDebugLogging(void *c, bool on, size_t n, const char *co
 EXPORT void *fmi3InstantiateModelExchange(
     const char *name, const char *token, const char *path, bool visible, bool logging, void *environment, LogMessage say) {
     (void)name; (void)path; (void)visible; (void)logging;
+    if (SIGNALS > 0) {
+        if (say) say(environment, fmi3Error, "logStatusError", "a controller that looks back needs the steps of this unit: co-simulation");
+        return NULL;
+    }
     return made(token, environment, say, true, false);
 }
 
@@ -150,6 +180,7 @@ EXPORT fmi3Status fmi3ExitInitializationMode(void *c) {
     Fmu *m = c;
     double answer[2];
     if (m->fresh) follow(m);
+    if (SIGNALS > 0) fill_history(m);
     root_accept(0.0, m->integration.state.y, &m->system, (F1_array){answer, 2});
     m->integration.state.clock.p[0].longest = answer[1];
     forget(m);
@@ -470,9 +501,12 @@ EXPORT fmi3Status fmi3DoStep(
         }
         if (status == LOG_FULL) {
             s->counts.p[0].events = 0;
+        } else if (status == HISTORY_FULL && drop_history(m)) {
+            continue;
         } else if (status != ADVANCING) {
             return failed(m, status == STEP_TOO_SMALL ? "the step size fell to round-off"
                              : status == NOT_FINITE   ? "a law or a position became infinite or not a number"
+                             : status == HISTORY_FULL ? "a controller looks back over more steps than there is room for"
                                                       : "contacts and separations followed each other without any progress in time");
         } else if (m->early && s->counts.p[0].events > before) {
             *early = true;

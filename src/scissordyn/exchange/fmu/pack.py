@@ -68,7 +68,13 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"scissordyn {name} {mechanism!r} {run!r}")) + "}"
     source = Source(found, driver, tolerance=float(run.rtol), token=token)
     description = model_description(
-        name, identifier, token, source.variables, until=float(run.until), tolerance=float(run.rtol)
+        name,
+        identifier,
+        token,
+        source.variables,
+        until=float(run.until),
+        tolerance=float(run.rtol),
+        exchange=source.looks_back == 0,
     )
     held = io.BytesIO()
     with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -129,5 +135,6 @@ def compiled_library(source: str, compiler: str = "", flags: tuple[str, ...] = F
             raise InputError(f"the C compiler '{compiler}' failed: {error}", "a C compiler that works, in CC") from None
         if done.returncode:
             said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[-200:])
+            said = said or f"exit status {done.returncode}"
             raise InputError(f"the C compiler '{compiler}' failed: {said}", "a C compiler for C99, in CC")
         return library.read_bytes()

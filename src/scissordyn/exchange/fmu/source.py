@@ -50,12 +50,8 @@ class Source:
     """
 
     def __init__(self, plan: Plan, driver: Driver, *, tolerance: float, token: str) -> None:
-        content = driver.system.content
-        if content.state.initial_history.size:
-            raise InputError(
-                "a controller that looks back (delayed feedback) in an FMU", "controllers without delay, and drives"
-            )
         self.plan, self.driver, self.tolerance, self.token = plan, driver, tolerance, token
+        self.looks_back = driver.system.content.state.initial_history.size  # signals that controllers look back at
         self.known: dict[Any, Any] = {}
         driver.monitor(False)
         self.samples = make_samples(np.zeros(1), driver.state)
@@ -73,7 +69,7 @@ class Source:
         observer = System(
             system.model,
             system.parameters,
-            type(system.state)(*(np.array(part) for part in system.state)),
+            type(system.state)(**{name: _own(name, part) for name, part in system.state._asdict().items()}),
             type(system.work)(*(np.array(part) for part in system.work)),
         )
         counted = np.zeros(system.model.rotation_start.size - 1)
@@ -134,6 +130,7 @@ class Source:
         call(named["accept"], (FLOAT, vector, system, vector), "root_accept")
         call(named["guards"], (FLOAT, vector, system, vector, vector), "root_guards")
         call(named["reset"], (FLOAT, vector, INT, system, vector), "root_reset")
+        call(named["record"], (FLOAT, vector, system, vector), "root_record")
         call(functions.activate, (system,), "root_activate")
         call(outputs.fill, (kinds["samples"], system, kinds["maps"], kinds["record"], kinds["counted"]), "root_fill")
         call(loop.advance, (Problem(), system, kinds["integration"], INT), "root_advance")
@@ -150,7 +147,8 @@ class Source:
         return "\n".join(
             (
                 f"enum {{ {', '.join(f'{name} = {getattr(loop, name)}' for name in STATUSES)} }};",
-                f"enum {{ STATES = {len(v.states)}, GUARDS = {len(v.guards)}, INPUTS = {len(motions)} }};",
+                f"enum {{ STATES = {len(v.states)}, GUARDS = {len(v.guards)}, INPUTS = {len(motions)}, "
+                f"SIGNALS = {self.looks_back} }};",
                 f"enum {{ FIRST_STATE = 1, FIRST_RATE = {1 + len(v.states)}, FIRST_GUARD = {guards}, "
                 f"FIRST_FLAG = {1 + 2 * len(v.states) + len(v.guards)}, "
                 f"FIRST_INPUT = {1 + 2 * len(v.states) + len(v.guards) + len(motions)}, FIRST_OUTPUT = {first['outputs']} }};",
@@ -166,6 +164,11 @@ class Source:
     def _places(self) -> str:
         cases = [f"        case {each.reference}: return {each.place};" for each in self.variables.outputs]
         return "\n".join((PLACE, *cases, "        default: return NULL;", "    }", "}\n"))
+
+
+def _own(name: str, part: np.ndarray) -> np.ndarray:
+    """A copy for the observer, which looks back at the one history that there is."""
+    return part if name in ("history", "history_length", "initial_history") else np.array(part)
 
 
 INCLUDES = """\

@@ -25,8 +25,7 @@ export function render({ model, el }) {
   const [head, rows] = root.children;
   let table = { joints: [], seconds: [], columns: [] }, order = [], chosen = -1, sorted = null;
 
-  const text = (value, digits) => Number.isFinite(value) ? value.toFixed(digits) : "-";
-  const cells = k => [String(k + 1), table.joints[k], ...table.columns.map(column => text(column.values[k], column.digits))];
+  const cells = k => [String(k + 1), table.joints[k], ...table.columns.map(column => numeral(column.values[k], column.places))];
   const values = column => column === 0 ? null : column === 1 ? table.joints : table.columns[column - 2].values;
   function sort() {
     order = table.joints.map((_, k) => k);

@@ -237,7 +237,8 @@ function render({ model, el }) {
     context.strokeStyle = colors.faint; context.lineWidth = 0.8; context.stroke();
     context.setLineDash([]);
     line(channel.block, frame, channel.count, x => cx + r * x, y => cy - r * y, true);
-    context.fillStyle = colors.fill; context.fill(); context.strokeStyle = color; context.lineWidth = 2.4; context.stroke();
+    if (!channel.hollow) { context.fillStyle = colors.fill; context.fill(); }  // a ring leaves its pole to be seen
+    context.strokeStyle = color; context.lineWidth = 2.4; context.stroke();
     for (let k = 0; k < channel.count; k++) if (channel.touching[frame * channel.count + k]) {
       const [x, y] = at(channel.block, frame, k, channel.count);
       disc(cx + r * x, cy - r * y, 4, colors.contact);

@@ -1,0 +1,157 @@
+"""Short loops over plane vectors with the processor's vector instructions.
+
+The loop vectorizer leaves loops as short as these to scalar instructions, so that the instructions are written here. In C
+and in plain Python the functions are what their own lines say; numba's compiler puts those with `_generate` in their place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import lower_builtin, register_jitable, type_callable
+
+__all__ = ["LANES", "combine", "padded", "pull", "stretch"]
+
+LANES = 8
+"""Rows of tables have a whole multiple of so many numbers, which processors take at once."""
+
+TOGETHER = 2
+"""Vectors of numbers that are summed at once: fewer sums wait for each other's latency."""
+
+
+def combine(table, first, rows, width, x, y, sx, sy):
+    """Write the sums of the rows of a table, each times a vector; its rows have whole lanes and begin at `first`."""
+    for column in range(width):
+        sx[column] = sy[column] = 0.0
+    for row in range(rows):
+        for column in range(width):
+            sx[column] += table[first + row * width + column] * x[row]
+            sy[column] += table[first + row * width + column] * y[row]
+
+
+def stretch(rx, ry, free, size, strain, width):
+    """Write the sizes of vectors, and by how much they are longer than 1 + `free`; for whole lanes."""
+    for g in range(width):
+        size[g] = math.sqrt(rx[g] * rx[g] + ry[g] * ry[g])
+        strain[g] = size[g] - 1.0 - free
+
+
+def pull(factor, force, size, rx, ry, fx, fy, width):
+    """Write forces along vectors of some size, times a factor; for whole lanes."""
+    for g in range(width):
+        each = factor * force[g] / (size[g] if size[g] > 0.0 else 1.0)
+        fx[g] = each * rx[g]
+        fy[g] = each * ry[g]
+
+
+@register_jitable
+def padded(count: int) -> int:
+    """The width of a row with so many numbers, in whole lanes."""
+    return LANES * ((count + LANES - 1) // LANES)
+
+
+_VECTOR, _WORD = ir.VectorType(ir.DoubleType(), LANES), ir.IntType(64)
+
+
+type_callable(combine)(lambda context: lambda table, first, rows, width, x, y, sx, sy: types.none)
+type_callable(stretch)(lambda context: lambda rx, ry, free, size, strain, width: types.none)
+type_callable(pull)(lambda context: lambda factor, force, size, rx, ry, fx, fy, width: types.none)
+
+
+def _data(context: Any, builder: Any, signature: Any, arguments: Any) -> list[Any]:
+    """Where the numbers of arrays are; vectors of the same number; whole numbers as words."""
+    found = []
+    for kind, value in zip(signature.args, arguments, strict=True):
+        if isinstance(kind, types.Array):
+            found.append(context.make_array(kind)(context, builder, value).data)
+        elif isinstance(kind, types.Float):
+            found.append(_splat(builder, value))
+        else:
+            found.append(context.cast(builder, value, kind, types.int64))
+    return found
+
+
+def _by_lanes(builder: Any, width: Any, sources: list[Any], targets: list[Any], body: Callable[..., tuple[Any, ...]]) -> None:
+    """Write what `body` makes of vectors of the sources to the targets."""
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), width, ir.Constant(_WORD, LANES), _WORD) as (column, _):
+        found = body(*(builder.load(_at(builder, each, column), align=8) for each in sources))
+        for target, value in zip(targets, found, strict=True):
+            builder.store(value, _at(builder, target, column), align=8)
+
+
+@lower_builtin(stretch, types.Array, types.Array, types.Float, types.Array, types.Array, types.Integer)
+def _generate_stretch(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    rx, ry, free, size, strain, width = _data(context, builder, signature, arguments)
+    root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), f"llvm.sqrt.v{LANES}f64")
+    one = ir.Constant(_VECTOR, [1.0] * LANES)
+
+    def body(x: Any, y: Any) -> tuple[Any, ...]:
+        found = builder.call(root, [builder.fadd(builder.fmul(x, x), builder.fmul(y, y))])
+        return found, builder.fsub(builder.fsub(found, one), free)
+
+    _by_lanes(builder, width, [rx, ry], [size, strain], body)
+    return context.get_dummy_value()
+
+
+@lower_builtin(pull, types.Float, *(types.Array,) * 6, types.Integer)
+def _generate_pull(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    factor, force, size, rx, ry, fx, fy, width = _data(context, builder, signature, arguments)
+    zero, one = ir.Constant(_VECTOR, [0.0] * LANES), ir.Constant(_VECTOR, [1.0] * LANES)
+
+    def body(f: Any, s: Any, x: Any, y: Any) -> tuple[Any, ...]:
+        # 0/0 in what fills the lanes would raise the processor's flag of invalid operations, which LAPACK's callers look at
+        each = builder.fdiv(builder.fmul(factor, f), builder.select(builder.fcmp_ordered(">", s, zero), s, one))
+        return builder.fmul(each, x), builder.fmul(each, y)
+
+    _by_lanes(builder, width, [force, size, rx, ry], [fx, fy], body)
+    return context.get_dummy_value()
+
+
+def _splat(builder: Any, number: Any) -> Any:
+    """A vector of the same number."""
+    nothing, places = ir.Constant(_VECTOR, ir.Undefined), ir.VectorType(ir.IntType(32), LANES)
+    one = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(one, nothing, ir.Constant(places, [0] * LANES))
+
+
+def _at(builder: Any, pointer: Any, place: Any) -> Any:
+    return builder.bitcast(builder.gep(pointer, [place]), _VECTOR.as_pointer())
+
+
+@lower_builtin(combine, types.Array, types.Integer, types.Integer, types.Integer, *(types.Array,) * 4)
+def _generate_combine(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Columns by `TOGETHER` vectors, then what is left of them by one."""
+    table, first, rows, width, *vectors = _data(context, builder, signature, arguments)
+    arrays = [table, *vectors]
+    fused = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR] * 3), f"llvm.fmuladd.v{LANES}f64")
+    stride = ir.Constant(_WORD, TOGETHER * LANES)
+    whole = builder.mul(builder.sdiv(width, stride), stride)
+    for begin, end, count in ((ir.Constant(_WORD, 0), whole, TOGETHER), (whole, width, 1)):
+        with cgutils.for_range_slice(builder, begin, end, ir.Constant(_WORD, count * LANES), _WORD) as (column, _):
+            _write_sums(builder, fused, arrays, (first, rows, width, column), count)
+    return context.get_dummy_value()
+
+
+def _write_sums(builder: Any, fused: Any, arrays: Any, sizes: Any, count: int) -> None:
+    """The sums of `count` vectors of columns, from one column on."""
+    (table, x, y, sx, sy), (first, rows, width, column) = arrays, sizes
+    lanes = [ir.Constant(_WORD, k * LANES) for k in range(count)]
+    sums = [(cgutils.alloca_once(builder, _VECTOR), cgutils.alloca_once(builder, _VECTOR)) for _ in lanes]
+    for pair in sums:
+        for each in pair:
+            builder.store(ir.Constant(_VECTOR, [0.0] * LANES), each)
+    with cgutils.for_range(builder, rows) as loop:
+        place = builder.add(builder.add(first, column), builder.mul(loop.index, width))
+        factors = [_splat(builder, builder.load(builder.gep(each, [loop.index]))) for each in (x, y)]
+        for lane, pair in zip(lanes, sums, strict=True):
+            numbers = builder.load(_at(builder, table, builder.add(place, lane)), align=8)
+            for factor, each in zip(factors, pair, strict=True):
+                builder.store(builder.call(fused, [numbers, factor, builder.load(each)]), each)
+    for lane, pair in zip(lanes, sums, strict=True):
+        for target, each in zip((sx, sy), pair, strict=True):
+            builder.store(builder.load(each), _at(builder, target, builder.add(column, lane)), align=8)

@@ -1,0 +1,113 @@
+"""What runs along bars that bend: their shapes as polynomials, and the columns of both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from scissordyn.component.port import RAIL
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plan.coordinates import Coordinates, PointMap
+from scissordyn.plan.flexible import Axis
+
+__all__ = ["Rails", "axis_of", "rail_axes", "rail_tables", "shapes_beyond"]
+
+
+class Rails(NamedTuple):
+    """Of all components.
+
+    Parameters
+    ----------
+    maps : list of PointMap
+        Those of the components; of one on a rail with the columns of the bar added.
+    bars : dict of int to int
+        The bar of each component on a rail.
+    rows : ndarray of int, shape (components, 4)
+        See `system.Model.rail`.
+    table : ndarray
+    places : ndarray of int
+    """
+
+    maps: list[PointMap]
+    bars: dict[int, int]
+    rows: np.ndarray
+    table: np.ndarray
+    places: np.ndarray
+
+
+def axis_of(axes: Sequence[Axis], component: Any) -> int:
+    """Number of the bar that a component runs along.
+
+    Raises
+    ------
+    InputError
+        If there is no such bar that bends as one part.
+    """
+    names = [axis.bar.name.removesuffix("/beam") for axis in axes]
+    for k, axis in enumerate(axes):
+        if component.rail in (names[k], axis.bar.name):
+            return k
+    raise InputError(
+        f"{component.declaration.label} '{component.name}' runs along '{component.rail}', which is no bar that bends by modes"
+        f"{did_you_mean(component.rail, names)}",
+        ", ".join(names) or "a bar with a section and a material; a rigid one carries a guide",
+        "mechanism.with_bending(...)" if not names else "",
+    )
+
+
+def rail_axes(axes: Sequence[Axis], components: Sequence[Any]) -> dict[int, Axis]:
+    """The bars along which components run, by the numbers of the components."""
+    return {i: axes[axis_of(axes, part)] for i, part in enumerate(components) if part.declaration.port is RAIL}
+
+
+def shapes_beyond(axis: Axis, places: np.ndarray) -> np.ndarray:
+    """The shapes of a bar at places along it, shape (places, count); beyond its ends the bar goes on straight."""
+    inside = np.clip(places, 0.0, axis.shapes.places[-1])
+    return np.asarray(axis.shapes.at(inside) + (places - inside)[:, None] * axis.shapes.at(inside, 1))
+
+
+def rail_tables(
+    coordinates: Coordinates, components: Sequence[Any], bars: Sequence[tuple[np.ndarray, list[PointMap]]], maps: list[PointMap]
+) -> Rails:
+    """What the kernels read of components that run along bars.
+
+    Parameters
+    ----------
+    coordinates : Coordinates
+    components : sequence of Component
+    bars : sequence of (ndarray, list of PointMap)
+        Of each flexible bar its columns and the maps of its shapes.
+    maps : list of PointMap
+        Of the components.
+    """
+    axes, rows = coordinates.natural.axes, np.zeros((len(components), 4), np.int64)
+    found: dict[int, int] = {}
+    tables, places, made = [np.zeros(0)], [np.zeros(0, np.int64)], list(maps)
+    for i, component in enumerate(components):
+        if component.declaration.port is not RAIL:
+            continue
+        found[i] = k = axis_of(axes, component)
+        own, columns = made[i], np.union1d(made[i].columns, bars[k][0])
+        read = np.zeros((6, columns.size))
+        read[:, np.searchsorted(columns, own.columns)] = own.rows
+        made[i] = PointMap(columns, read)
+        table, size = _polynomials(axes[k])
+        rows[i] = sum(map(len, tables)), len(axes[k].bar.sections) - 1, size, sum(map(len, places))
+        tables.append(table)
+        places += [np.searchsorted(columns, each.columns) for each in bars[k][1]]
+    return Rails(made, found, rows, np.concatenate(tables), np.concatenate(places))
+
+
+def _polynomials(axis: Axis) -> tuple[np.ndarray, int]:
+    """Places of the cross-sections and Legendre coefficients of the shapes in each span, (span, shape, order); their number."""
+    shapes = axis.shapes
+    size = shapes.degree + 1
+    points, weights = legendre.leggauss(size)
+    project = legendre.legvander(points, shapes.degree).T * weights * (np.arange(size) + 0.5)[:, None]
+    parts = [np.array(shapes.places)]
+    for a, b in zip(shapes.places, shapes.places[1:], strict=False):
+        parts.append((project @ shapes.at(a + 0.5 * (b - a) * (points + 1.0))).T.ravel())
+    return np.concatenate(parts), size

@@ -1,0 +1,52 @@
+"""The joints of a run that have clearance."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+
+__all__ = ["clearance_joints", "some_clearance_joints"]
+
+
+def clearance_joints(run: xr.Dataset) -> list[str]:
+    """Names of the joints with clearance, in order.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    list of str
+    """
+    if "clearance" not in run:
+        return []
+    return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+
+
+def some_clearance_joints(run: xr.Dataset) -> list[str]:
+    """The same of a run that has to have some.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    InputError
+        If no joint has clearance.
+    """
+    found = clearance_joints(run)
+    if not found:
+        raise InputError(
+            "a run without clearance joints",
+            "a run of a mechanism with a clearance",
+            'arm.with_clearance("A", Clearance(0.5e-3))',
+        )
+    return found

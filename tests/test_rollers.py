@@ -1,0 +1,166 @@
+"""What runs along a bar that bends: static and moving loads against their closed forms, derivatives, energy, clearance."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.errors import InputError
+from scissordyn.mechanics import functions
+from scissordyn.plan.plan import plan
+from scissordyn.run.driver import make_system
+from scissordyn.run.start import prepare_start
+
+LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
+
+
+def beam(car: sd.Body, *, gravity: float = 9.81, modes: int = 8, parts: Any = None, **roller: Any) -> sd.Mechanism:
+    """A bar on two supports, and a car on it."""
+    made = sd.Mechanism(
+        (sd.bar("beam", length=LENGTH, mass=MASS), car),
+        (sd.Revolute("O", ("beam", "start"), ("ground", "O")),),
+        ground=(("O", (0.0, 0.0)), ("far", (-50.0, 0.0))),
+        gravity=gravity,
+        guides=(sd.Guide("end", ("beam", "end")),),
+        components=(sd.Roller("wheel", (car.name, next(iter(car.points))), "beam", **roller),),
+    )
+    parts = parts or {}
+    made = made.with_parts({**parts, "guides": (*made.guides, *parts.get("guides", ()))})
+    return made.with_bending("beam", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=modes)
+
+
+@pytest.mark.parametrize("at", [0.3, 0.7, 1.6])
+def test_a_load_that_stands_on_a_bar(at: float) -> None:
+    """Closed form: P a^2 b^2/(3 EI L) and the sag under the bar's weight, P b/L + q L/2 at the support; more modes, nearer."""
+    mass, stiffness, rest = 3.0, 1e6, LENGTH - at
+    load, weight = mass * 9.81, MASS * 9.81 / LENGTH
+    lift = sd.Guide("lift", ("car", "centre"), through=(at, 0.0), direction=0.5 * math.pi)
+    sag = load * (at * rest) ** 2 / (3.0 * RIGIDITY * LENGTH)
+    sag += weight * at * (LENGTH**3 - 2.0 * LENGTH * at**2 + at**3) / (24.0 * RIGIDITY)
+    errors = []
+    for modes in (8, 16):
+        car = sd.point_mass("car", mass=mass, position=(at, 0.0))
+        made = beam(car, modes=modes, stiffness=stiffness, parts={"guides": (lift,)})
+        run = sd.simulate(made, until=1e-4, samples=2, start="static").isel(time=0)
+        errors.append(abs((-float(run["position"].sel(body="car", axis="y")) - load / stiffness) / sag - 1.0))
+        assert float(run["roller_force"][0]) == pytest.approx(load, rel=3e-5)
+        assert float(run["roller_gap"][0]) == pytest.approx(-load / stiffness, rel=3e-5)
+        assert float(run["roller_place"][0]) == pytest.approx(at, abs=2e-5)
+        assert float(run["reaction"].sel(joint="O", axis="y")) == pytest.approx(
+            load * rest / LENGTH + 0.5 * weight * LENGTH, rel=2e-5
+        )
+    assert errors[1] < 0.6 * errors[0] < 3e-4
+
+
+def test_a_load_that_moves_along_a_bar() -> None:
+    """Closed form: the modal series of a constant force that crosses a simply supported bar at a constant speed."""
+    force, speed = 40.0, 12.0
+    car = sd.Body("car", 1e-4, None, {"centre": (0.0, 0.0)}, velocity=(speed, 0.0))
+    push = sd.Force("load", ("car", "centre"), (0.0, -force))
+    rod = sd.Rod("pull", ("ground", "far"), ("car", "centre"), motion=sd.Polynomial((50.0, speed)))
+    made = beam(car, gravity=0.0, stiffness=1e5, damping=5.0)
+    made = made.with_parts({"components": (*made.components, push), "rods": (rod,)})
+    length = 0.9 * LENGTH / speed
+    run = sd.simulate(made, until=length, samples=31, method="rodas5p", start="as-placed")
+    time, n = run["time"].values, np.arange(1, 40)[:, None]
+    omega, drive = (n * math.pi / LENGTH) ** 2 * math.sqrt(RIGIDITY * LENGTH / MASS), n * math.pi * speed / LENGTH
+    terms = np.sin(0.5 * n * math.pi) * (np.sin(drive * time) - drive / omega * np.sin(omega * time)) / (omega**2 - drive**2)
+    expected = 2.0 * force / MASS * terms.sum(axis=0)
+    found = -run["position"].sel(body="beam/1", axis="y").values
+    assert float(run["roller_place"][-1, 0]) == pytest.approx(0.9 * LENGTH, rel=1e-3)
+    assert found == pytest.approx(expected, abs=2e-3 * float(np.abs(expected).max()))
+
+
+def block(**roller: Any) -> sd.Mechanism:
+    """A block on two wheels that slides along a bar that turns and bends, damped and heavy."""
+    car = sd.Body("car", 2.0, 0.05, {"front": (0.1, 0.0), "rear": (-0.1, 0.0)}, position=(0.6, 0.0), velocity=(6.0, 0.0))
+    made = sd.Mechanism(
+        (sd.bar("arm", length=LENGTH, mass=MASS), car),
+        (sd.Revolute("O", ("arm", "start"), ("ground", "O")),),
+        ground=(("O", (0.0, 0.0)),),
+        input_body="arm",
+        components=(
+            sd.Roller("front", ("car", "front"), "arm", **roller),
+            sd.Roller("rear", ("car", "rear"), "arm", **roller),
+        ),
+    )
+    return made.with_bending("arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=4).driven(speed=2.0)
+
+
+def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
+    """Identity, by differences: by position and rate, at a bent position off the axis, inside a span and beyond the end."""
+    made = plan(block(stiffness=3e4, damping=40.0))
+    system, n = make_system(made), made.coordinates.free
+    start = prepare_start(made, system, "concentric").y
+    random = np.random.default_rng(2)
+    for shift in (0.0, 1.0, 1.4):  # the front wheel inside, the rear one too; at last both are beyond the end
+        y = start.copy()
+        moved = made.coordinates.nearest(np.array([1.0, 1.0, 0.0]), made.coordinates.placed[0] + far(made, shift))
+        y[:n] = moved + 1e-2 * random.standard_normal(n)
+        y[n : 2 * n] += random.standard_normal(n)
+        functions.linearise(0.0, y, system.address, np.zeros_like(y), np.zeros_like(y))
+        model, work = system.content.model, system.content.work
+        analytic = np.zeros((2, n, n))
+        for e in range(model.element_start.size - 1):
+            columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
+            free = columns < n
+            for found, blocks in zip(analytic, (work.block_x, work.block_v), strict=True):
+                own = blocks[model.block_start[e] : model.block_start[e + 1]].reshape(columns.size, -1)
+                found[np.ix_(columns[free], columns[free])] += own[np.ix_(free, free)]
+
+        def force(y: np.ndarray) -> np.ndarray:
+            functions.rate(0.0, y.copy(), system.address, np.zeros_like(y))
+            return np.array(system.content.work.force[:n])
+
+        apart = np.array([1e-6] * n + [1.0] * n)  # the forces are linear in the rates
+        steps = np.diag(apart) @ np.eye(2 * n, y.size)
+        numeric = np.stack([force(y + h) - force(y - h) for h in steps], axis=1) / (2.0 * apart)
+        numeric = numeric.reshape(n, 2, n).transpose(1, 0, 2)
+        for ours, theirs in zip(analytic, numeric, strict=True):
+            assert np.abs(ours - theirs).max() < 1e-7 * np.abs(ours).max()
+
+
+def far(made: Any, shift: float) -> np.ndarray:
+    """Natural coordinates of a move of the car along x."""
+    found = np.zeros(made.coordinates.natural.total)
+    found[made.coordinates.natural.offsets["car"]] = shift
+    return found
+
+
+@pytest.mark.parametrize("roller", [{"stiffness": 1e5, "damping": 20.0}, {"stiffness": 1e6, "clearance": 5e-4}])
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_a_block_on_an_arm_keeps_the_balance_of_energy(method: str, roller: dict[str, float]) -> None:
+    """Identity: rollers and a guide with clearance, whose impacts are events; the block leaves the arm, which is said."""
+    run = sd.simulate(block(**roller), until=0.35, samples=36, method=method)
+    assert run.attrs["status"] == "complete"
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * float(np.ptp(run["kinetic_energy"].values))
+    assert float(np.abs(run["roller_gap"]).max()) < 6e-3
+    assert (run["event_name"].size > 4) == ("clearance" in roller)
+    beyond = float(run["roller_place"].max()) > LENGTH
+    assert beyond == any("runs off" in warning for warning in json.loads(run.attrs["warnings"]))
+    assert beyond
+
+
+def test_a_rigid_bar_carries_guides_and_no_rollers() -> None:
+    """Bad input: one line, with what to type."""
+    car = sd.point_mass("car", mass=1.0, position=(0.5, 0.0))
+    arm = sd.bar("arm", length=LENGTH, mass=MASS)
+    pin = sd.Revolute("O", ("arm", "start"), ("ground", "O"))
+    guided = sd.Mechanism(
+        (arm, car), (pin,), guides=(sd.Guide("slot", ("car", "centre"), body="arm"),), ground=(("O", (0.0, 0.0)),)
+    )
+    with pytest.raises(InputError, match=r"guide 'slot' on bar 'arm'.* a roller that runs along it"):
+        guided.with_bending("arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL)
+    made = sd.Mechanism(
+        (arm, car), (pin,), components=(sd.Roller("wheel", ("car", "centre"), "arm"),), ground=(("O", (0.0, 0.0)),)
+    )
+    with pytest.raises(InputError, match="runs along 'arm', which is no bar that bends by modes"):
+        sd.simulate(made, until=1e-3)
+    bent = made.with_bending("arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, elements=2)
+    with pytest.raises(InputError, match="no bar that bends by modes"):
+        sd.simulate(bent, until=1e-3)

@@ -39,7 +39,7 @@ def test_sliding_around_a_bearing_loses_nothing():
 
 
 def test_period_of_a_journal_under_load():
-    """Closed form: pressed into its bearing by gravity a journal is a pendulum of length c, period 2 pi (c/g)^0.5 (1 + a^2/16)."""
+    """Closed form: pressed down a journal is a pendulum of length c, period 2 pi (c/g)^0.5 (1 + a^2/16)."""
     run = sd.simulate(pendulum(0.1, 0.0, 9.81), until=10.0, start="as-placed", step=0.01, samples=1001)
     x, time = run["position"].sel(body="journal", axis="x").values, run["time"].values
     rising = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))

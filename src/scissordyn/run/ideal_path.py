@@ -81,8 +81,8 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
     IdealPath
     """
     ideal = plan.ideal
-    tight = {"rtol": min(options.rtol, TIGHT), "atol": min(options.atol, TIGHT)}
-    smooth = replace(options, start="concentric", method="auto", trust=False, step=None, **tight)
+    rtol, atol = min(options.rtol, TIGHT), min(options.atol, TIGHT)
+    smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
     intervals = NODES
     while True:
         # every other instant lies between two rows, and shows the error there

@@ -248,6 +248,19 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert copy.read_text(encoding="utf-8") == sd.zoo["peaucellier"].text
     assert status_of(["zoo", "peaucellier", "--check"]) == 0
     assert capsys.readouterr().out.count(" met") == 3
-    for words in (["zoo", "peaucelier"], ["zoo", "--check"], ["zoo", "--case"]):
+    for words in (["zoo", "peaucelier"], ["zoo", "--case"]):
         assert status_of(words) == 2
         assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_all_are_checked_without_a_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: a table for each mechanism, and status 3 where one number of one of them differs."""
+    right = read_entry(made(tmp_path, "swing", DECLARED) / "swing", "theirs")
+    wrong = read_entry(made(tmp_path, "other", DECLARED.replace('"-1 m"', '"-1.1 m"')) / "other", "theirs")
+    for entries, status in ((("peaucellier",), 0), (("peaucellier", "other"), 3)):
+        known = {"peaucellier": right, "other": wrong}
+        monkeypatch.setattr("scissordyn.collection.catalogue.zoo", {name: known[name] for name in entries})
+        assert status_of(["zoo", "--check"]) == status
+        assert capsys.readouterr().out.count("allowed") == len(entries)

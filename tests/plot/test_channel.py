@@ -1,6 +1,7 @@
 """The block of a clearance guide in its magnified channel, on a real run."""
 
 import base64
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -19,6 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.canvas import packed
 from scissordyn.plot.channel import channel, guides_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.orbit import orbit
@@ -97,3 +99,23 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     block = np.frombuffer(base64.b64decode(drawn["block"]), np.float32).reshape(-1, drawn["count"], 2)
     # the film begins and ends where the run does
     assert np.allclose(block[[0, -1]], film.scene.channels[0].block[[0, -1]], rtol=1e-6, atol=1e-9)
+
+
+def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
+    """Identity: film and page leave the pole inside a ring to be seen; a block in a channel is filled."""
+    ring = GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
+    for mechanism, hollow in ((linkage, False), (linkage.ideal().with_clearance("guide", ring), True)):
+        run = simulate(mechanism, until=1e-3, samples=3)
+        scene = scene_of(run, mechanism, np.arange(3), [], guides=["guide"])
+        assert (Film(scene, 1.0).joints[0].block.get_facecolor()[3] == 0.0) is hollow
+        [drawn] = json.loads(packed(scene, run))["channels"]
+        assert drawn["hollow"] is hollow
+
+
+def test_the_time_above_a_film_is_inside_it(fallen: xr.Dataset, linkage: Mechanism) -> None:
+    """Identity: equal scales move the panel after the first layout; the text above it stays in the figure."""
+    scene = scene_of(fallen, linkage, np.arange(3), [], guides=["guide"])
+    for height in (0.8, 0.9, 1.0, 1.2):
+        film = Film(dataclasses.replace(scene, low=np.array([0.0, 0.0]), high=np.array([1.0, height])), 1.0)
+        title = film.axes._left_title.get_window_extent()
+        assert title.y1 <= film.figure.bbox.height

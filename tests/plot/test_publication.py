@@ -56,6 +56,43 @@ def test_pictures_have_the_width_and_the_letters_of_a_column(run: xr.Dataset, ki
         assert box.y1 <= figure.bbox.y1 + 2.0
 
 
+@pytest.fixture(scope="module")
+def many() -> dict[str, xr.Dataset]:
+    """Runs for every kind of picture: many clearance joints and an actuator, bars that bend, a film of oil."""
+    arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("all", sd.Clearance(0.5e-3))
+    servo = arm.controlled(sd.PID(proportional=5e4, derivative=3e3), speed=-0.1)
+    loose = sd.simulate(servo.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.01, samples=41, rtol=1e-5, atol=1e-5)
+    bent = sd.scissor(bar_length=2.0, bar_mass=5.68).with_bending(section="tube 60x60x1.56 mm", material="steel", modes=1)
+    oil = sd.Clearance(1e-4, lubrication=sd.Lubrication("ISO VG 46", temperature=313.15))
+    return {
+        "bending": sd.simulate(bent.driven(speed=sd.rpm(60)), until=0.01, samples=21, rtol=1e-5, atol=1e-5),
+        "film": sd.simulate(sd.scissor().driven(speed=sd.rpm(60)).with_clearance("A", oil), until=0.003, samples=41),
+        **dict.fromkeys((*KINDS, "structure", "comparison"), loose),
+    }
+
+
+@pytest.mark.parametrize("kind", sorted({*sd.plot.__all__} - {"Pictures"}))
+def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: str) -> None:
+    """Identity: in the column of a page no text reaches beyond the figure, and no panel is below a fifth of its width."""
+    run = many[kind]
+    with sd.style("single-column"):
+        drawn = getattr(run.scissordyn.plot, kind)(*([run] if kind == "comparison" else []))
+    figure = figure_of(drawn[0])
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw_without_rendering()
+    ticks = {id(label) for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for label in axis.findobj(Text)}
+    ticks -= {
+        id(axis.label) for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)
+    }  # those out of sight have places, too
+    for text in figure.findobj(Text):
+        box = text.get_window_extent(renderer)
+        if id(text) not in ticks and text.get_visible() and text.get_text() and box.width:
+            assert box.x0 >= -2.0, text.get_text()
+            assert box.x1 <= figure.bbox.x1 + 2.0, text.get_text()
+    for axes in drawn:
+        assert axes.get_window_extent(renderer).width > 0.2 * figure.bbox.width
+
+
 def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
     """Identity: pictures before and after have the same size, and one row of panels that of the parameters."""
     before, kept = figure_of(sd.plot.torque(run)[0]).get_size_inches(), {name: mpl.rcParams[name] for name in NAMES}

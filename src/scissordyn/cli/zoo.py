@@ -24,7 +24,9 @@ def zoo(
     copy: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Copy its case file, as case.toml.")
     ] = None,
-    check: Annotated[bool, typer.Option("--check", help="Run it, and compare its numbers; status 3 if one differs.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Run it, or all, and compare the numbers; status 3 if one differs.")
+    ] = False,
 ) -> int:
     """List the named mechanisms, or show one: what it is, its source, its numbers, its case file."""
     from scissordyn.cli.show import console
@@ -33,8 +35,10 @@ def zoo(
 
     to = console()
     if not name:
-        if case or check or copy is not None:
-            raise InputError("no name", ", ".join(known), "scissordyn zoo peaucellier --check")
+        if check and not case and copy is None:
+            return max(_check(entry, to) for entry in known.values())
+        if case or copy is not None:
+            raise InputError("no name", ", ".join(known), "scissordyn zoo peaucellier --case")
         _list(to)
         return 0
     entry = known[name]
@@ -99,6 +103,7 @@ def _check(entry: Entry, to: Console) -> int:
     from scissordyn.units import short
 
     found = entry.check()
+    to.print(entry.title, style="bold", markup=False)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for column in ("number", "expected", "found", "difference", "allowed", ""):
         table.add_column(column, justify="left" if column in ("number", "") else "right", overflow="fold")

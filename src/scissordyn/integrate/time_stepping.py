@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
-from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STEP_TOO_SMALL, STUCK, record_step, room, take_event
+from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
 from scissordyn.integrate.integration import (
@@ -46,8 +46,8 @@ __all__ = ["Jumps", "Touching", "advance_jumps", "jumps_type", "make_jumps"]
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
 """Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
 
-SHORTEST = 1e-4
-"""A step that is still too long at this fraction of the size that was chosen ends the run."""
+SHORTEST = 1.0 / 64.0
+"""A step that is still too long at this fraction of the size that was chosen is made all the same."""
 
 LOOKS = 60
 
@@ -75,7 +75,7 @@ class Touching(NamedTuple):
 
     which: I1  # (k,) guards
     result: F2  # (k, columns) of the last step
-    impact: I1  # (2,) whether the state jumped in it, and whether it is too long and was not made
+    impact: I1  # (2,) whether the state jumped in it; 1 if it is too long and was not made, -1 before one that has to be made
     locate: I1  # (1,) whether impacts are located
     ahead: F1  # (2,) largest indentation of what is open at the end of the step, time until what rebounds is back
     work: F1  # (1,) of the drives in the last impact
@@ -169,13 +169,13 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     h, last = choose_size(t, s, w, K)
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
+    K.impact[1] = 0
     jumps.step(t, h, s.y, w.new, S, H)
-    while K.impact[1] == 1 and h > SHORTEST * K.size[0]:
+    while K.impact[1] == 1:
         h, last = 0.5 * h, False
         counts.rejected += 1
+        K.impact[1] = 0 if h > SHORTEST * K.size[0] else -1
         jumps.step(t, h, s.y, w.new, S, H)
-    if K.impact[1] == 1:
-        return STEP_TOO_SMALL
     strikes = False
     if K.locate[0] == 1 and K.ahead[0] > 0.0:
         h, strikes = first_impact(jumps, t, h, s, w, S, H, K)
@@ -211,7 +211,10 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         clock.longest = w.accepted[1]
     if r.steps.time.size > 0:
         record_step(now, s, r.steps)
-    pass_guards(problem, now, s, w, S, K, r.log)
+    if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed: what touches answers at once
+        take_impacts(jumps, now, s, w, S, H, K, r.log)
+        problem.accept(now, s.y, S, w.accepted)
+        clock.longest = w.accepted[1]
     return STUCK if clock.stalled > 1000 else ADVANCING
 
 
@@ -338,15 +341,18 @@ def follow(t, h, s, w):
 
 @kernel(inline=True)
 def pass_guards(problem, now, s, w, S, K, log):
-    """Events of guards other than those of what jumps: they act from the end of the step on in which they are crossed."""
+    """Take events of other guards than those of what jumps, at the end of the step that crosses them; returns whether any."""
     if s.mode.size == K.which.size:
-        return
+        return False
     problem.guards(now, s.y, S, w.value, w.rate)
     for i in range(K.which.size):
         w.value[K.which[i]] = -math.inf
+    found = False
     for k in range(s.mode.size):
         if w.value[k] > -math.inf and sign_of(s.mode[k]) * w.value[k] > 0.0:
             take_event(problem, now, k, s, w, S, log)
+            found = True
+    return found
 
 
 @kernel(inline=True)

@@ -26,7 +26,17 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.component import linearise_component
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
-from scissordyn.mechanics.hard_rows import acting_row, add_row, along, assemble, contact_rows, effective_mass, element_of
+from scissordyn.mechanics.hard_rows import (
+    acting_row,
+    add_row,
+    along,
+    assemble,
+    contact_rows,
+    convective,
+    effective_mass,
+    element_of,
+    speed_along,
+)
 from scissordyn.mechanics.impulse_solver import OPEN, STICK, solve_impulses
 
 __all__ = [
@@ -59,7 +69,7 @@ LEAST_SQUARES = 1e-2
 """Weight of the moves against the gaps that they leave, relative to a free journal: where gaps contradict each other, as in a
 closed loop with all joints in contact, no move is larger than five times the gaps."""
 
-TOO_DEEP = 0.2
+TOO_DEEP = 0.1
 """Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long."""
 
 STRIKES = 1e-9
@@ -70,6 +80,9 @@ ZENO = 1e-3
 
 STAYS = 1e-3
 """Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""
+
+NEAR = 0.5
+"""Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone."""
 
 RESTING = 1e-9
 """Approach speeds below this fraction of the step's change of velocity are round-off."""
@@ -88,11 +101,12 @@ def hard_step(t, h, y, new, S, H):
     for i in range(count):
         H.was[i], H.kept_mode[i], H.kept_stuck[i] = C.mode[H.which[i]], H.mode[i], H.stuck[i]
         C.mode[H.which[i]] = 0  # contact forces of the last step do not act
+        H.load[i] = C.memory[H.which[i]]
     predict(h, y, S, H)
     accelerate(t + 0.5 * h, H.middle, S, new)
     for i in range(y.size):
         H.slope[i] = new[i]
-    acts_now = close_gaps(S, H)
+    acts_now = close_gaps(h, S, H)
     if linearise_damping(t + 0.5 * h, S, H):
         acts_now = True
     if acts_now:
@@ -101,7 +115,8 @@ def hard_step(t, h, y, new, S, H):
         new[n + i] = y[n + i] + h * H.slope[n + i]
     for i in range(2 * n, y.size):
         new[i] = y[i] + h * H.slope[i]
-    H.impact[0] = H.impact[1] = 0
+    H.impact[0] = 0
+    H.impact[1] = min(H.impact[1], 0)
     if acts_now:
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
@@ -118,12 +133,11 @@ def hard_step(t, h, y, new, S, H):
         else:
             share_of_force(i, j, h, new, S, H)
         y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
-    if acts_now:
-        return_to_surfaces(h, new, S, H)
-    if H.locate[0] == 1:
-        look_ahead(h, new, S, H)
+    look_ahead(h, new, S, H)
     if H.impact[1] == 1:
         take_back(S, H)
+    elif acts_now:
+        return_to_surfaces(h, new, S, H)
 
 
 @kernel(inline=True)
@@ -154,7 +168,7 @@ def predict(h, y, S, H):
 
 
 @kernel(inline=True)
-def close_gaps(S, H):
+def close_gaps(h, S, H):
     """Mark the contacts whose gap at the middle of the step has closed, with their rows; returns whether there are any."""
     found = False
     for i in range(H.which.size):
@@ -163,12 +177,14 @@ def close_gaps(S, H):
         H.closed[i], H.depth[i] = 0, depth
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
-        least = -STAYS * S.parameters.contact[j].clearance
-        if depth >= least if H.was[i] == 1 else (depth >= 0.0 and H.locate[0] == 0):
+        least = -(STAYS if H.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
+        if depth >= least if H.was[i] == 1 or H.locate[0] == 0 else False:
             kinematics(j, S)
             contact_rows(i, S, H)
             H.closed[i] = 1
-            H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
+            H.rebound[i] = 0.0 if H.was[i] == 1 or depth < 0.0 else H.restitution[i]
+            H.turn[i] = 0.5 * h * convective(j, S) if H.was[i] == 1 or depth < 0.0 else 0.0
+            H.bias[i] = -2.0 * depth / h if depth < 0.0 and H.locate[0] == 0 else 0.0
             found = True
         else:
             H.mode[i], H.stuck[i] = OPEN, 0
@@ -228,8 +244,50 @@ def solve_step(t, h, y, S, H):
     for a in range(first, H.place.size):
         if H.damping[a - first] == 1:
             H.free[H.place[a]] += H.before[H.place[a]] - 2.0 * along(a, W.V, S, H)
+    leave_out_open(m, S, H)
     assemble(h, S, H)
+    turn_normals(h, m, S, H)
     solve_impulses(m, H)
+
+
+@kernel(inline=True)
+def leave_out_open(m, S, H):
+    """Of the contacts with a gap that were open: leave out those that are not closed by the forces of this step alone."""
+    for i in range(H.which.size):
+        if H.closed[i] == 0 or H.was[i] == 1 or H.depth[i] >= 0.0:
+            continue
+        at = H.place[m + 2 * i]
+        by_force = H.before[at] - H.free[at]
+        if H.free[at] > -H.bias[i] or 2.0 * H.restitution[i] * max(-H.before[at], 0.0) > by_force:
+            H.closed[i], H.mode[i], H.stuck[i] = 0, OPEN, 0
+
+
+@kernel(inline=True)
+def turn_normals(h, m, S, H):
+    """What the turning of a closed contact's normal within the step adds to its equations.
+
+    A journal under a load N in its bearing is a pendulum of length c, whose frequency (N G_TT/c)^0.5 may be far above 1/h. Its
+    normal is therefore taken at the mean of the positions, which are not known yet, and at later ones as the frequency grows:
+
+        P_T = friction - N h^2/c (a (U_T+ - U_T-) + f u_t),    a = 1/4 + 3/4 f,    f = z^2/(1 + z^2),    z = N G_TT h^2/c.
+    """
+    for i in range(H.which.size):
+        H.swing[i] = H.lag[i] = 0.0
+        if H.closed[i] == 0:
+            continue
+        j = H.which[i]
+        at, other = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        H.turn[i] = min(H.turn[i], max(-H.before[at], 0.0))
+        H.bias[i] = max(H.bias[i] - 0.5 * H.turn[i], 0.0) - H.turn[i]
+        found = S.work.contact[j]
+        if S.parameters.contact[j].plane == 1 or H.was[i] == 0 or not found.distance > 0.0:
+            continue
+        load = H.load[i] * h * h / found.distance
+        z = load * H.gram[other, H.reach[0]]
+        f = z * z / (1.0 + z * z)
+        H.swing[i] = load * (0.25 + 0.75 * f)
+        rolls = along(m + 2 * i + 1, S.work.V, S, H) - speed_along(j, S)
+        H.lag[i] = H.swing[i] * H.before[other] - load * f * (H.before[other] - rolls)
 
 
 @kernel(inline=True)
@@ -276,13 +334,16 @@ def place_at_middle(S, H):
 
 @kernel(inline=True)
 def look_ahead(h, new, S, H):
-    """Note the largest indentation of contacts that are open at the end of the step."""
+    """Note the largest indentation of contacts that are open at the end of the step, and whether one has become too deep."""
     place_at_end(h, new, S)
     H.ahead[0] = -math.inf
     for i in range(H.which.size):
+        depth, _ = gap(H.which[i], S)
         if H.closed[i] == 0:
-            depth, _ = gap(H.which[i], S)
             H.ahead[0] = max(H.ahead[0], depth)
+        most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
+        if H.locate[0] == 0 and H.impact[1] == 0 and depth > most and depth - H.depth[i] > 0.5 * most:
+            H.impact[1] = 1
     place_at_middle(S, H)
 
 
@@ -304,11 +365,13 @@ def hard_impact(t, h, y, S, H):
         depth, rate = gap(j, S)
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
-        H.closed[i] = 1 if depth >= -STRIKES * S.parameters.contact[j].clearance else 0
+        reach = STAYS if H.was[i] == 1 else STRIKES
+        H.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
         if H.closed[i] == 1:
             kinematics(j, S)
             contact_rows(i, S, H)
             H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
+            H.bias[i] = H.turn[i] = H.swing[i] = H.lag[i] = 0.0
     for c in range(H.damped.size):
         H.damping[c] = 0
     for a in range(H.place.size):
@@ -399,10 +462,7 @@ def return_to_surfaces(h, new, S, H):
                 H.band[at, k] = H.gram[at, k]
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
-        most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if depth > most and depth - H.depth[i] > 0.5 * most:
-            H.impact[1] = 1
-        if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0:
+        if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0 or (H.locate[0] == 0 and depth <= 0.0):
             continue
         at = H.place[m + 2 * i]
         for k in range(2 * reach + 1):
@@ -434,12 +494,14 @@ def take_results(h, S, H):
             H.closed[i], H.stuck[i], H.mode[i] = 0, 0, OPEN
             continue
         out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
-        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before)
-        out[FRICTION_LOSS] = -0.5 * p_t * (H.velocity[b] + H.before[b])
+        turned = H.lag[i] - H.swing[i] * H.velocity[b]  # part of P_T that is the normal's
+        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.velocity[b] + H.before[b])
+        out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.velocity[b] + H.before[b])
         by_force = before - H.free[a]
-        if -before * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
+        if (-before - H.turn[i]) * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
             H.impact[0] = 1
-        out[CLOSED] = 1.0 if after <= max(by_force, 0.0) else 0.0
+        near = RESTING * (abs(before) + H.turn[i])
+        out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, near) else 0.0
         H.stuck[i] = 1 if H.mode[i] == STICK else 0
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)
@@ -450,8 +512,8 @@ def share_of_force(i, j, h, new, S, H):
     """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
     m, found = S.work.multiplier.size, S.work.contact[j]
     a = H.place[m + 2 * i]
-    impulsive = max(-H.before[a], 0.0) * (1.0 + H.rebound[i])
-    by_force = max(H.before[a] - H.free[a], 0.0)
+    impulsive = max(-H.before[a] - H.turn[i], 0.0) * (1.0 + H.rebound[i])
+    by_force = max(H.before[a] - H.free[a] + 2.0 * H.turn[i], 0.0)
     share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
     found.elastic = 0.0
     found.normal = share * H.impulse[a] / h

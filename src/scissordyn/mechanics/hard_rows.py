@@ -16,9 +16,11 @@ __all__ = [
     "along",
     "assemble",
     "contact_rows",
+    "convective",
     "effective_mass",
     "element_of",
     "open_hard",
+    "speed_along",
 ]
 
 
@@ -30,6 +32,12 @@ class HardContacts(NamedTuple):
     kinetic: F1  # (k,)
     static: F1  # (k,)
     rebound: F1  # (k,) restitution in the present step
+    bias: F1  # (k,) speed at which an open gap closes by the end of the step
+    turn: F1  # (k,) speed along N that the surface's curvature asks for at the end of the step
+    load: F1  # (k,) normal force of the last step [N]
+    swing: F1  # (k,) impulse along T for U_T+, of a normal that turns [kg]
+    lag: F1  # (k,) and its part that is known [N s]
+    offset: F1  # (k,) e U- + bias
     damped: I1  # (c,) components whose force depends on their speed
     damping: I1  # (c,) whether it does now
     place: I1  # (rows,) permutation, rows = m+2k+c
@@ -40,6 +48,7 @@ class HardContacts(NamedTuple):
     was: I1  # (k,) whether it was in contact before
     impact: I1  # (2,) whether the step has an impact, and whether it is too long
     mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
+    asked: I1  # (k,) the mode that its impulses and velocities ask for
     stuck: I1  # (k,) whether it stuck in the last step
     gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
     band: F2  # (rows, 3 reach + 1) the equations, factorized
@@ -64,6 +73,11 @@ class HardContacts(NamedTuple):
     locate: I1  # (1,) whether impacts are located, and no contact begins within a step
     ahead: F1  # (2,) largest indentation [m] of open contacts at the end, time until one that rebounds is back [s]
     work: F1  # (1,) of the drives in an impact [J]
+    active: I1  # (k,) closed contacts, for pivoting
+    units: F2  # (2k+1, rows) impulses of all rows for units of those of contacts, and without them
+    table: F2  # (3k, 3k+2) its dictionary
+    basic: I1  # (3k,) variables of its rows
+    beside: I1  # (3k+1,) and of its columns
     counts: I1  # (COUNTS,) see `impulse_solver`
 
 
@@ -95,6 +109,27 @@ def contact_rows(i, S, H):
         own, other = ax * r3 - ay * r2, bx * r5 - by * r4
         H.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
         H.normal[1, k] = ny * r0 - nx * r1 - radius * own + moment_t * other
+
+
+@kernel(inline=True)
+def convective(j, S):
+    """Second derivative of the indentation without accelerations [m/s^2]; Work.contact has the normal."""
+    ex, ey, _, _, bx, by, ux, uy, _, _, qx, qy = map_values(j, S)
+    found = S.work.contact[j]
+    nx, ny = found.nx, found.ny
+    along_t = uy * nx - ux * ny
+    if S.parameters.contact[j].plane == 1:
+        spin = bx * qy - by * qx
+        return 2.0 * along_t * spin - (ex * nx + ey * ny) * spin * spin
+    return along_t * along_t / found.distance if found.distance > 0.0 else 0.0
+
+
+@kernel(inline=True)
+def speed_along(j, S):
+    """Part of U_T [m/s] that is the motion of a journal's centre; Work.contact has the normal."""
+    _, _, _, _, _, _, ux, uy, _, _, _, _ = map_values(j, S)
+    found = S.work.contact[j]
+    return ux * found.ny - uy * found.nx
 
 
 @kernel(inline=True)

@@ -1,4 +1,4 @@
-"""The impulses of a step: a semi-smooth Newton method on banded equations, and projected Gauss-Seidel sweeps if it fails.
+"""The impulses of a step: a semi-smooth Newton method on banded equations, and Lemke's pivoting if it fails.
 
 Letters: G products of the rows, lambda their impulses, U = U_free + G lambda. Of each contact the modes are open, stick and
 slip either way (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X); for given modes the equations are linear, and of a
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.pivoting import pivot
 
 __all__ = [
     "COUNTS",
@@ -21,10 +22,10 @@ __all__ = [
     "IMPULSIVE",
     "MOST_IN_A_STEP",
     "OPEN",
+    "PIVOTED",
+    "PIVOTS",
     "SLIP",
     "STICK",
-    "SWEPT",
-    "SWEPT_STEPS",
     "UNSOLVED",
     "solve_impulses",
 ]
@@ -34,23 +35,21 @@ OPEN, STICK, SLIP = range(3)
 
 COMPLIANCE = 1e-11
 
-MOST = 60
-"""Steps of Newton's method before sweeps are tried."""
+MOST = 40
+"""Steps of Newton's method before Lemke's pivoting."""
 
-TOGETHER = 12
-"""Steps of Newton's method that change all modes at once; from then on the first contact that asks for it changes its mode, as
-in Murty's principal pivoting, which does not cycle without friction."""
+TRIES = 10
+"""Steps of Newton's method that change all modes at once although no fewer contacts ask for another mode than ever before; from
+then on the last of these contacts alone changes its mode, until they are fewer, as in block principal pivoting."""
 
-SWEEPS = 2000
-
-CONVERGED = 1e-10
-"""Change of an impulse in a sweep, as a fraction of the largest, at which sweeps end."""
+BORDER = 1e-10
+"""Part of the largest impulse of a step that is round-off."""
 
 STILL = 1e-6
 """Slip speed, as a part of what forces change it by in a step, below which surfaces have not slipped."""
 
-FACTORIZATIONS, MOST_IN_A_STEP, SWEPT, SWEPT_STEPS, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
-"""Columns of `HardContacts.counts`: factorizations, most of them in a step, sweeps, steps with sweeps, steps that are not
+FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
+"""Columns of `HardContacts.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
 solved, steps with closed contacts, steps with rows that depend on each other."""
 
 COUNTS = 7
@@ -68,27 +67,38 @@ def solve_impulses(m, H):
     for i in range(count):
         if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
             H.rebound[i] = 0.0
+        H.offset[i] = H.rebound[i] * H.before[H.place[m + 2 * i]] + H.bias[i]
         at = H.place[m + 2 * i + 1]
         still = H.closed[i] == 1 and abs(H.before[at]) <= STILL * abs(H.free[at] - H.before[at])
         H.friction[i] = H.static[i] if still or H.stuck[i] == 1 else H.kinetic[i]
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
-    solved = False
+    solved, fewest, tries = False, 3 * count + 1, TRIES
     for tried in range(MOST):
         if not solve_modes(m, H):
             break
         H.counts[FACTORIZATIONS] += 1
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
-        if not change_modes(m, tried >= TOGETHER, H):
+        asking = ask_for_modes(m, H)
+        if asking == 0:
             solved = True
             break
+        if asking < fewest:
+            fewest, tries = asking, TRIES
+        else:
+            tries = max(tries - 1, 0)
+        change_modes(tries == 0, H)
     if solved and depends(H):
         H.counts[DEPENDENT] += 1
     if not solved:
-        H.counts[SWEPT_STEPS] += 1
-        if not sweep(m, H):
+        H.counts[PIVOTED] += 1
+        pivots = pivot(m, H)
+        if pivots < 0:  # without friction there is a solution
             H.counts[UNSOLVED] += 1
+            H.friction[:] = 0.0
+            H.counts[PIVOTS] += max(pivot(m, H), 0)
+        H.counts[PIVOTS] += max(pivots, 0)
 
 
 @kernel(inline=True)
@@ -113,13 +123,18 @@ def solve_modes(m, H):
             only(b, 1.0, reach, H)
             continue
         H.band[a, reach] *= 1.0 + COMPLIANCE
-        H.impulse[a] = -H.free[a] - H.rebound[i] * H.before[a]
+        H.impulse[a] = -H.free[a] - H.offset[i]
         if H.mode[i] == STICK:
             H.band[b, reach] *= 1.0 + COMPLIANCE
             continue
         sign = 1.0 if H.mode[i] == SLIP else -1.0
-        only(b, H.gram[b, reach], reach, H)
-        H.band[b, a - b + reach] = -sign * H.friction[i] * H.gram[b, reach]
+        # P_T + swing U_T = lag + friction, times G_TT
+        own, swing = H.gram[b, reach], H.swing[i] * H.gram[b, reach]
+        for k in range(2 * reach + 1):
+            H.band[b, k] = swing * H.gram[b, k]
+        H.band[b, reach] += own
+        H.band[b, a - b + reach] -= sign * H.friction[i] * own
+        H.impulse[b] = own * H.lag[i] - swing * H.free[b]
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     _solve(H.band, reach, reach, H.pivots, H.impulse)
@@ -158,70 +173,41 @@ def product(a, H):
 
 
 @kernel(inline=True)
-def change_modes(m, single, H):
-    """The modes that impulses and velocities ask for; returns whether one has changed."""
-    changed, reach = False, H.reach[0]
+def ask_for_modes(m, H):
+    """Write the mode that impulses and velocities of each contact ask for; returns how many ask for another one.
+
+    A contact on the border between two modes, to within round-off of the largest impulse, keeps its mode.
+    """
+    asking, reach, largest = 0, H.reach[0], 0.0
+    for a in range(H.place.size):
+        largest = max(largest, abs(H.impulse[a]))
+    near = BORDER * largest
     for i in range(H.which.size):
+        old = H.asked[i] = H.mode[i]
         if H.closed[i] == 0:
             continue
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        p_n, p_t, old = H.impulse[a], H.impulse[b], H.mode[i]
-        new = OPEN
-        if p_n - (H.velocity[a] + H.rebound[i] * H.before[a]) / H.gram[a, reach] > 0.0:
-            limit, wanted = H.friction[i] * max(p_n, 0.0), p_t - H.velocity[b] / H.gram[b, reach]
-            new = SLIP if wanted > limit else SLIP + 1
-            # equality, as where there is no impulse yet, slips
-            if abs(wanted) <= limit and limit > 0.0:
+        p_n, p_t, new = H.impulse[a], H.impulse[b], OPEN
+        if p_n - (H.velocity[a] + H.offset[i]) / H.gram[a, reach] > (near if old == OPEN else -near):
+            limit = H.friction[i] * max(p_n, 0.0)
+            wanted = p_t - H.lag[i] + (H.swing[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
+            new = SLIP if wanted > (near if old == SLIP + 1 else -near) else SLIP + 1
+            if H.friction[i] > 0.0 and abs(wanted) <= limit + (near if old == STICK else -near):
                 new = STICK
-            if new != STICK and H.friction[i] > H.kinetic[i]:  # it breaks away
+        H.asked[i] = new
+        if new != old or (new >= SLIP and H.friction[i] > H.kinetic[i]):
+            asking += 1
+    return asking
+
+
+@kernel(inline=True)
+def change_modes(single, H):
+    """Change the modes of all contacts that ask for it, or of the last one."""
+    for i in range(H.which.size - 1, -1, -1):
+        breaks_away = H.closed[i] == 1 and H.asked[i] >= SLIP and H.friction[i] > H.kinetic[i]
+        if H.asked[i] != H.mode[i] or breaks_away:
+            H.mode[i] = H.asked[i]
+            if breaks_away:
                 H.friction[i] = H.kinetic[i]
-                changed = True
-        if new != old:
-            H.mode[i] = new
-            changed = True
-        if single and changed:
-            break
-    return changed
-
-
-@kernel()
-def sweep(m, H):
-    """Projected Gauss-Seidel; returns whether it has converged."""
-    size, reach = H.place.size, H.reach[0]
-    for i in range(H.which.size):
-        if H.closed[i] == 0:
-            H.impulse[H.place[m + 2 * i]] = H.impulse[H.place[m + 2 * i + 1]] = 0.0
-    for a in range(size):
-        if not abs(H.impulse[a]) < 1e300:
-            H.impulse[a] = 0.0
-    done = False
-    for _ in range(SWEEPS):
-        H.counts[SWEPT] += 1
-        moved = largest = 0.0
-        for a in range(H.place.size):
-            at = H.place[a]
-            if not a < m and a < m + 2 * H.which.size:
-                continue
-            if H.gram[at, reach] > 0.0:
-                old = H.impulse[at]
-                H.impulse[at] -= (H.free[at] + product(at, H)) / H.gram[at, reach]
-                moved, largest = max(moved, abs(H.impulse[at] - old)), max(largest, abs(H.impulse[at]))
-        for i in range(H.which.size):
-            if H.closed[i] == 0:
-                continue
-            a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-            old, other = H.impulse[a], H.impulse[b]
-            u = H.free[a] + product(a, H) + H.rebound[i] * H.before[a]
-            H.impulse[a] = max(0.0, old - u / H.gram[a, reach])
-            wanted = other - (H.free[b] + product(b, H)) / H.gram[b, reach]
-            limit = H.friction[i] * H.impulse[a]
-            H.impulse[b] = max(-limit, min(limit, wanted))
-            moved = max(moved, abs(H.impulse[a] - old), abs(H.impulse[b] - other))
-            largest = max(largest, H.impulse[a])
-            H.mode[i] = OPEN if H.impulse[a] == 0.0 else STICK if abs(wanted) < limit else SLIP if wanted > 0.0 else SLIP + 1
-        if moved <= CONVERGED * largest:
-            done = True
-            break
-    for a in range(size):
-        H.velocity[a] = H.free[a] + product(a, H)
-    return done
+            if single:
+                return

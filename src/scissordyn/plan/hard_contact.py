@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scissordyn.mechanics.hard_contact import RESULTS
 from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
+from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.plan.plan import Plan
 
@@ -46,6 +47,12 @@ def hard_contacts(plan: Plan) -> HardContacts:
         kinetic=np.zeros(count),
         static=np.zeros(count),
         rebound=np.zeros(count),
+        bias=np.zeros(count),
+        turn=np.zeros(count),
+        load=np.zeros(count),
+        swing=np.zeros(count),
+        lag=np.zeros(count),
+        offset=np.zeros(count),
         damped=np.array(damped, np.int64),
         damping=np.zeros(len(damped), np.int64),
         place=place,
@@ -56,6 +63,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         was=np.zeros(count, np.int64),
         impact=np.zeros(2, np.int64),
         mode=np.zeros(count, np.int64),
+        asked=np.zeros(count, np.int64),
         stuck=np.zeros(count, np.int64),
         gram=np.zeros((rows, 2 * reach + 1)),
         band=np.zeros((rows, 3 * reach + 1)),
@@ -80,6 +88,11 @@ def hard_contacts(plan: Plan) -> HardContacts:
         locate=np.zeros(1, np.int64),
         ahead=np.array([-np.inf, np.inf]),
         work=np.zeros(1),
+        active=np.zeros(count, np.int64),
+        units=np.zeros((2 * count + 1, rows)),
+        table=np.zeros(table_shape(count)),
+        basic=np.zeros(3 * count, np.int64),
+        beside=np.zeros(3 * count + 1, np.int64),
         counts=np.zeros(COUNTS, np.int64),
     )
     put_hard_numbers(made, plan)

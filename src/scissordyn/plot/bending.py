@@ -17,7 +17,19 @@ from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.place import Corners, corners_of, upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, mechanism_of, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, dress, figure_size, small
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LINE,
+    VERMILION,
+    dress,
+    figure_size,
+    figure_width,
+    in_lines,
+    is_column,
+    small,
+)
 from scissordyn.plot.window import window
 from scissordyn.run.bars import PARTS
 from scissordyn.run.placement import Placement
@@ -74,9 +86,14 @@ def bending(
     corners = _room(corners_of(placed))
     width, height = corners[1] - corners[0]
     tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
-    figure = Figure(figsize=figure_size(11.0, tall + 2.6), layout="constrained")
-    grid = figure.add_gridspec(2, 2, height_ratios=(tall, 2.2))
-    drawn = [figure.add_subplot(grid[0, k]) for k in range(2)]
+    if is_column():  # the diagrams stand one below the other
+        figure = Figure(figsize=figure_size(5.5, 2.0 * tall + 3.2), layout="constrained")
+        grid = figure.add_gridspec(3, 1, height_ratios=(tall, tall, 2.2))
+        drawn, below = [figure.add_subplot(grid[k, 0]) for k in range(2)], grid[2, 0]
+    else:
+        figure = Figure(figsize=figure_size(11.0, tall + 2.6), layout="constrained")
+        grid = figure.add_gridspec(2, 2, height_ratios=(tall, 2.2))
+        drawn, below = [figure.add_subplot(grid[0, k]) for k in range(2)], grid[1, :]
     scale = time_scale(run)
     now = f"t = {scale.factor * float(run['time'].values[when]):.4g} {scale.unit}"
     for axes, (title, (unit, first, last, colour)) in zip(drawn, DIAGRAMS.items(), strict=True):
@@ -85,8 +102,9 @@ def bending(
         k = int(np.argmax(np.max(np.abs(values), axis=1)))
         most = float(values[k, int(np.argmax(np.abs(values[k])))])
         one = engineering(unit, abs(most))
-        axes.set_title(f"{title}, {now}: {one.factor * most:.3g} {one.unit} in {beams[k]}", loc="left", fontsize=small())
-    drawn.append(figure.add_subplot(grid[1, :]))
+        said = f"{title}, {now}: {one.factor * most:.3g} {one.unit} in {beams[k]}"
+        axes.set_title(in_lines(said, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
+    drawn.append(figure.add_subplot(below))
     _over_time(drawn[2], run, beams, when)
     return drawn
 

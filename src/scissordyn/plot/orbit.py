@@ -10,13 +10,26 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, Joints, chosen_joints, clearance_pins, note_more, predictability_horizon
-from scissordyn.plot.style import BLACK, GREY, LINE, SKY, VERMILION, Canvas, legend, literal, normal, panels
+from scissordyn.plot.style import (
+    BLACK,
+    GREY,
+    LINE,
+    SKY,
+    VERMILION,
+    Canvas,
+    figure_width,
+    in_lines,
+    legend,
+    literal,
+    normal,
+    panels,
+)
 from scissordyn.plot.window import window
 
 __all__ = ["orbit"]
 
-COLUMNS = 3
-"""Orbits in a row."""
+COLUMNS, LEAST = 3, 1.7
+"""Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]."""
 
 VISIBLE = 0.1
 """Drawn depth of the largest indentation, as a fraction of the clearance."""
@@ -57,7 +70,7 @@ def orbit(
     run = window(run, start, end)
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joint)
-    columns = min(len(chosen), COLUMNS) if axes is None else 1
+    columns = max(1, min(len(chosen), COLUMNS, int(min(figure_width() / LEAST, COLUMNS)))) if axes is None else 1
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns
     if axes is None:
@@ -67,15 +80,16 @@ def orbit(
         drawn = drawn[: len(chosen)]
     else:
         drawn = panels(axes, len(chosen), size=(width, width))
+    room = min(figure_width(), width) / columns - 0.5
     for one, name in zip(drawn, chosen, strict=True):
-        _orbit(one, run, name, exaggeration)
+        _orbit(one, run, name, exaggeration, room)
     legend(drawn, above=axes is None)
     if joint is None and axes is None:
         note_more(drawn, pins, chosen)
     return drawn
 
 
-def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) -> None:
+def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None, room: float) -> None:
     place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
     clearance = float(run["clearance"].sel(joint=joint))
     touching = run["in_contact"].sel(joint=joint).values.astype(bool)
@@ -107,6 +121,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
     title = f"joint {literal(joint)}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
+    title = in_lines(title, room, normal())
     axes.set_title(title, loc="left", fontsize=normal())
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))

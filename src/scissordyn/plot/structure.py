@@ -42,7 +42,9 @@ from scissordyn.plot.style import (
     VERMILION,
     dress,
     figure_size,
+    figure_width,
     in_lines,
+    is_column,
     label_axes,
     legend,
     literal,
@@ -58,6 +60,9 @@ __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
+
+FEW, WIDE = 1, 2.0
+"""Magnified joints in the column of a page, and the largest ratio of width to height of the room for a structure there."""
 
 CLOSE = 4
 """With more magnified joints their panels are narrow, and their titles have one more line."""
@@ -114,7 +119,9 @@ def structure(
     chosen = guides_of(mechanism, largest)
     corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
     width, height = corners[1] - corners[0]
-    tall = bool(width < TALL * height)
+    tall = bool(width < TALL * height) and not is_column()
+    if is_column() and joint is None:
+        chosen = chosen[:FEW]
     loose = {joint.name for joint in mechanism.clearance_joints}  # those that are not magnified have no name either
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
     labels = []
@@ -152,11 +159,12 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
         figure = Figure(figsize=figure_size(0.6 + width * instants, 0.6 + width * sum(lengths)), layout="constrained")
         grid = figure.subplots(1 + joints, instants, squeeze=False, height_ratios=lengths).T
     else:
-        lengths = [aspect, *[1.2] * joints]
-        height = min(1.6, 11.0 / sum(lengths))
-        figure = Figure(
-            figsize=figure_size(0.8 + height * sum(lengths), 0.7 + (0.45 + height) * instants), layout="constrained"
-        )
+        lengths = [min(aspect, WIDE) if is_column() else aspect, *[1.2] * joints]
+        height = min(1.6, min(11.0, figure_width() - 0.8) / sum(lengths))
+        size = (0.8 + height * sum(lengths), 0.7 + (0.45 + height) * instants)
+        if is_column():  # titles have four lines
+            size = (figure_width(), 0.7 + (0.7 + height) * instants)
+        figure = Figure(figsize=size if is_column() else figure_size(*size), layout="constrained")
         grid = figure.subplots(instants, 1 + joints, squeeze=False, width_ratios=lengths)
     return [list(row) for row in grid]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -58,6 +59,9 @@ LETTER, SHORTEST = 0.58, 8
 
 ENTRY = 0.18
 """Largest width of an entry of a legend, for each point of the letters' size [inch]."""
+
+COLUMN = 5.0
+"""Width of new figures [inch] below which few panels stand beside each other."""
 
 NARROW = 4.2
 """Width of Axes [inch] below which a legend does not stand beside them."""
@@ -162,6 +166,16 @@ def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, floa
     return (given[0], given[1]) if rows == 1 else (given[0], height * (given[0] / width) ** 0.6)
 
 
+def figure_width() -> float:
+    """Width of a new figure that the user has chosen [inch]; infinite without a choice."""
+    return figure_size(math.inf, 1.0, 1)[0]
+
+
+def is_column() -> bool:
+    """Whether new figures are as narrow as the column of a page."""
+    return figure_width() < COLUMN
+
+
 def label_axes(axes: Axes, turns: int) -> None:
     """Name the axes of a drawing that is turned, and number them in the coordinates of the mechanism."""
     (across, first), (up, second) = AXES[turns % 4]
@@ -246,7 +260,7 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
         Axes of the artists.
     above : bool
         Whether it is across the top of the figure; otherwise to the right of the first Axes. It is at the top as well where the
-        Axes are narrow, and inside them where they are narrow and others share their figure.
+        Axes are narrow; where others share their figure it is above the Axes, or inside them in a figure without a layout.
 
     Returns
     -------
@@ -266,6 +280,10 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
     assert figure is not None
     narrow = figure.get_figwidth() * axes[0].get_position().width < NARROW
     alone = {id(one) for one in figure.axes} <= {id(one) for each in axes for one in (each, *each.child_axes)}
+    if narrow and not alone and figure.get_layout_engine():  # its room is taken from the panel, not from the curves
+        columns = int(figure.get_figwidth() * axes[0].get_position().width / (ENTRY * letters)) or 1
+        look |= {"borderaxespad": 0.2, "columnspacing": 1.2}
+        return axes[0].legend(handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, **look)
     if (above or narrow) and not (alone and figure.get_layout_engine()):
         return axes[0].legend(handles, labels, loc="best", **{**look, "frameon": True, "framealpha": 0.8, "edgecolor": "none"})
     if above or narrow:

@@ -39,8 +39,8 @@ def hard_contact_warnings(path: Trajectory) -> list[str]:
     if counts["steps_not_solved"]:
         found.append(
             f"the impulses of {counts['steps_not_solved']} of {every} steps with contacts are not solved: neither Newton's "
-            "method nor sweeps find modes that agree with each other, as with friction that locks surfaces (Painlevé); their "
-            "impulses are the last iterate"
+            "method nor pivoting finds modes that agree with each other, as with friction that locks surfaces (Painlevé); "
+            "their impulses are those without friction"
         )
     if counts["over_determined_steps"]:
         found.append(

@@ -28,6 +28,10 @@ UNRELIABLE = 1e-7
 """Error of the finest table, as a fraction of the mechanism's size, above which there is a warning."""
 
 
+TIGHT = 1e-8
+"""Tolerance of the ideal motion at most: at larger ones its errors are no smooth functions of time, which no table resolves."""
+
+
 @dataclass(frozen=True, eq=False)
 class IdealPath:
     """Tracked points of the ideal mechanism at equidistant instants.
@@ -76,7 +80,9 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
     -------
     IdealPath
     """
-    ideal, smooth = plan.ideal, replace(options, start="concentric", method="auto", trust=False)
+    ideal = plan.ideal
+    rtol, atol = min(options.rtol, TIGHT), min(options.atol, TIGHT)
+    smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
     intervals = NODES
     while True:
         # every other instant lies between two rows, and shows the error there

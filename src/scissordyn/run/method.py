@@ -44,6 +44,11 @@ OSCILLATION_STEP = 0.5
 """Step of time stepping times the fastest angular frequency of components, at most."""
 
 
+DECAY_STEP, FINEST = 0.5, 10
+"""Step of time stepping times the fastest decay of components, as of a servo with derivative gain, at most; but it is not made
+more times shorter than this: implicit damping is stable, and what decays so fast has no part in the motion."""
+
+
 @dataclass(frozen=True)
 class Choice:
     """A method, and why it was chosen.
@@ -143,7 +148,9 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
     if tolerances.time_scale / PARTS_OF_A_FALL < step:
         step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
     if plan.components and y.size <= MOST_EIGENVALUES:
-        _, oscillation = fastest_modes(plan, system, y, tolerances)
+        decay, oscillation = fastest_modes(plan, system, y, tolerances)
+        if decay * step > DECAY_STEP:
+            step, why = max(DECAY_STEP / decay, step / FINEST), f"the step resolves the fastest decay, {decay:.3g} 1/s"
         if oscillation * step > OSCILLATION_STEP:
             step, why = OSCILLATION_STEP / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
     return step, why

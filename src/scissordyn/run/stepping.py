@@ -100,8 +100,8 @@ class Stepping:
             "contact_steps": solver.IMPULSIVE,
             "factorizations": solver.FACTORIZATIONS,
             "most_factorizations_in_a_step": solver.MOST_IN_A_STEP,
-            "steps_solved_by_sweeps": solver.SWEPT_STEPS,
-            "sweeps": solver.SWEPT,
+            "steps_solved_by_pivoting": solver.PIVOTED,
+            "pivots": solver.PIVOTS,
             "steps_not_solved": solver.UNSOLVED,
             "over_determined_steps": solver.DEPENDENT,
         }

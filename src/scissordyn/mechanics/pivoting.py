@@ -1,0 +1,214 @@
+"""The impulses of a step by Lemke's complementary pivoting, where Newton's method finds no modes that agree with each other.
+
+Letters: r friction part of P_T, u normal velocities that have to be >= 0. All rows but those of contacts are eliminated; with
+the slip speed U_T = s - p in parts s, p >= 0 the law of the contacts is a linear complementarity problem (Lemke 1965; for
+friction Stewart and Trinkle 1996)
+
+    w = M z + q,    w = (u, s, mu P_N - r),    z = (P_N, mu P_N + r, p),    0 <= w _|_ z >= 0,
+
+of three variables for each closed contact. A pivot costs as many operations as it has entries. Where the method ends on a ray
+there may be no solution, as with friction that locks surfaces.
+"""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics import band
+
+__all__ = ["pivot", "table_shape"]
+
+MOST = 20
+"""Pivots for each variable."""
+
+SMALL = 1e-11
+"""Entry of a column, relative to its largest, that is no pivot."""
+
+TIED = 1e-12
+"""Ratios that differ by this part of themselves are equal."""
+
+NOTHING = 1e-12
+"""Impulse, relative to the largest, that is round-off."""
+
+_factorize, _solve = band.factorize, band.solve
+
+
+def table_shape(contacts: int) -> tuple[int, int]:
+    """Rows and columns of the table for so many contacts."""
+    return 3 * contacts, 3 * contacts + 2
+
+
+@kernel()
+def pivot(m, H):
+    """Write the impulses of all rows and the modes of contacts; returns the number of pivots, negative if it ends on a ray."""
+    count = 0
+    for i in range(H.which.size):
+        if H.closed[i] == 1:
+            H.active[count] = i
+            count += 1
+    if count == 0 or not unit_impulses(m, count, H):
+        return -1
+    write_table(m, count, H)
+    pivots = lemke(3 * count, H)
+    if pivots >= 0:
+        combine(m, count, H)
+    return pivots
+
+
+@kernel(inline=True)
+def unit_impulses(m, count, H):
+    """Impulses of all rows without those of contacts, and what a unit of each P_N and r adds; returns whether there are any."""
+    size, reach = H.place.size, H.reach[0]
+    H.band[:, :] = 0.0
+    H.units[: 2 * count + 1, :] = 0.0
+    for at in range(size):
+        if H.gram[at, reach] == 0.0:
+            H.band[at, reach] = 1.0
+            continue
+        for k in range(2 * reach + 1):
+            H.band[at, k] = H.gram[at, k]
+        H.units[2 * count, at] = -H.free[at]
+    for c in range(count):
+        i = H.active[c]
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        own, swing = H.gram[b, reach], H.swing[i] * H.gram[b, reach]
+        for k in range(2 * reach + 1):
+            H.band[a, k] = 0.0
+            H.band[b, k] *= swing
+        H.band[a, reach] = 1.0
+        H.band[b, reach] += own
+        H.units[2 * count, a], H.units[2 * count, b] = 0.0, own * H.lag[i] - swing * H.free[b]
+        H.units[c, a], H.units[count + c, b] = 1.0, own
+    if _factorize(H.band, reach, reach, H.pivots) >= 0:
+        return False
+    for c in range(2 * count + 1):
+        _solve(H.band, reach, reach, H.pivots, H.units[c])
+    return True
+
+
+@kernel(inline=True)
+def of_row(at, c, H):
+    """Product of a row of G with impulses number c."""
+    reach, total = H.reach[0], 0.0
+    for b in range(max(0, at - reach), min(H.place.size, at + reach + 1)):
+        total += H.gram[at, b - at + reach] * H.units[c, b]
+    return total
+
+
+@kernel(inline=True)
+def write_table(m, count, H):
+    """The dictionary w = M z + 1 z_0 + q, and what is basic and what is not."""
+    size = 3 * count
+    for d in range(count):
+        i = H.active[d]
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        for c in range(count):
+            mu = H.friction[H.active[c]]
+            for row, at in ((d, a), (count + d, b)):
+                by_r = of_row(at, count + c, H)
+                H.table[row, c] = of_row(at, c, H) - mu * by_r
+                H.table[row, count + c] = by_r
+                H.table[row, 2 * count + c] = 0.0
+            for k in range(3):
+                H.table[2 * count + d, k * count + c] = 0.0
+        H.table[d, size + 1] = of_row(a, 2 * count, H) + H.free[a] + H.offset[i]
+        H.table[count + d, size + 1] = of_row(b, 2 * count, H) + H.free[b]
+        H.table[2 * count + d, size + 1] = 0.0
+        H.table[count + d, 2 * count + d] = 1.0
+        H.table[2 * count + d, d] = 2.0 * H.friction[i]
+        H.table[2 * count + d, count + d] = -1.0
+    for k in range(size):
+        H.table[k, size] = 1.0
+        H.basic[k], H.beside[k] = k, size + k
+    H.beside[size] = 2 * size
+
+
+@kernel(inline=True)
+def lemke(size, H):
+    """Pivot until z_0 is zero; returns the number of pivots, or -1."""
+    row = 0
+    for k in range(size):
+        if H.table[k, size + 1] < H.table[row, size + 1]:
+            row = k
+    if H.table[row, size + 1] >= 0.0:
+        return 0
+    column = size
+    for pivots in range(MOST * size):
+        leaving = H.basic[row]
+        exchange(row, column, size, H)
+        if leaving == 2 * size:
+            return pivots
+        entering = leaving + size if leaving < size else leaving - size
+        column = 0
+        while H.beside[column] != entering:
+            column += 1
+        row = leaves(column, size, H)
+        if row < 0:
+            return -1
+    return -1
+
+
+@kernel(inline=True)
+def leaves(column, size, H):
+    """The row whose variable is zero first as that of a column grows; -1 if none is."""
+    largest, best, row = 0.0, 0.0, -1
+    for k in range(size):
+        largest = max(largest, -H.table[k, column])
+    for k in range(size):
+        entry = -H.table[k, column]
+        if entry <= SMALL * largest:
+            continue
+        ratio = max(H.table[k, size + 1], 0.0) / entry
+        tied = row >= 0 and abs(ratio - best) <= TIED * best
+        if row < 0 or (ratio < best and not tied):
+            row, best = k, ratio
+        elif tied and H.basic[row] != 2 * size and (H.basic[k] == 2 * size or entry > -H.table[row, column]):
+            row, best = k, min(ratio, best)
+    return row
+
+
+@kernel(inline=True)
+def exchange(row, column, size, H):
+    """Make the variable of a column basic in the place of that of a row."""
+    inverse = 1.0 / H.table[row, column]
+    for k in range(size + 2):
+        H.table[row, k] *= -inverse
+    H.table[row, column] = inverse
+    for i in range(size):
+        factor = H.table[i, column]
+        if i == row or factor == 0.0:
+            continue
+        H.table[i, column] = 0.0
+        for k in range(size + 2):
+            H.table[i, k] += factor * H.table[row, k]
+    H.basic[row], H.beside[column] = H.beside[column], H.basic[row]
+
+
+@kernel(inline=True)
+def combine(m, count, H):
+    """Impulses and velocities of all rows from the basic variables, and modes."""
+    size, reach = 3 * count, H.reach[0]
+    for k in range(size):
+        H.table[k, size] = 0.0  # z by its number
+    for k in range(size):
+        if size <= H.basic[k] < 2 * size:
+            H.table[H.basic[k] - size, size] = max(H.table[k, size + 1], 0.0)
+    largest = 0.0
+    for c in range(count):
+        largest = max(largest, H.table[c, size])
+    for at in range(H.place.size):
+        H.impulse[at] = H.units[2 * count, at]
+    for c in range(count):
+        i = H.active[c]
+        p_n = H.table[c, size]
+        if p_n <= NOTHING * largest:
+            p_n = H.table[c, size] = H.table[count + c, size] = 0.0
+        rubs = H.table[count + c, size] - H.friction[i] * p_n
+        limit = H.friction[i] * p_n
+        H.mode[i] = 0 if p_n == 0.0 else 1 if abs(rubs) < limit * (1.0 - 1e-9) else 2 if rubs > 0.0 else 3
+        for at in range(H.place.size):
+            H.impulse[at] += p_n * H.units[c, at] + rubs * H.units[count + c, at]
+    for at in range(H.place.size):
+        total = H.free[at]
+        for b in range(max(0, at - reach), min(H.place.size, at + reach + 1)):
+            total += H.gram[at, b - at + reach] * H.impulse[b]
+        H.velocity[at] = total

@@ -11,7 +11,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from scissordyn.component.beam import Beam, force, node_inertia
+from scissordyn.component.beam import Beam, force
+from scissordyn.component.elastic import node_inertia
 
 LENGTH, EA, EI = 0.25, 3e4, 20.0
 DEPTH, MODULUS, STRENGTH = 0.03, 2e9, 5e7

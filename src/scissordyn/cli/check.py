@@ -32,6 +32,9 @@ def check(
         str | None,
         typer.Option(metavar="MEASURE", help="Also run with several tolerances: which one 'tip.error within 1 %' needs."),
     ] = None,
+    modes: Annotated[
+        bool, typer.Option("--modes", help="With --converge: several numbers of bending modes in place of tolerances.")
+    ] = False,
 ) -> int:
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.record import print_json
@@ -76,7 +79,7 @@ def check(
         from scissordyn.study.convergence import convergence, read_wanted
 
         response, within = read_wanted(converge)
-        converged = convergence(mechanism, read.run, response, within=within)
+        converged = convergence(mechanism, read.run, response, within=within, over="modes" if modes else "accuracy")
         lines += converged_lines(converged, str(case))
     if as_json:
         print_json(

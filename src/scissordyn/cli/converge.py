@@ -1,4 +1,4 @@
-"""``scissordyn check --converge``: which tolerance, or step, a number of the run needs."""
+"""``scissordyn check --converge``: which tolerance, step or number of modes a number of the run needs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
     from scissordyn.plot.scale import scale_of
 
     scale = scale_of(xr.DataArray(found.value, attrs={"units": found.units}))
-    what = "steps" if found.varied == "step" else "rtol = atol"
+    what = {"step": "steps", "modes": "numbers of bending modes"}.get(found.varied, "rtol = atol")
     lines = [f"{found.response} to within {100.0 * found.within:g} %, with {what} from coarse to fine:"]
     for level in found.levels:
         if level.cause:
@@ -36,7 +36,8 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
             said = f"members differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
             lines.append(f"  {_setting(found, level.setting)}  {scale.said(level.value, 5)}, {said}")
     if math.isnan(found.setting):
-        lines.append(f"None down to {_setting(found, found.levels[-1].setting)} agrees with the two that follow it.")
+        last = _setting(found, found.levels[-1].setting)
+        lines.append(f"None {'up' if found.varied == 'modes' else 'down'} to {last} agrees with the two that follow it.")
         return lines
     lines.append(f"{_setting(found, found.setting)} is enough: the next two agree with it.")
     if found.chaotic:
@@ -44,6 +45,9 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
             "The motion is chaotic: starts that differ by round-off give numbers that differ by more than that at any "
             f"{found.varied}. Agreement is that of means; a study with members gives the distribution."
         )
+    if found.varied == "modes":
+        lines.append(f"To run it so: modes = {found.setting:.0f} in [[bending]] of {case}.")
+        return lines
     changes = [part for name in found.options for part in ("--set", f"run.{name}={_setting(found, found.setting)}")]
     lines.append(f"To run it so: {command('scissordyn', 'run', case, *changes)}")
     return lines

@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
 from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.elastic import (
+    ACROSS,
+    AXIAL,
+    BENDING,
+    DAMPING,
+    DEPTH,
+    EXPANSION,
+    MODULUS,
+    WARMER,
+    YIELD,
+    check_depth,
+    thermal_loads,
+)
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["ACROSS", "DAMPING", "EXPANSION", "WARMER", "Beam", "node_inertia", "thermal_loads"]
+__all__ = ["Beam"]
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
 _WEIGHT_OUTER, _WEIGHT_INNER = (18.0 - math.sqrt(30.0)) / 72.0, (18.0 + math.sqrt(30.0)) / 72.0
 _POINTS = (0.5 - _OUTER, 0.5 - _INNER, 0.5 + _INNER, 0.5 + _OUTER)
 _WEIGHTS = (_WEIGHT_OUTER, _WEIGHT_INNER, _WEIGHT_INNER, _WEIGHT_OUTER)
-
-DAMPING = Quantity("s", minimum=0.0, maximum=1e3, help="damping time: the loss factor over the angular frequency")
-EXPANSION = Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion")
-WARMER = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature rise")
-ACROSS = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature difference across the depth, warmer at -y")
-
-
-def node_inertia(mass_per_length: float, length: float) -> float:
-    """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
-    return mass_per_length * length**3 / 105.0
-
-
-def thermal_loads(bar: Any) -> tuple[float, float]:
-    """Strain [1] and curvature [1/m] that temperatures give a bar without stress."""
-    gradient = bar.temperature_difference / bar.depth if bar.depth else 0.0
-    return bar.thermal_expansion * bar.temperature_rise, bar.thermal_expansion * gradient
 
 
 def force(
@@ -186,12 +182,12 @@ class Beam:
     start: BodyPoint
     end: BodyPoint
     length: Annotated[float, Quantity("m", above=0.0, help="unstrained length")]
-    axial_stiffness: Annotated[float, Quantity("N", above=0.0, maximum=1e18, help="EA")]
-    bending_stiffness: Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")]
+    axial_stiffness: Annotated[float, AXIAL]
+    bending_stiffness: Annotated[float, BENDING]
     mass_per_length: Annotated[float, Quantity("kg/m", minimum=0.0, help="mass per length")]
-    depth: Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")] = 0.0
-    youngs_modulus: Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")] = 0.0
-    yield_strength: Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")] = 0.0
+    depth: Annotated[float, DEPTH] = 0.0
+    youngs_modulus: Annotated[float, MODULUS] = 0.0
+    yield_strength: Annotated[float, YIELD] = 0.0
     damping: Annotated[float, DAMPING] = 0.0
     thermal_expansion: Annotated[float, EXPANSION] = 0.0
     temperature_rise: Annotated[float, WARMER] = 0.0
@@ -200,8 +196,7 @@ class Beam:
 
     def __post_init__(self) -> None:
         check_quantities(self, f"beam '{self.name}'")
-        if self.temperature_difference and not self.depth:
-            raise InputError(f"beam '{self.name}' with a temperature difference across an unknown depth", "a depth > 0")
+        check_depth(self, f"beam '{self.name}'")
         check_attachment(self)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:

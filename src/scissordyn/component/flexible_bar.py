@@ -4,8 +4,20 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.component.beam import ACROSS, DAMPING, EXPANSION, WARMER, thermal_loads
 from scissordyn.component.declaration import component
+from scissordyn.component.elastic import (
+    ACROSS,
+    AXIAL,
+    BENDING,
+    DAMPING,
+    DEPTH,
+    EXPANSION,
+    MODULUS,
+    WARMER,
+    YIELD,
+    check_depth,
+    thermal_loads,
+)
 from scissordyn.component.port.axis import AXIS
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
@@ -35,10 +47,10 @@ class FlexibleBar:
     r"""A straight Euler-Bernoulli bar between cross-sections: large rotations and deflections, small strains.
 
     .. math:: r(s) = \sum_i N_i(s)\,p_i + \sum_k \varphi_k(s)\,a_k,\qquad
-        U = \tfrac12 \int EI\,|r''|^2 + EA\,(|r'| - 1)^2\,ds
+        U = \tfrac12 \int EI\,(|r''|^2 - \varepsilon'^2) + EA\,\varepsilon^2\,ds,\quad \varepsilon = |r'| - 1
 
     p are the points of the cross-sections (and the directions of those that something clamps), a vector amplitudes of the
-    lowest bending modes with these held; the mass matrix is constant. The curvature is the norm of r'' but for the strains.
+    lowest bending modes with these held; the mass matrix is constant. The bracket is the squared curvature but for strains.
     Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
     E (strain + tau strain rate).
 
@@ -81,14 +93,14 @@ class FlexibleBar:
     name: str
     sections: tuple[str, ...]
     places: Annotated[tuple[float, ...], Quantity("m", help="where the cross-sections are along the bar")]
-    axial_stiffness: Annotated[float, Quantity("N", above=0.0, maximum=1e18, help="EA")]
-    bending_stiffness: Annotated[float, Quantity("N m^2", above=0.0, maximum=1e18, help="EI")]
+    axial_stiffness: Annotated[float, AXIAL]
+    bending_stiffness: Annotated[float, BENDING]
     mass_per_length: Annotated[float, Quantity("kg/m", above=0.0, help="mass per length")]
     modes: Annotated[int | None, MODES] = None
     turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against each cross-section")] = ()
-    depth: Annotated[float, Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")] = 0.0
-    youngs_modulus: Annotated[float, Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")] = 0.0
-    yield_strength: Annotated[float, Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")] = 0.0
+    depth: Annotated[float, DEPTH] = 0.0
+    youngs_modulus: Annotated[float, MODULUS] = 0.0
+    yield_strength: Annotated[float, YIELD] = 0.0
     damping: Annotated[float, DAMPING] = 0.0
     thermal_expansion: Annotated[float, EXPANSION] = 0.0
     temperature_rise: Annotated[float, WARMER] = 0.0
@@ -106,8 +118,7 @@ class FlexibleBar:
             raise InputError(f"flexible bar '{self.name}' with places that do not increase", "places from one end to the other")
         if self.turned and len(self.turned) != count:
             raise InputError(f"flexible bar '{self.name}' with {len(self.turned)} angles", f"none, or {count}")
-        if self.temperature_difference and not self.depth:
-            raise InputError(f"flexible bar '{self.name}' with a temperature difference across an unknown depth", "a depth > 0")
+        check_depth(self, f"flexible bar '{self.name}'")
 
     @property
     def length(self) -> float:

@@ -95,7 +95,6 @@ def _numbers(row: list[str], count: int, path: Path, line: int) -> list[float]:
         raise InputError(
             f"'{path}' line {line}: {empty}, a gap in the data",
             f"{count} numbers in each line; a file for each unbroken record",
-            "--data first.csv --data second.csv",
         )
     try:
         found = [float(cell) for cell in row]
@@ -118,5 +117,4 @@ def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:
         raise InputError(
             f"'{path}' line {lines[k + 1]}: a gap of {steps[k]:.4g} s in the time, after {time[k]:.9g} s",
             f"steps of at most {GAP:g} times the usual one, {usual:.4g} s; a file for each unbroken record",
-            "--data first.csv --data second.csv",
         )

@@ -12,6 +12,8 @@ from scissordyn.mechanics.flexible_bar import (
     ENDY,
     FX,
     FY,
+    HX,
+    HY,
     QX,
     QY,
     RX,
@@ -76,7 +78,9 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
     rx, ry, sizes, axial = B[RX], B[RY], B[SIZE], B[AXIAL]
     first, row = forces + (count + g) * wide, stretching + g * across
     tx, ty, over = rx[g] / sizes[g], ry[g] / sizes[g], p[EA] * axial[g] / sizes[g]
-    warm = 0.0
+    ahead_x, ahead_y, warm = B[HX], B[HY], 0.0  # of the axial force here by the vectors
+    for l in range(count):
+        ahead_x[l] = ahead_y[l] = 0.0
     for h in range(points):
         each = p[EA] * table[row + h]
         if each != 0.0:
@@ -84,24 +88,20 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
             ux, uy = each * rx[h] / sizes[h], each * ry[h] / sizes[h]
             other = forces + (count + h) * wide
             for l in range(count):
-                slope = table[other + l]
-                for k in range(count):
-                    s = table[first + k] * slope
-                    K[2 * k, 2 * l] -= s * tx * ux
-                    K[2 * k, 2 * l + 1] -= s * tx * uy
-                    K[2 * k + 1, 2 * l] -= s * ty * ux
-                    K[2 * k + 1, 2 * l + 1] -= s * ty * uy
+                ahead_x[l] += ux * table[other + l]
+                ahead_y[l] += uy * table[other + l]
     warm *= p[STRAIN] * factor_rate
     for k in range(count):
         s = table[first + k]
         B[FX, k] += warm * s * tx
         B[FY, k] += warm * s * ty
+        sx, sy = s * tx, s * ty
         for l in range(count):
             turned = over * s * table[first + l]
-            K[2 * k, 2 * l] -= turned * ty * ty
-            K[2 * k, 2 * l + 1] += turned * tx * ty
-            K[2 * k + 1, 2 * l] += turned * tx * ty
-            K[2 * k + 1, 2 * l + 1] -= turned * tx * tx
+            K[2 * k, 2 * l] -= sx * ahead_x[l] + turned * ty * ty
+            K[2 * k, 2 * l + 1] -= sx * ahead_y[l] - turned * tx * ty
+            K[2 * k + 1, 2 * l] -= sy * ahead_x[l] - turned * tx * ty
+            K[2 * k + 1, 2 * l + 1] -= sy * ahead_y[l] + turned * tx * tx
 
 
 @kernel()

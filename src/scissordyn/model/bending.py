@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from scissordyn.component.beam import ACROSS, DAMPING, EXPANSION, WARMER, Beam, node_inertia
+from scissordyn.component.beam import Beam
+from scissordyn.component.elastic import ACROSS, DAMPING, EXPANSION, WARMER, node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import TimeFunction

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from scissordyn.component.beam import node_inertia
+from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy
@@ -20,7 +21,17 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["Axis", "axes_of", "clamped_bodies", "contact_frequency", "flexible_bars", "mode_count", "with_mode_counts"]
+__all__ = [
+    "Axis",
+    "axes_of",
+    "clamped_bodies",
+    "contact_frequency",
+    "flexible_bars",
+    "mode_count",
+    "modes_below",
+    "with_mode_counts",
+    "with_modes",
+]
 
 IMPACT_SPEED = 1.0
 """Of the impact whose duration stands for that of contacts [m/s]."""
@@ -179,21 +190,35 @@ def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
     if bar.modes is not None:
         return bar.modes
     least = LEAST_MODES * (len(bar.sections) - 1)
-    wanted = 2.0 * math.pi * contact_frequency(mechanism, bar.mass_per_length * bar.length)
-    shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MOST_MODES)
-    below = shapes.wave_numbers**2 * math.sqrt(bar.bending_stiffness / bar.mass_per_length) <= wanted
-    return min(max(least, int(np.sum(below))), MOST_MODES)
+    below = modes_below(bar, contact_frequency(mechanism, bar.mass_per_length * bar.length))
+    return min(max(least, below), MOST_MODES)
 
 
 def with_mode_counts(mechanism: Mechanism) -> Mechanism:
     """The same mechanism with the numbers of modes in place of none given; itself if all are."""
     if all(bar.modes is not None for bar in flexible_bars(mechanism)):
         return mechanism
+    return _changed(mechanism, lambda bar: mode_count(mechanism, bar))
+
+
+def with_modes(mechanism: Mechanism, count: int) -> Mechanism:
+    """The same mechanism with so many modes of each bar that bends as one part."""
+    return _changed(mechanism, lambda bar: count)
+
+
+def _changed(mechanism: Mechanism, count_of: Callable[[FlexibleBar], int]) -> Mechanism:
     components = tuple(
-        dataclasses.replace(part, modes=mode_count(mechanism, part)) if isinstance(part, FlexibleBar) else part
+        dataclasses.replace(part, modes=count_of(part)) if isinstance(part, FlexibleBar) else part
         for part in mechanism.components
     )
     return mechanism.with_parts({"components": components}, check=False)
+
+
+def modes_below(bar: FlexibleBar, frequency: float) -> int:
+    """Number of bending modes of a bar, with its cross-sections held, up to a frequency [Hz]; at most `MOST_MODES`."""
+    shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MOST_MODES)
+    speed = math.sqrt(bar.bending_stiffness / bar.mass_per_length)
+    return min(int(np.sum(shapes.wave_numbers**2 * speed <= 2.0 * math.pi * frequency)), MOST_MODES)
 
 
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:

@@ -9,14 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.beam import Beam, thermal_loads
+from scissordyn.component.beam import Beam
+from scissordyn.component.elastic import thermal_loads
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at, function_rows
-from scissordyn.plan.flexible import Axis
+from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 
-__all__ = ["PARTS", "bar_variables", "marks_of", "part_names", "shape_forces"]
+__all__ = ["PARTS", "bar_variables", "marks_of", "mode_warnings", "part_names", "shape_forces"]
+
+SHARE = 0.1
+"""Part of the largest force of a run that a contact has to reach for its duration to count: slighter touches excite little."""
 
 PARTS = 4
 """Parts of each span between two cross-sections at whose ends moments are reported."""
@@ -249,3 +253,38 @@ def shape_forces(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> np.
         by_bend = moment[..., None] * np.stack([-slope[..., 1], slope[..., 0]], axis=-1)
         force -= np.einsum("gk,tgc,g->tkc", first, by_slope, weights) + np.einsum("gk,tgc,g->tkc", second, by_bend, weights)
     return np.asarray(force)
+
+
+def mode_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
+    """Whether a contact was so short that it excites bending modes which bars were left without.
+
+    Parameters
+    ----------
+    plan : Plan
+    run : Dataset
+
+    Returns
+    -------
+    list of str
+        At most one: the shortest contact, and how many modes it needs.
+    """
+    axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
+    if not axes or not run["contact_start"].size:
+        return []
+    force, lasting = run["peak_force"].values, run["contact_duration"].values
+    counts = np.isfinite(lasting) & (lasting > 0.0) & (force >= SHARE * np.max(force, initial=0.0))
+    if not counts.any():
+        return []
+    at = int(np.argmin(np.where(counts, lasting, np.inf)))
+    frequency = 1.0 / float(lasting[at])
+    needed = [modes_below(axis.bar, frequency) for axis in axes]
+    short = [axis for axis, need in zip(axes, needed, strict=True) if need > axis.shapes.modes]
+    if not short:
+        return []
+    kept = min(axis.highest_frequency for axis in short)
+    joint, start = run["contact_joint"].values[at], float(run["contact_start"].values[at])
+    return [
+        f"joint '{joint}': the contact at t = {start:.6g} s lasts {1e3 * lasting[at]:.3g} ms and excites bending up to "
+        f"{frequency:.3g} Hz; {len(short)} of {len(axes)} bars keep modes up to {kept:.3g} Hz: modes = {max(needed)} keeps "
+        "those of the contact"
+    ]

@@ -228,9 +228,10 @@ def component_units(mechanism: Mechanism) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        "N" or "N m" by the names of the components, in their order.
+        "N" or "N m" by the names of the components, in their order; "1" of bars that bend, which exert no single number.
     """
-    return {each.name: each.declaration.port.outputs[0].unit for each in mechanism.components}
+    ports = {each.name: each.declaration.port for each in mechanism.components}
+    return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
 
 
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:

@@ -14,6 +14,7 @@ from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EX
 from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
+from scissordyn.run.bars import mode_warnings
 from scissordyn.run.film_range import film_peak_warnings, film_warnings
 from scissordyn.run.spacing import time_mean
 
@@ -85,6 +86,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
     ]
     found += _exceeded(run)
     found += _overstrained(run)
+    found += mode_warnings(plan, run)
     found += _off_the_rail(plan, run)
     found += _undetermined(run)
     found += _saturated(plan, run)

@@ -1,4 +1,4 @@
-"""Which tolerance, or which step, is enough for a number of a run: from coarse to fine until it stays."""
+"""Which tolerance, step or number of bending modes is enough for a number of a run: from coarse to fine until it stays."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.flexible import flexible_bars, with_modes
 from scissordyn.plan.plan import plan
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.interrupt import pass_on
@@ -28,6 +30,9 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 STEPS = tuple(2.0**k for k in range(4, -4, -1))
 """The same of hard contacts, in units of the step that is chosen without one."""
 
+MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)
+"""Of each bar that bends, from coarse to fine."""
+
 PERTURBATION = 1e-14
 """Of the starts of members, relative: round-off."""
 
@@ -42,12 +47,12 @@ WANTED = re.compile(r"\s*(\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?
 
 @dataclass(frozen=True)
 class Level:
-    """Runs at one tolerance, or with one step.
+    """Runs at one tolerance, with one step or with one number of modes.
 
     Parameters
     ----------
     setting : float
-        Of rtol and atol [1], or the step [s].
+        Of rtol and atol [1], the step [s], or modes of each bar [1].
     value : float
         Mean over the members; NaN if one failed.
     spread : float
@@ -70,7 +75,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Convergence:
-    """From which tolerance, or which step on, a number stays.
+    """From which tolerance, step or number of modes on a number stays.
 
     Parameters
     ----------
@@ -81,7 +86,7 @@ class Convergence:
         As a fraction.
     levels : tuple of Level
         From coarse to fine.
-    varied : {"tolerance", "step"}
+    varied : {"tolerance", "step", "modes"}
         The step where contacts are hard.
     setting : float
         The coarsest one with which the number agrees with those of the next two; NaN if none does.
@@ -100,8 +105,8 @@ class Convergence:
 
     @property
     def options(self) -> dict[str, float]:
-        """What to change of the options of a run."""
-        if math.isnan(self.setting):
+        """What to change of the options of a run; numbers of modes are none of them."""
+        if math.isnan(self.setting) or self.varied == "modes":
             return {}
         return {"step": self.setting} if self.varied == "step" else {"rtol": self.setting, "atol": self.setting}
 
@@ -126,9 +131,16 @@ def read_wanted(text: str) -> tuple[str, float]:
 
 
 def convergence(
-    mechanism: Mechanism, options: Options, response: str, *, within: float = 0.01, members: int = 2, threads: int | None = None
+    mechanism: Mechanism,
+    options: Options,
+    response: str,
+    *,
+    within: float = 0.01,
+    members: int = 2,
+    threads: int | None = None,
+    over: Literal["accuracy", "modes"] = "accuracy",
 ) -> Convergence:
-    """Which tolerance, or which step of hard contacts, is enough for a number of a run.
+    """Which tolerance, step of hard contacts or number of bending modes is enough for a number of a run.
 
     Parameters
     ----------
@@ -142,6 +154,8 @@ def convergence(
     members : int
         Runs at each level from starts that differ by round-off.
     threads : int, optional
+    over : {"accuracy", "modes"}
+        What is tried: tolerances or steps, or with these as they are, numbers of modes of all bars that bend.
 
     Returns
     -------
@@ -150,7 +164,7 @@ def convergence(
     Raises
     ------
     InputError
-        If there is no such measure or part.
+        If there is no such measure or part, or no bar that bends by modes.
     """
     if not 0.0 < within < 1.0:
         raise InputError(f"within = {within!r}", "a fraction above 0 and below 1", "within=0.01")
@@ -158,11 +172,11 @@ def convergence(
     part, measure, _ = read_response(response)
     wanted = Response(measure, part)
     check_part(mechanism, wanted)
-    varied, tried = _tried(mechanism, options)
+    varied, tried = _with_modes(mechanism, options) if over == "modes" else _tried(mechanism, options)
     levels: list[Level] = []
     found = math.nan
-    for changed in tried:
-        levels.append(_level(mechanism, changed, varied, wanted, members, threads))
+    for setting, made, changed in tried:
+        levels.append(_level(made, changed, setting, wanted, members, threads))
         at = len(levels) - 1 - AGREEING
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
             found = levels[at].setting
@@ -171,16 +185,30 @@ def convergence(
     return Convergence(wanted.name, units, within, tuple(levels), varied, found, chaotic)
 
 
-def _tried(mechanism: Mechanism, options: Options) -> tuple[str, list[Options]]:
-    """What is varied, and the options from coarse to fine."""
+_Tried = tuple[str, list[tuple[float, Mechanism, Options]]]
+"""What is varied, and from coarse to fine its settings with mechanism and options."""
+
+
+def _tried(mechanism: Mechanism, options: Options) -> _Tried:
+    """Steps of hard contacts, tolerances of others."""
     once = replace(options, trust=False)
     _, _, choice = make_driver(plan(mechanism), replace(once, step=None))
     if choice.method == TIME_STEPPING:
-        return "step", [replace(once, step=factor * choice.step) for factor in STEPS]
-    return "tolerance", [replace(once, rtol=tolerance, atol=tolerance) for tolerance in TOLERANCES]
+        return "step", [(factor * choice.step, mechanism, replace(once, step=factor * choice.step)) for factor in STEPS]
+    return "tolerance", [(each, mechanism, replace(once, rtol=each, atol=each)) for each in TOLERANCES]
 
 
-def _level(mechanism: Mechanism, options: Options, varied: str, wanted: Response, members: int, threads: int | None) -> Level:
+def _with_modes(mechanism: Mechanism, options: Options) -> _Tried:
+    """Numbers of modes of all bars that bend as one part."""
+    if not flexible_bars(mechanism):
+        raise InputError("over = 'modes' with no bar that bends by modes", "mechanism.with_bending(...)", "over='accuracy'")
+    once = replace(options, trust=False)
+    return "modes", [(float(count), with_modes(mechanism, count), once) for count in MODES]
+
+
+def _level(
+    mechanism: Mechanism, options: Options, setting: float, wanted: Response, members: int, threads: int | None
+) -> Level:
     """Runs with some options."""
     starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
     runs = pass_on(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
@@ -191,7 +219,6 @@ def _level(mechanism: Mechanism, options: Options, varied: str, wanted: Response
     mean = math.nan if failed.any() else float(values.mean())
     spread = float(np.ptp(values)) / (abs(mean) or 1.0)
     error = float(np.std(values, ddof=1)) / math.sqrt(members)
-    setting = options.rtol if varied == "tolerance" else options.step or math.nan
     return Level(setting, mean, spread, error, float(runs.attrs["integration_seconds"]) / members, cause)
 
 

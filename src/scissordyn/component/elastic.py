@@ -1,0 +1,50 @@
+"""What beam elements and bars that bend as one part declare alike: bounds of their numbers, loads of temperatures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity
+
+__all__ = [
+    "ACROSS",
+    "AXIAL",
+    "BENDING",
+    "DAMPING",
+    "DEPTH",
+    "EXPANSION",
+    "MODULUS",
+    "WARMER",
+    "YIELD",
+    "check_depth",
+    "node_inertia",
+    "thermal_loads",
+]
+
+AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA")
+BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI")
+DEPTH = Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")
+MODULUS = Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")
+YIELD = Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")
+DAMPING = Quantity("s", minimum=0.0, maximum=1e3, help="damping time: the loss factor over the angular frequency")
+EXPANSION = Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion")
+WARMER = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature rise")
+ACROSS = Quantity("K", minimum=-2000.0, maximum=2000.0, help="temperature difference across the depth, warmer at -y")
+
+
+def check_depth(bar: Any, what: str) -> None:
+    """Refuse a temperature difference across an unknown depth, with what the bar is."""
+    if bar.temperature_difference and not bar.depth:
+        raise InputError(f"{what} with a temperature difference across an unknown depth", "a depth > 0")
+
+
+def node_inertia(mass_per_length: float, length: float) -> float:
+    """What an element adds to the moment of inertia of the cross-section at each of its ends [kg m^2]."""
+    return mass_per_length * length**3 / 105.0
+
+
+def thermal_loads(bar: Any) -> tuple[float, float]:
+    """Strain [1] and curvature [1/m] that temperatures give a bar without stress."""
+    gradient = bar.temperature_difference / bar.depth if bar.depth else 0.0
+    return bar.thermal_expansion * bar.temperature_rise, bar.thermal_expansion * gradient

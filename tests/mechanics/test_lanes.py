@@ -1,0 +1,37 @@
+"""Short loops with vector instructions."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+
+from scissordyn.mechanics.lanes import LANES, combine, padded, pull, stretch
+
+
+@numba.njit
+def compiled(table, first, rows, width, source, target):
+    """All three, as kernels call them."""
+    combine(table, first, rows, width, source[0], source[1], target[0], target[1])
+    stretch(target[0], target[1], 0.1, target[2], target[3], width)
+    pull(-2.0, target[3], target[2], target[0], target[1], target[4][3:], target[5][3:], width)
+
+
+@pytest.mark.parametrize(("rows", "width"), [(1, LANES), (11, 2 * LANES), (23, 3 * LANES), (7, 5 * LANES)])
+def test_compiled_loops_are_those_in_python(rows: int, width: int) -> None:
+    """Identity: compiled code against its own lines in Python; zeros, as fill the lanes, stay zeros and divide nothing by zero."""
+    rng = np.random.default_rng(rows)
+    table, source = rng.normal(size=3 + rows * width), rng.normal(size=(2, rows))
+    table[3:].reshape(rows, width)[:, -1] = 0.0
+    found, expected = np.zeros((2, 6, width + 8))
+    compiled(table, 3, rows, width, source, found)
+    np.linalg.svd(np.eye(2), compute_uv=False)  # fails after an invalid operation
+    compiled.py_func(table, 3, rows, width, source, expected)
+    assert found == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    assert found[4, 3 + width - 1] == found[5, 3 + width - 1] == 0.0
+    assert not found[:, width + 3 :].any()
+
+
+def test_rows_have_whole_lanes() -> None:
+    """Identity."""
+    assert [padded(count) for count in (0, 1, LANES, LANES + 1)] == [0, LANES, LANES, 2 * LANES]

@@ -19,7 +19,7 @@ def compiled(table, first, rows, width, source, target):
 
 @pytest.mark.parametrize(("rows", "width"), [(1, LANES), (11, 2 * LANES), (23, 3 * LANES), (7, 5 * LANES)])
 def test_compiled_loops_are_those_in_python(rows: int, width: int) -> None:
-    """Identity: compiled code against its own lines in Python; zeros, as fill the lanes, stay zeros and divide nothing by zero."""
+    """Identity: compiled code against its own lines in Python; zeros that fill lanes stay zeros, and divide nothing by zero."""
     rng = np.random.default_rng(rows)
     table, source = rng.normal(size=3 + rows * width), rng.normal(size=(2, rows))
     table[3:].reshape(rows, width)[:, -1] = 0.0

@@ -281,7 +281,7 @@ def _how(found: Found) -> list[str]:
     made = ", ".join(f"{name} {value}" for name, value in json.loads(provenance()).items())
     return [
         paragraph(
-            f"Bending modes of a bar with its pins held, up to the frequency of contacts: {modes}. "
+            f"Bending modes of a bar with its pins held: {modes}. "
             "Bars of the stroke start unbent with the velocities of rigid ones, "
             "those of the deployment at rest in equilibrium under gravity, the journal in contact. Oil: a film of finite "
             "length by an impedance table. No friction in dry contact, as in the paper's own runs."

@@ -203,16 +203,23 @@ class Closure:
         return z
 
     def of_motion(self, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Natural coordinates from mass centres (samples, bodies, 2) [m] and angles (samples, bodies) [rad]."""
-        z = np.empty((len(angle), self.total))
+        """Natural coordinates from mass centres (samples, bodies, 2) [m] and angles (samples, bodies) [rad].
+
+        Bars that bend are taken as bent by forces at their cross-sections alone.
+        """
+        z = np.zeros((len(angle), self.total))
         cosines, sines = np.cos(angle), np.sin(angle)  # of a body that does not rotate: of the angle that it is placed at
         for k, body in enumerate(self.plan.bodies):
             p, (x, y) = self.first[body.name], body.centre
             cos, sin = cosines[:, k], sines[:, k]
-            z[:, p] = (position[:, k, 0] - cos * x + sin * y) / self.size
-            z[:, p + 1] = (position[:, k, 1] - sin * x - cos * y) / self.size
+            z[:, p] = position[:, k, 0] - cos * x + sin * y
+            z[:, p + 1] = position[:, k, 1] - sin * x - cos * y
             if self.natural.rotates(body.name):
                 z[:, p + 2], z[:, p + 3] = cos, sin
+        if self.natural.axes:
+            for row in z:
+                self.natural.deflect_statically(row)
+        z[:, self.origins] /= self.size
         return z
 
     def choose(self, z: np.ndarray) -> None:

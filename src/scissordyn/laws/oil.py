@@ -58,6 +58,29 @@ class Oil:
                 "a viscosity that falls as the oil gets warmer",
             )
 
+    @classmethod
+    def of_index(cls, name: str, viscosity_40: float, viscosity_index: float = 95.0, *, density: float = 870.0) -> Oil:
+        """An oil by its viscosity at 40 deg C and its viscosity index.
+
+        Parameters
+        ----------
+        name : str
+        viscosity_40 : float
+            Kinematic viscosity at 40 deg C [m^2/s]; that of the grade ISO VG 46 is 46e-6.
+        viscosity_index : float
+            By ASTM D2270: about 95 for mineral oils, above 120 for many synthetic ones.
+        density : float
+            [kg/m^3]
+
+        Returns
+        -------
+        Oil
+        """
+        from scissordyn.laws.viscosity_index import hot_viscosity
+
+        hot = hot_viscosity(1e6 * viscosity_40, viscosity_index)
+        return cls(name, viscosity_40, 1e-6 * hot, density, f"viscosity index {viscosity_index:g} by ASTM D2270")
+
     def viscosity(self, temperature: float) -> float:
         """Dynamic viscosity mu = rho nu at a temperature [K], the density taken as constant [Pa s]."""
 
@@ -72,10 +95,20 @@ class Oil:
 
 _DTE = "typical values of Mobil DTE 20 hydraulic oils, product data sheet; grades by ISO 3448"
 
+_GRADE = "middle of the grade by ISO 3448; viscosity index 95 by ASTM D2270, that of a mineral oil"
+
 _ALL = (
+    Oil("ISO VG 10", 10e-6, 2.637e-6, source=_GRADE),
+    Oil("ISO VG 15", 15e-6, 3.381e-6, source=_GRADE),
+    Oil("ISO VG 22", 22e-6, 4.254e-6, source=_GRADE),
     Oil("ISO VG 32", 31.5e-6, 5.29e-6, 871.0, _DTE),
     Oil("ISO VG 46", 44.2e-6, 6.65e-6, 876.0, _DTE),
     Oil("ISO VG 68", 71.2e-6, 8.53e-6, 881.0, _DTE),
+    Oil("ISO VG 100", 100e-6, 11.07e-6, source=_GRADE),
+    Oil("ISO VG 150", 150e-6, 14.54e-6, source=_GRADE),
+    Oil("ISO VG 220", 220e-6, 18.75e-6, source=_GRADE),
+    Oil("ISO VG 320", 320e-6, 23.95e-6, source=_GRADE),
+    Oil("ISO VG 460", 460e-6, 30.34e-6, source=_GRADE),
 )
 
 OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})

@@ -170,7 +170,11 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
 def _heated(stiffness: _Stiffness, expansion: float, rise: float, difference: float) -> dict[str, float]:
     """What elements get of temperatures, after a check that they can have an effect."""
     if (rise or difference) and not expansion:
-        raise InputError("bars that are heated without a thermal_expansion", "a material that has one, or", "12e-6 1/K")
+        raise InputError(
+            "bars that are heated without a thermal_expansion",
+            "a material that has one, or the coefficient",
+            'thermal_expansion = "12e-6 1/K"',
+        )
     if difference and not stiffness.depth:
         raise InputError("a temperature difference across bars without a section", "a section, which has a depth")
     return {"thermal_expansion": expansion, "temperature_rise": rise, "temperature_difference": difference}

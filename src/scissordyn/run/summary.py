@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,8 +13,10 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
+from scissordyn.run.bar_answer import BarAnswer, bar_answer
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 from scissordyn.run.placement import placed
+from scissordyn.run.words import Words
 from scissordyn.units import counted, short
 
 __all__ = [
@@ -44,25 +45,8 @@ WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("loa
 """Accounts of work in a run, and whose work they are."""
 
 
-class _Words:
-    """A part of a summary as plain data."""
-
-    def plain(self) -> dict[str, Any]:
-        """Its numbers by name, in SI units; None for what is not known."""
-        names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]  # of the dataclasses below
-        return {name: _plain(getattr(self, name)) for name in names}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, _Words):
-        return value.plain()
-    if isinstance(value, tuple):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 @dataclass(frozen=True)
-class PointAnswer(_Words):
+class PointAnswer(Words):
     """A tracked point against its tolerance.
 
     Parameters
@@ -122,7 +106,7 @@ class PointAnswer(_Words):
 
 
 @dataclass(frozen=True)
-class ActuatorAnswer(_Words):
+class ActuatorAnswer(Words):
     """A drive, an actuator or a motor against its limit.
 
     Parameters
@@ -163,7 +147,7 @@ class ActuatorAnswer(_Words):
 
 
 @dataclass(frozen=True)
-class ForceAnswer(_Words):
+class ForceAnswer(Words):
     """The largest contact force of a run.
 
     Parameters
@@ -184,7 +168,7 @@ class ForceAnswer(_Words):
 
 
 @dataclass(frozen=True)
-class SpanAnswer(_Words):
+class SpanAnswer(Words):
     """Width and height of the region that the points of all bodies take.
 
     Parameters
@@ -215,7 +199,7 @@ class SpanAnswer(_Words):
 
 
 @dataclass(frozen=True)
-class Summary(_Words):
+class Summary(Words):
     """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first.
 
     Parameters
@@ -228,6 +212,8 @@ class Summary(_Words):
         None for a run without contacts.
     span : SpanAnswer or None
         None where the run does not say where its points are.
+    bars : BarAnswer or None
+        None where no bar bends.
     work : dict of str to float
         Work over the whole run by whose it is, and "dissipated" [J].
     horizon : float or None
@@ -242,6 +228,7 @@ class Summary(_Words):
     actuators: tuple[ActuatorAnswer, ...]
     force: ForceAnswer | None
     span: SpanAnswer | None
+    bars: BarAnswer | None
     work: dict[str, float]
     horizon: float | None
     horizon_contacts: int | None
@@ -256,7 +243,7 @@ class Summary(_Words):
     @property
     def lines(self) -> list[str]:
         """One sentence for each answer."""
-        found = [str(part) for part in (*self.points, *self.actuators, self.force, self.span) if part is not None]
+        found = [str(part) for part in (*self.points, *self.actuators, self.force, self.span, self.bars) if part is not None]
         if self.work:
             parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
             found.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
@@ -275,7 +262,7 @@ class Summary(_Words):
 
 
 @dataclass(frozen=True)
-class JointSummary(_Words):
+class JointSummary(Words):
     """The contacts of one joint in a run.
 
     Parameters
@@ -342,6 +329,7 @@ def summary_of(run: xr.Dataset) -> Summary:
         actuators=tuple(_actuators(run, described)),
         force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when),
         span=_span(run, described),
+        bars=bar_answer(run, described),
         work=_work(run),
         horizon=trusted if known else None,
         horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,

@@ -1,0 +1,120 @@
+"""What bars that bend carry at most in a run: stress, bending moment, deflection, and compression against buckling."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.errors import printable
+from scissordyn.run.words import Words
+from scissordyn.units import short
+
+__all__ = ["BarAnswer", "bar_answer"]
+
+
+@dataclass(frozen=True)
+class BarAnswer(Words):
+    """The bar that bends which carries most.
+
+    Parameters
+    ----------
+    bar : str
+        The one with the largest utilisation; without a material that with the largest bending moment.
+    moment : float
+        Its largest bending moment [N m].
+    stress : float
+        Its largest stress [Pa]; NaN without a material.
+    utilisation : float
+        That over the yield strength; NaN if that is not known.
+    when : float
+        Instant of it [s].
+    place : float
+        Distance of it from the bar's first end [m].
+    deflection, deflected : float, str
+        The largest deflection of any bar [m], and of which one.
+    buckling : float
+        The least ratio of the critical load of a span between two points, pi^2 EI/l^2, and the largest compression in it; NaN
+        without compression, and for chains of elements.
+    buckled : str
+        Of which bar; empty without one.
+    """
+
+    bar: str
+    moment: float
+    stress: float
+    utilisation: float
+    when: float
+    place: float
+    deflection: float
+    deflected: str
+    buckling: float
+    buckled: str
+
+    def __str__(self) -> str:
+        known = math.isfinite(self.stress)
+        what = f"largest stress {short(self.stress, 'Pa')}" if known else f"largest bending moment {short(self.moment, 'N m')}"
+        said = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
+        if math.isfinite(self.utilisation):
+            said += f", {self.utilisation:.3g} of its yield strength"
+        said += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
+        if math.isfinite(self.buckling):
+            said += f"; buckling load at least {self.buckling:.3g} times the compression ({printable(self.buckled)})"
+        return f"{said}."
+
+
+def bar_answer(run: xr.Dataset, described: Any) -> BarAnswer | None:
+    """The bar that carries most, or None if no bar bends or there are no samples.
+
+    Parameters
+    ----------
+    run : Dataset
+    described : MechanismDescription or None
+        What the run says of its mechanism.
+
+    Returns
+    -------
+    BarAnswer or None
+    """
+    if "bar_largest_stress" not in run or not run.sizes["bar"]:
+        return None
+    names = run["bar"].values.astype(str).tolist()
+    size = {
+        name: np.abs(run[f"bar_largest_{name}"].values) for name in ("stress", "utilisation", "bending_moment", "deflection")
+    }
+    by = next((name for name in ("utilisation", "stress") if size[name].any()), "bending_moment")
+    most, bent = int(np.argmax(size[by])), int(np.argmax(size["deflection"]))
+    factor, buckled = _buckling(run, described)
+    return BarAnswer(
+        bar=names[most],
+        moment=float(size["bending_moment"][most]),
+        stress=float(size["stress"][most]) if size["stress"].any() else math.nan,
+        utilisation=float(size["utilisation"][most]) if by == "utilisation" else math.nan,
+        when=float(run[f"bar_largest_{by}_time"].values[most]),
+        place=float(run[f"bar_largest_{by}_place"].values[most]),
+        deflection=float(size["deflection"][bent]),
+        deflected=names[bent],
+        buckling=factor,
+        buckled=buckled,
+    )
+
+
+def _buckling(run: xr.Dataset, described: Any) -> tuple[float, str]:
+    """The least ratio of critical load and compression of the spans of flexible bars, and of which bar."""
+    parts = run["beam"].values.astype(str).tolist()
+    force = run["beam_axial_force"].transpose("time", "beam").values.min(axis=0)
+    factor, buckled = math.inf, ""
+    for bar in () if described is None else described.components:
+        if getattr(bar, "kind", None) is not FlexibleBar:
+            continue
+        own = [k for k, part in enumerate(parts) if part.startswith(f"{bar.name} ")]
+        spans = np.diff(bar.places)
+        for span, inside in zip(spans.tolist(), np.array_split(own, len(spans)), strict=True):
+            compression = -float(np.min(force[inside]))
+            if compression > 0.0 and math.pi**2 * bar.bending_stiffness / span**2 < factor * compression:
+                factor, buckled = math.pi**2 * float(bar.bending_stiffness) / (span**2 * compression), str(bar.name)
+    return (factor, buckled.removesuffix("/beam")) if buckled else (math.nan, "")

@@ -1,0 +1,162 @@
+"""All that a rigid bar can have, on a bar that bends: the limit of rigid bars, and the energy of both formulations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.run.summary import summary_of
+
+LENGTH, MASS = 1.0, 2.0
+SOFT = {"bending_stiffness": 2000.0, "axial_stiffness": 2e6}
+STIFF = {"bending_stiffness": 4e6, "axial_stiffness": 4e8}
+
+Attach = Callable[[sd.Mechanism], sd.Mechanism]
+
+
+def bars() -> sd.Mechanism:
+    """A bar that falls about a pin, with a point at 0.3 m, and one that hangs on its end; the first bends."""
+    arm = sd.bar("arm", length=LENGTH, mass=MASS, angle=0.4)
+    arm = replace(arm, points={**arm.points, "third": (0.3, 0.0)}, angular_velocity=1.0)
+    fore = sd.bar("fore", length=0.8, mass=1.0, position=arm.place("end"), angle=-1.2)
+    pins = (sd.Revolute("O", ("arm", "start"), ("ground", "O")), sd.Revolute("elbow", ("fore", "start"), ("arm", "end")))
+    return sd.Mechanism(
+        (arm, fore), pins, ground=(("O", (0.0, 0.0)), ("wall", (1.3, 0.9))), input_body="arm", output_body="fore"
+    )
+
+
+def adding(field: str, *parts: Any) -> Attach:
+    """Parts of the mechanism."""
+    return lambda made: made.with_parts({field: (*getattr(made, field), *parts)})
+
+
+def rod_between(made: sd.Mechanism) -> sd.Mechanism:
+    """A bar pinned between the place at 0.3 m and a block on a guide."""
+    third = made.place(("arm", "third"))
+    link = sd.bar("link", length=0.5, mass=0.4, position=third, angle=0.0)
+    block = sd.point_mass("block", mass=0.5, position=(third[0] + 0.5, third[1]))
+    pins = (sd.Revolute("third", ("link", "start"), ("arm", "third")), sd.Revolute("end", ("link", "end"), ("block", "centre")))
+    guide = sd.Guide("guide", ("block", "centre"), through=(0.0, third[1]))
+    parts = {"bodies": (*made.bodies, link, block), "joints": (*made.joints, *pins), "guides": (guide,)}
+    return made.with_parts(parts)
+
+
+def welded(made: sd.Mechanism) -> sd.Mechanism:
+    """The second bar welded to the end of the first in place of a pin."""
+    return made.with_parts({"joints": made.joints[:1], "welds": (sd.Weld("weld", ("fore", "start"), ("arm", "end")),)})
+
+
+def in_a_channel(made: sd.Mechanism) -> sd.Mechanism:
+    """The second bar in a channel of the ground, on a pin at the end of the first: it follows with clearance."""
+    block = sd.GuideClearance(1e-3, length=0.2, width=0.04)
+    guide = sd.Guide("channel", ("fore", "middle"), made.place(("fore", "middle")), -1.2, aligned=True, clearance=block)
+    return made.with_parts({"guides": (guide,)})
+
+
+def own_in_a_channel(made: sd.Mechanism) -> sd.Mechanism:
+    """The bar that bends in a channel that it moves along, in place of the pins."""
+    block = sd.GuideClearance(1e-3, length=0.2, width=0.04)
+    guide = sd.Guide("channel", ("arm", "third"), made.place(("arm", "third")), 0.4, aligned=True, clearance=block)
+    return made.with_parts({"joints": made.joints[1:], "guides": (guide,)})
+
+
+ENDS = ("arm", "end"), ("ground", "wall")
+ATTACHED: dict[str, Attach] = {
+    "pin at a place": rod_between,
+    "weld": welded,
+    "clearance joint": lambda made: made.with_clearance("elbow", sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.1))),
+    "clearance joint with oil": lambda made: made.with_clearance(
+        "elbow", sd.Clearance(5e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.05))
+    ),
+    "clearance guide of a body on it": in_a_channel,
+    "clearance guide of the bar": own_in_a_channel,
+    "spring": adding("components", sd.Spring("part", *ENDS, stiffness=500.0, free_length=0.3, damping=5.0)),
+    "constant-force spring": adding("components", sd.ConstantForceSpring("part", *ENDS, tension=60.0)),
+    "cable": adding("components", sd.Cable("part", *ENDS, stiffness=4e3, free_length=0.5, damping=20.0)),
+    "torsion spring": adding("components", sd.TorsionSpring("part", "arm", stiffness=60.0, damping=2.0)),
+    "tape spring": adding("components", sd.TapeSpring("part", "fore", "arm", 20.0, 15.0, 5.0, 10.0, 4.0, 0.0)),
+    "clutch": adding("components", sd.Clutch("part", "arm", capacity=8.0)),
+    "bushing": adding("components", sd.Bushing("part", *ENDS, 300.0, 400.0, 0.0, 20.0, 3.0, 3.0)),
+    "force": adding("components", sd.Force("part", ("arm", "third"), (0.0, 80.0), follows=True)),
+    "torque": adding("components", sd.Torque("part", "arm", 30.0)),
+    "motor": adding("components", sd.Motor("part", "arm", stall_torque=40.0, no_load_speed=8.0, inertia=0.02)),
+    "angle stop": adding("components", sd.AngleStop("part", "arm", 0.4025, stiffness=2e4)),
+    "travel stop": adding(
+        "components", sd.TravelStop("part", ("arm", "end"), direction=1.5707963267948966, limit=0.391, stiffness=1e6)
+    ),
+    "rod": adding("rods", sd.Rod("part", ("fore", "end"), ("ground", "wall"))),
+    "latch": adding("latches", sd.Latch("part", "arm", 0.403)),
+    "drive": lambda made: made.driven(speed=2.0),
+    "controller": lambda made: made.controlled(sd.PID(300.0, 5.0), speed=2.0),
+}
+"""What is attached, by name; on the bar that bends unless said otherwise."""
+
+
+def motion(made: sd.Mechanism, until: float, method: str = "auto", **options: Any) -> Any:
+    """A short run."""
+    return sd.simulate(made, until=until, samples=9, method=method, **options)
+
+
+@pytest.mark.parametrize("name", list(ATTACHED))
+def test_it_acts_as_on_a_rigid_bar(name: str) -> None:
+    """Limit: with bars so stiff that they hardly bend the second bar moves as with rigid ones, and not as without the part."""
+    attach, until = ATTACHED[name], 0.02
+    rigid, bare = motion(attach(bars()), until), motion(bars(), until)
+    place = [run["position"].sel(body="fore").values[-1] for run in (rigid, bare)]
+    stiff = {
+        key: (100.0 if name in ("latch", "clearance joint") else 1.0) * value for key, value in STIFF.items()
+    }  # impulses bend bars more
+    run = motion(attach(bars()).with_bending("arm", modes=2, **stiff), until)
+    apart = float(np.abs(run["position"].sel(body="fore").values[-1] - place[0]).max())
+    acts = float(np.abs(place[1] - place[0]).max())
+    assert run.attrs["status"] == "complete"
+    assert apart < 0.02 * acts
+
+
+@pytest.mark.parametrize("name", list(ATTACHED))
+@pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 3}], ids=["modes", "elements"])
+def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
+    """Identity: the balance of energy of soft bars."""
+    run = motion(ATTACHED[name](bars()).with_bending("arm", **how, **SOFT), 0.01)
+    assert run.attrs["status"] == "complete"
+    turned_over = sum(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "load_work"))
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * turned_over
+
+
+def loaded_array(**loose: Any) -> sd.Mechanism:
+    """The array of the paper with tubes, its journal A loose."""
+    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    joint = sd.Clearance(0.5e-3, damping=sd.Flores(restitution=0.9), friction=sd.NoFriction(), **loose)
+    tubes = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
+    return made.with_clearance("A", joint).with_bending(modes=4, **tubes).driven(speed=sd.rpm(150))
+
+
+def test_hard_contact_on_bars_that_bend() -> None:
+    """Second model: the first impact is that of compliant contact, and so is the impulse over a millisecond to 5 %."""
+    hard, soft = (sd.simulate(loaded_array(contact=kind), until=3e-3, samples=11) for kind in ("hard", "compliant"))
+    assert hard.attrs["status"] == "complete"
+    for name, within in (("contact_start", 1e-5), ("approach_speed", 1e-4)):
+        assert float(hard[name][0]) == pytest.approx(float(soft[name][0]), rel=within)
+    assert float(hard["impulse"].sum()) == pytest.approx(float(soft["impulse"].sum()), rel=0.05)
+    assert hard["impulse"].size > 10 * soft["impulse"].size  # the light end of the bar is pushed back again and again
+
+
+def test_the_summary_says_what_bars_carry() -> None:
+    """Identity: stress, moment, deflection and compression of the summary are those of the run, by numbers and in words."""
+    made = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=0.6)
+    made = made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=3).driven(speed=0.0)
+    run = sd.simulate(made, until=1e-4, samples=2, start="static")
+    said = summary_of(run).plain()["bars"]
+    assert said["stress"] == pytest.approx(float(np.abs(run["bar_largest_stress"]).max()), rel=1e-12)
+    assert said["utilisation"] == pytest.approx(said["stress"] / 235e6, rel=1e-12)
+    assert said["deflection"] == pytest.approx(float(np.abs(run["bar_largest_deflection"]).max()), rel=1e-12)
+    squeezed = -float(run["beam_axial_force"].min())
+    assert squeezed > 0.0
+    flexible = next(part for part in made.components if isinstance(part, sd.FlexibleBar))
+    assert said["buckling"] == pytest.approx(np.pi**2 * flexible.bending_stiffness / squeezed, rel=1e-12)  # spans of 1 m
+    assert "of its yield strength; largest deflection" in str(summary_of(run))

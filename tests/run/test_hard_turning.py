@@ -114,3 +114,14 @@ def test_the_automatic_step_of_the_solar_array():
     assert float(run["friction_loss"][-1]) == pytest.approx(0.2312, rel=0.02)
     assert 0.0 < float(run["damping_loss"][-1]) < 0.0065
     assert float(run["track_deviation"].max()) == pytest.approx(18.24e-3, rel=0.04)
+
+
+def test_hard_contact_between_bars_that_bend():
+    """Identity: with bars that bend the energy balance of impacts and friction closes."""
+    gap = sd.Clearance(1e-5, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
+    arm = sd.scissor(units=2, bar_length=0.5, bar_mass=0.2983, slider_mass=0.3, angle=sd.degrees(60), gravity=0.0)
+    bent = sd.with_bending(arm.with_clearance("O", gap), section="tube 20x20x1 mm", material="steel").driven(speed=sd.rpm(20))
+    run = sd.simulate(bent, until=8e-3)
+    assert run.sizes["contact"] > 2
+    assert float(run["contact_damping_loss"].max()) > 0.0
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-5 * float(run["kinetic_energy"].max())

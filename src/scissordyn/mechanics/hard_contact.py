@@ -26,6 +26,8 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.component import linearise_component
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.hard_impact import STAYS
+from scissordyn.mechanics.hard_result import CLOSED, REBOUND, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
     acting_row,
     add_row,
@@ -33,32 +35,12 @@ from scissordyn.mechanics.hard_rows import (
     assemble,
     contact_rows,
     convective,
-    effective_mass,
     element_of,
     speed_along,
 )
-from scissordyn.mechanics.impulse_solver import OPEN, STICK, solve_impulses
+from scissordyn.mechanics.impulse_solver import OPEN, solve_impulses
 
-__all__ = [
-    "ANGLE",
-    "APPROACH",
-    "CLOSED",
-    "FRICTION_LOSS",
-    "IMPULSE",
-    "MASS",
-    "REBOUND",
-    "RESTITUTION_LOSS",
-    "RESULTS",
-    "hard_impact",
-    "hard_step",
-    "restore",
-]
-
-ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
-"""Columns of `HardContacts.result`: angle of n [rad], approach speed [m/s], effective mass [kg], impulse [N s], energy lost by
-restitution and by friction [J], delta' after the step [m/s], whether the contact goes on."""
-
-RESULTS = 8
+__all__ = ["hard_step", "restore"]
 
 factorize, solve = band.factorize, band.solve
 
@@ -72,20 +54,8 @@ closed loop with all joints in contact, no move is larger than five times the ga
 TOO_DEEP = 0.1
 """Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long."""
 
-STRIKES = 1e-9
-"""Gap, as a fraction of the clearance, up to which a contact takes part in a located impact."""
-
-ZENO = 1e-3
-"""Part of a step: a located impact after which the surfaces would meet again sooner ends with them closed."""
-
-STAYS = 1e-3
-"""Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""
-
 NEAR = 0.5
 """Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone."""
-
-RESTING = 1e-9
-"""Approach speeds below this fraction of the step's change of velocity are round-off."""
 
 
 @kernel()
@@ -347,106 +317,6 @@ def look_ahead(h, new, S, H):
     place_at_middle(S, H)
 
 
-@kernel()
-def hard_impact(t, h, y, S, H):
-    """Impacts at an instant and a state y, whose velocities they change; h is the size of a step, for Zeno's rule."""
-    M, W, C = S.model, S.work, S.state
-    n, m = M.n, W.multiplier.size
-    for i in range(H.which.size):
-        H.was[i] = C.mode[H.which[i]]
-        C.mode[H.which[i]] = 0
-    for i in range(y.size):
-        H.scratch[i] = y[i]
-    accelerate(t, y, S, H.middle)
-    for k in range(n):
-        H.row[k] = 0.0
-    for i in range(H.which.size):
-        j = H.which[i]
-        depth, rate = gap(j, S)
-        H.result[i, :] = 0.0
-        H.result[i, REBOUND] = rate
-        reach = STAYS if H.was[i] == 1 else STRIKES
-        H.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
-        if H.closed[i] == 1:
-            kinematics(j, S)
-            contact_rows(i, S, H)
-            H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
-            H.bias[i] = H.turn[i] = H.swing[i] = H.lag[i] = 0.0
-    for c in range(H.damped.size):
-        H.damping[c] = 0
-    for a in range(H.place.size):
-        H.free[H.place[a]] = 0.0
-    for a in range(m, m + 2 * H.which.size):
-        if H.closed[(a - m) // 2] == 1:
-            H.free[H.place[a]] = along(a, W.V, S, H)
-    for a in range(H.place.size):
-        H.before[a] = H.free[a]
-    assemble(0.0, S, H)
-    solve_impulses(m, H)
-    for a in range(m + 2 * H.which.size):
-        if H.impulse[H.place[a]] != 0.0:
-            add_row(a, m, H.impulse[H.place[a]], y, n, S, H)
-    take_impacts(h, S, H)
-    H.work[0] = drive_work(y, S, H)
-    for i in range(H.which.size):
-        C.mode[H.which[i]] = 1 if H.closed[i] == 1 and H.result[i, CLOSED] == 1.0 else 0
-        C.memory[H.which[i]] = 0.0
-
-
-@kernel(inline=True)
-def take_impacts(h, S, H):
-    """Write what each contact has done in an impact; `HardContacts.middle` has accelerations without contacts."""
-    m, n = S.work.multiplier.size, S.model.n
-    H.ahead[1] = math.inf
-    for k in range(n):
-        S.work.A[k] = H.middle[n + k]
-    for i in range(H.which.size):
-        if H.closed[i] == 0:
-            continue
-        found, out = S.work.contact[H.which[i]], H.result[i]
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        p_n, before, after = H.impulse[a], H.before[a], H.velocity[a]
-        out[REBOUND] = -after
-        if not p_n > 0.0:
-            H.closed[i] = H.was[i]  # a closed contact that is not struck stays closed: the next step may open it
-            out[CLOSED] = float(H.was[i])
-            continue
-        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
-        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before)
-        out[FRICTION_LOSS] = -0.5 * H.impulse[b] * (H.velocity[b] + H.before[b])
-        together = -along(m + 2 * i, S.work.A, S, H)  # acceleration of the surfaces towards each other
-        back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
-        out[CLOSED] = 1.0 if back < ZENO * h else 0.0
-        if out[CLOSED] == 0.0:
-            H.ahead[1] = min(H.ahead[1], back)
-        if H.was[i] == 0:
-            out[MASS] = effective_mass(i, S, H)
-
-
-@kernel(inline=True)
-def drive_work(y, S, H):
-    """Work of the drives in an impact [J]: `HardContacts.scratch` has the state before it."""
-    M, W = S.model, S.work
-    n, m, total = M.n, W.multiplier.size, 0.0
-    for k in range(1, M.nb):
-        for i in range(n):
-            total += (y[n + i] - H.scratch[n + i]) * M.inertia[i, k] * W.basis[1, k]
-    for a in range(m):
-        for e in range(M.constraint_start[a], M.constraint_start[a + 1]):
-            if M.constraint_column[e] > n:
-                total -= W.gradient[e] * H.impulse[H.place[a]] * W.basis[1, M.constraint_column[e] - n]
-    for i in range(M.timed.size):
-        total += H.impulse[H.place[M.timed[i]]] * W.value[1, M.timed[i]]
-    for a in range(m, m + 2 * H.which.size):
-        if H.impulse[H.place[a]] == 0.0:
-            continue
-        j, axis = element_of(a, m, S, H)
-        for e in range(M.element_start[j], M.element_start[j + 1]):
-            if M.element_column[e] > n:
-                total -= H.normal[axis, e] * H.impulse[H.place[a]] * W.basis[1, M.element_column[e] - n]
-    return total
-
-
 @kernel(inline=True)
 def return_to_surfaces(h, new, S, H):
     """Move the positions of contacts that stay closed back to their surfaces."""
@@ -476,47 +346,3 @@ def return_to_surfaces(h, new, S, H):
             if H.shift[H.place[a]] != 0.0:
                 add_row(a, m, H.shift[H.place[a]], new, 0, S, H)
     place_at_middle(S, H)
-
-
-@kernel(inline=True)
-def take_results(h, S, H):
-    """Write what each closed contact has done, and whether one of them was an impact."""
-    m = S.work.multiplier.size
-    for i in range(H.which.size):
-        if H.closed[i] == 0:
-            continue
-        found, out = S.work.contact[H.which[i]], H.result[i]
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        p_n, p_t = H.impulse[a], H.impulse[b]
-        before, after = H.before[a], H.velocity[a]
-        out[REBOUND] = -after
-        if not p_n > 0.0:
-            H.closed[i], H.stuck[i], H.mode[i] = 0, 0, OPEN
-            continue
-        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
-        turned = H.lag[i] - H.swing[i] * H.velocity[b]  # part of P_T that is the normal's
-        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.velocity[b] + H.before[b])
-        out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.velocity[b] + H.before[b])
-        by_force = before - H.free[a]
-        if (-before - H.turn[i]) * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
-            H.impact[0] = 1
-        near = RESTING * (abs(before) + H.turn[i])
-        out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, near) else 0.0
-        H.stuck[i] = 1 if H.mode[i] == STICK else 0
-        if H.was[i] == 0:
-            out[MASS] = effective_mass(i, S, H)
-
-
-@kernel(inline=True)
-def share_of_force(i, j, h, new, S, H):
-    """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
-    m, found = S.work.multiplier.size, S.work.contact[j]
-    a = H.place[m + 2 * i]
-    impulsive = max(-H.before[a] - H.turn[i], 0.0) * (1.0 + H.rebound[i])
-    by_force = max(H.before[a] - H.free[a] + 2.0 * H.turn[i], 0.0)
-    share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
-    found.elastic = 0.0
-    found.normal = share * H.impulse[a] / h
-    found.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h
-    S.state.memory[j] = found.normal
-    new[2 * S.model.n + S.model.state_start[j]] = found.tangential

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics import hard_contact, hard_powers
+from scissordyn.mechanics import hard_contact, hard_impact, hard_powers
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.system import open_system
 
 __all__ = ["HARD_FUNCTIONS"]
 
 _step, _restore = hard_contact.hard_step, hard_contact.restore
-_impact, _monitor = hard_contact.hard_impact, hard_powers.hard_monitor
+_impact, _monitor = hard_impact.hard_impact, hard_powers.hard_monitor
 
 
 @kernel()
@@ -27,7 +27,7 @@ def restore(hard):
 
 @kernel()
 def impact(t, h, y, address, hard):
-    """See `hard_contact.hard_impact`."""
+    """See `hard_impact.hard_impact`."""
     _impact(t, h, y, open_system(address), open_hard(hard))
 
 

@@ -6,7 +6,7 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics.force_element import map_values
-from scissordyn.mechanics.hard_contact import FRICTION_LOSS, IMPULSE, RESTITUTION_LOSS
+from scissordyn.mechanics.hard_result import FRICTION_LOSS, IMPULSE, RESTITUTION_LOSS
 from scissordyn.mechanics.hard_rows import along
 from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
 

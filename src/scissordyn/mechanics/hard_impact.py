@@ -1,0 +1,123 @@
+"""Impacts of hard contacts at an instant: velocities change, positions do not."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics.contact import gap, kinematics
+from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.hard_result import ANGLE, APPROACH, CLOSED, FRICTION_LOSS, IMPULSE, MASS, REBOUND, RESTITUTION_LOSS
+from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
+from scissordyn.mechanics.impulse_solver import solve_impulses
+
+__all__ = ["STAYS", "hard_impact"]
+
+STRIKES = 1e-9
+"""Gap, as a fraction of the clearance, up to which a contact takes part in a located impact."""
+
+ZENO = 1e-3
+"""Part of a step: a located impact after which the surfaces would meet again sooner ends with them closed."""
+
+STAYS = 1e-3
+"""Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""
+
+
+@kernel()
+def hard_impact(t, h, y, S, H):
+    """Impacts at an instant and a state y, whose velocities they change; h is the size of a step, for Zeno's rule."""
+    M, W, C = S.model, S.work, S.state
+    n, m = M.n, W.multiplier.size
+    for i in range(H.which.size):
+        H.was[i] = C.mode[H.which[i]]
+        C.mode[H.which[i]] = 0
+    for i in range(y.size):
+        H.scratch[i] = y[i]
+    accelerate(t, y, S, H.middle)
+    for k in range(n):
+        H.row[k] = 0.0
+    for i in range(H.which.size):
+        j = H.which[i]
+        depth, rate = gap(j, S)
+        H.result[i, :] = 0.0
+        H.result[i, REBOUND] = rate
+        reach = STAYS if H.was[i] == 1 else STRIKES
+        H.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
+        if H.closed[i] == 1:
+            kinematics(j, S)
+            contact_rows(i, S, H)
+            H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
+            H.bias[i] = H.turn[i] = H.swing[i] = H.lag[i] = 0.0
+    for c in range(H.damped.size):
+        H.damping[c] = 0
+    for a in range(H.place.size):
+        H.free[H.place[a]] = 0.0
+    for a in range(m, m + 2 * H.which.size):
+        if H.closed[(a - m) // 2] == 1:
+            H.free[H.place[a]] = along(a, W.V, S, H)
+    for a in range(H.place.size):
+        H.before[a] = H.free[a]
+    assemble(0.0, S, H)
+    solve_impulses(m, H)
+    for a in range(m + 2 * H.which.size):
+        if H.impulse[H.place[a]] != 0.0:
+            add_row(a, m, H.impulse[H.place[a]], y, n, S, H)
+    take_impacts(h, S, H)
+    H.work[0] = drive_work(y, S, H)
+    for i in range(H.which.size):
+        C.mode[H.which[i]] = 1 if H.closed[i] == 1 and H.result[i, CLOSED] == 1.0 else 0
+        C.memory[H.which[i]] = 0.0
+
+
+@kernel(inline=True)
+def take_impacts(h, S, H):
+    """Write what each contact has done in an impact; `HardContacts.middle` has accelerations without contacts."""
+    m, n = S.work.multiplier.size, S.model.n
+    H.ahead[1] = math.inf
+    for k in range(n):
+        S.work.A[k] = H.middle[n + k]
+    for i in range(H.which.size):
+        if H.closed[i] == 0:
+            continue
+        found, out = S.work.contact[H.which[i]], H.result[i]
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        p_n, before, after = H.impulse[a], H.before[a], H.velocity[a]
+        out[REBOUND] = -after
+        if not p_n > 0.0:
+            H.closed[i] = H.was[i]  # a closed contact that is not struck stays closed: the next step may open it
+            out[CLOSED] = float(H.was[i])
+            continue
+        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
+        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before)
+        out[FRICTION_LOSS] = -0.5 * H.impulse[b] * (H.velocity[b] + H.before[b])
+        together = -along(m + 2 * i, S.work.A, S, H)  # acceleration of the surfaces towards each other
+        back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
+        out[CLOSED] = 1.0 if back < ZENO * h else 0.0
+        if out[CLOSED] == 0.0:
+            H.ahead[1] = min(H.ahead[1], back)
+        if H.was[i] == 0:
+            out[MASS] = effective_mass(i, S, H)
+
+
+@kernel(inline=True)
+def drive_work(y, S, H):
+    """Work of the drives in an impact [J]: `HardContacts.scratch` has the state before it."""
+    M, W = S.model, S.work
+    n, m, total = M.n, W.multiplier.size, 0.0
+    for k in range(1, M.nb):
+        for i in range(n):
+            total += (y[n + i] - H.scratch[n + i]) * M.inertia[i, k] * W.basis[1, k]
+    for a in range(m):
+        for e in range(M.constraint_start[a], M.constraint_start[a + 1]):
+            if M.constraint_column[e] > n:
+                total -= W.gradient[e] * H.impulse[H.place[a]] * W.basis[1, M.constraint_column[e] - n]
+    for i in range(M.timed.size):
+        total += H.impulse[H.place[M.timed[i]]] * W.value[1, M.timed[i]]
+    for a in range(m, m + 2 * H.which.size):
+        if H.impulse[H.place[a]] == 0.0:
+            continue
+        j, axis = element_of(a, m, S, H)
+        for e in range(M.element_start[j], M.element_start[j + 1]):
+            if M.element_column[e] > n:
+                total -= H.normal[axis, e] * H.impulse[H.place[a]] * W.basis[1, M.element_column[e] - n]
+    return total

@@ -1,0 +1,76 @@
+"""What hard contacts have done in a step."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics.hard_rows import effective_mass
+from scissordyn.mechanics.impulse_solver import OPEN, STICK
+
+__all__ = [
+    "ANGLE",
+    "APPROACH",
+    "CLOSED",
+    "FRICTION_LOSS",
+    "IMPULSE",
+    "MASS",
+    "REBOUND",
+    "RESTITUTION_LOSS",
+    "RESULTS",
+    "share_of_force",
+    "take_results",
+]
+
+ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
+"""Columns of `HardContacts.result`: angle of n [rad], approach speed [m/s], effective mass [kg], impulse [N s], energy lost by
+restitution and by friction [J], delta' after the step [m/s], whether the contact goes on."""
+
+RESULTS = 8
+
+RESTING = 1e-9
+"""Approach speeds below this fraction of the step's change of velocity are round-off."""
+
+
+@kernel(inline=True)
+def take_results(h, S, H):
+    """Write what each closed contact has done, and whether one of them was an impact."""
+    m = S.work.multiplier.size
+    for i in range(H.which.size):
+        if H.closed[i] == 0:
+            continue
+        found, out = S.work.contact[H.which[i]], H.result[i]
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        p_n, p_t = H.impulse[a], H.impulse[b]
+        before, after = H.before[a], H.velocity[a]
+        out[REBOUND] = -after
+        if not p_n > 0.0:
+            H.closed[i], H.stuck[i], H.mode[i] = 0, 0, OPEN
+            continue
+        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
+        turned = H.lag[i] - H.swing[i] * H.velocity[b]  # part of P_T that is the normal's
+        out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.velocity[b] + H.before[b])
+        out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.velocity[b] + H.before[b])
+        by_force = before - H.free[a]
+        if (-before - H.turn[i]) * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
+            H.impact[0] = 1
+        near = RESTING * (abs(before) + H.turn[i])
+        out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, near) else 0.0
+        H.stuck[i] = 1 if H.mode[i] == STICK else 0
+        if H.was[i] == 0:
+            out[MASS] = effective_mass(i, S, H)
+
+
+@kernel(inline=True)
+def share_of_force(i, j, h, new, S, H):
+    """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
+    m, found = S.work.multiplier.size, S.work.contact[j]
+    a = H.place[m + 2 * i]
+    impulsive = max(-H.before[a] - H.turn[i], 0.0) * (1.0 + H.rebound[i])
+    by_force = max(H.before[a] - H.free[a] + 2.0 * H.turn[i], 0.0)
+    share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
+    found.elastic = 0.0
+    found.normal = share * H.impulse[a] / h
+    found.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h
+    S.state.memory[j] = found.normal
+    new[2 * S.model.n + S.model.state_start[j]] = found.tangential

@@ -36,3 +36,10 @@ function drawScaleBar(context, height, scale, text, colors) {
   text(meters(length), x + wide / 2, y - 9, colors.ink);
 }
 
+// where something of a size begins, moved so that it is within 0 and an end
+function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
+
+function newtons(force) {
+  for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]]) if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
+}
+

@@ -1,4 +1,4 @@
-// Lengths in the drawing: a scale bar, a grid, and places of the grid for what is dragged. It stands before canvas.js.
+// Lengths in the drawing: a scale bar, a grid, and places of the grid for what is dragged; and sizes in words. It stands before canvas.js.
 
 const FAR = 70;  // least length of the scale bar, and twice the distance of lines of the grid [pixel]
 

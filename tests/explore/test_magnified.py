@@ -12,6 +12,8 @@ import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.explore.cards import cards
+from scissordyn.explore.case import open_case
+from scissordyn.explore.drag import Drag
 from scissordyn.explore.magnified import factor_of, wish
 from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.summary import summary_of
@@ -65,6 +67,16 @@ def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
     assert factor_of("auto", run, sd.scissor(units=1)) == 1.0
     (card,) = (card for card in cards(summary_of(run)) if card["title"] == "largest stress")
     assert "of yield strength" in card["detail"]
+
+
+def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> None:
+    """Identity: a joint of bars that bend moves with the numbers of the case; a cross-section has no length."""
+    case = open_case(path)
+    drag = Drag(case, "pin", "unit 1/pivot")
+    drag.to(0.01, 0.02)
+    assert drag.note.startswith("bar length 1.03")
+    with pytest.raises(InputError, match="no length of 'unit 1/bar 1'"):
+        Drag(case, "length", "unit 1/bar 1")
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())

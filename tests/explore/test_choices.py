@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
 from scissordyn.explore.case import open_case
 from scissordyn.explore.legend import differences
@@ -51,5 +52,8 @@ def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
     assert differences([case, changed])[1].startswith(
         "structure, bars section tube 60x60x2 mm, structure, bars material aluminium"
     )
+    more = case.changed({"structure.bars.modes": "3"})
+    assert (case.field("structure.bars.modes").text, more.field("structure.bars.modes").text) == ("auto", "3")
+    assert {part.modes for part in more.mechanism.components if isinstance(part, FlexibleBar)} == {3}
     with pytest.raises(InputError, match="wall"):
         case.changed({"structure.bars.section": "tube 60x60x40 mm"})

@@ -208,6 +208,25 @@ def test_requirements_and_responses() -> None:
         response_values(found, Response("peak_force", "C"))
 
 
+def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
+    """Cross-check: EI of all bars gives the torques of runs; measures of contacts that nothing has are left out."""
+    bent = sd.scissor(units=1, bar_length=1.0, bar_mass=1.0).with_bending(
+        bending_stiffness=2000.0, axial_stiffness=2e7, modes=2
+    )
+    found = sd.study(
+        bent.driven(speed=6.0), {"flexible_bar.all.bending_stiffness": [1000.0, 4000.0]}, until=0.002, store=tmp_path / "a.zarr"
+    )
+    assert set(found.trends) <= {"peak_drive_torque"}
+    assert "peak_force" not in found.points
+    for case, stiffness in enumerate((1000.0, 4000.0)):
+        parts = [part for part in found.mechanism(case).components if isinstance(part, sd.FlexibleBar)]
+        assert {part.bending_stiffness for part in parts} == {stiffness}
+    torques = found.dataset["peak_drive_torque"].values[:, 0].tolist()
+    runs = [sd.simulate(found.mechanism(case), until=0.002, samples=2) for case in range(2)]
+    assert torques == [float(run["peak_drive_torque"][0]) for run in runs]
+    assert torques[0] != torques[1]
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [

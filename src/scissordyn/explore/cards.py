@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
+    from scissordyn.run.bar_answer import BarAnswer
     from scissordyn.run.summary import ActuatorAnswer, PointAnswer, Summary
 
 __all__ = ["MOST_CARDS", "cards"]
@@ -42,6 +43,8 @@ def _cards(summary: Summary) -> Iterator[Card]:
     yield from map(_of_point, sorted(summary.points, key=lambda point: -point.share)[:MOST_CARDS])
     torques = [each for each in summary.actuators if math.isfinite(each.torque)]
     yield from map(_of_torque, sorted(torques, key=lambda each: -each.torque / (each.limit or math.inf))[:MOST_CARDS])
+    if summary.bars is not None and math.isfinite(summary.bars.stress):
+        yield _of_bars(summary.bars)
     if summary.span is not None:
         start, end = (max(sides) for sides in (summary.span.start, summary.span.end))
         yield _card("span", short(end, "m"), f"{summary.span.change}; {short(start, 'm')} at the start")
@@ -51,6 +54,14 @@ def _cards(summary: Summary) -> Iterator[Card]:
 
 def _card(title: str, value: str, detail: str, judged: str = "") -> Card:
     return {"title": title, "value": value, "detail": detail, "judged": judged}
+
+
+def _of_bars(bars: BarAnswer) -> Card:
+    detail = f"{bars.bar}, at {short(bars.when, 's')}"
+    if not math.isfinite(bars.utilisation):
+        return _card("largest stress", short(bars.stress, "Pa"), detail)
+    judged = "met" if bars.utilisation <= 1.0 else "missed"
+    return _card("largest stress", short(bars.stress, "Pa"), f"{detail}; {bars.utilisation:.3g} of yield strength", judged)
 
 
 def _of_point(point: PointAnswer) -> Card:

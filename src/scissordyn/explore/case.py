@@ -233,6 +233,8 @@ def _files(value: Any, key: str = "") -> Iterator[str]:
 def _value(text: str, field: Field) -> Any:
     """A text of the form as the value of a case file: a plain number where there is no unit."""
     text = text.strip()
+    if field.choices and text.isdecimal():
+        return int(text)
     if field.quantity.unit != "1" or len(field.value) != 1:
         return text
     for kind in (int, float):

@@ -111,8 +111,10 @@ class Drag:
         placement = Placement.at(ideal, run, [0])
         if self.kind == "pin":
             return np.asarray(placement.place(ideal.joint(self.name).bearing)[0])
-        first, *_, last = outline(ideal.body(self.name))
-        return np.array([math.dist(first, last)])
+        ends = outline(ideal.body(self.name))
+        if len(ends) < 2:  # a cross-section of a bar that bends
+            raise InputError(f"no length of '{self.name}' to drag", "a rigid bar, a joint, or the fields of the form")
+        return np.array([math.dist(ends[0], ends[-1])])
 
     def _numbers(self) -> list[_Number]:
         found = []

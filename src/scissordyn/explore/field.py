@@ -63,10 +63,12 @@ LISTS: Mapping[str, type[Table]] = {
 CHOICES: Mapping[tuple[Any, str], str] = {
     (BendingTable, "section"): "; ".join(sample for _, sample in SECTIONS.values()),
     (BendingTable, "material"): ", ".join(MATERIALS),
+    (BendingTable, "modes"): "auto; a number of modes",
+    (BendingTable, "elements"): "a number of elements",
     (ClearanceTable, "lubrication"): ", ".join(OILS),
     (Lubrication, "oil"): ", ".join(OILS),
 }
-"""What can be written where a table or a class takes a text, which has a field without a slider."""
+"""What can be written where a table or a class takes a text or a number of parts, which has a field without a slider."""
 INNER: Mapping[str, type[Table]] = {
     "bars": BendingTable,
     "motion": DistanceTable,
@@ -229,8 +231,8 @@ def _of_table(
         here = (*place, key)
         value = given.get(key, None if known.is_required() else known.get_default(call_default_factory=True))
         quantity = quantity_of(table, key)
-        if isinstance(value, str) and (table, key) in CHOICES:
-            yield _text(here, group, key, value, key_help(table, key), CHOICES[table, key])
+        if isinstance(value, str | int) and (table, key) in CHOICES:
+            yield _text(here, group, key, str(value), key_help(table, key), CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
             field = _number(here, group, key, value, quantity, starred=star and key in STARRED)
             if field is not None:
@@ -299,7 +301,7 @@ def _number(place: Route, group: str, name: str, value: Any, quantity: Quantity,
 
 
 def _text(place: Route, group: str, name: str, value: str, help: str, choices: str) -> Field:
-    """A field of a text."""
+    """A field of a text, or of a number of parts."""
     return Field(place, group, name, value, (), Quantity("", help=help), choices=choices)
 
 

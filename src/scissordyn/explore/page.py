@@ -20,12 +20,14 @@ from scissordyn.explore.cards import cards
 from scissordyn.explore.curves import Curves
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.legend import differences
+from scissordyn.explore.magnified import Larger, wish
 from scissordyn.explore.message import number, text, whole
 from scissordyn.explore.session import Session
 from scissordyn.explore.shell import area
 from scissordyn.explore.table import contact_table
 from scissordyn.explore.widgets import Canvas, Contacts, Form, Toolbar
 from scissordyn.explore.worker import Outcome
+from scissordyn.plan.bending import bends
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import largest_forces
 from scissordyn.run.joints import clearance_joints
@@ -82,10 +84,11 @@ class Page:
         )
         self.form = Form(lambda message: self._heard(self._typed, message), sizing_mode="stretch_both", styles=area("form"))
         self.canvas = Canvas(
-            lambda message: self._heard(self._dragged, message), sizing_mode="stretch_both", styles=area("canvas")
+            lambda message: self._heard(self._handled, message), sizing_mode="stretch_both", styles=area("canvas")
         )
         self.contacts = Contacts(lambda message: None, sizing_mode="stretch_both", styles=area("table"))
         self.curves = Curves()
+        self.larger = Larger(lambda said: self._later(lambda: self._magnified(said)))
         self.canvas.param.watch(lambda event: self._later(self._choose), "selected")
         self._loop = IOLoop.current(instance=False)
         self._lock = threading.Lock()
@@ -218,6 +221,7 @@ class Page:
         if good is None or good.run is None or good is self.shown or self._drawing:
             return
         self.shown = good
+        self.canvas.bends = bends(good.case.mechanism)
         if self.selected not in clearance_joints(good.run):
             self.selected = _heaviest(good)
         self._drawing = self._live
@@ -247,7 +251,8 @@ class Page:
             from scissordyn.plot.canvas import packed_scene
 
             if scene:
-                parts["scene"] = packed_scene(run, case.mechanism, number=self.shown.number)
+                magnified = self.larger.scene(self.shown)
+                parts["scene"] = magnified or packed_scene(run, case.mechanism, number=self.shown.number)
                 parts["table"] = contact_table(run)
             if pins:
                 parts["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
@@ -379,10 +384,11 @@ class Page:
         self._making = True
         shown, joint = self.shown, self.selected
         fine = None if shown is None or shown.run is None else self._sampled(shown.run)
+        magnify = 1.0 if shown is None else self.larger.factor(shown)
 
         def make() -> None:
             try:
-                name, mime, content = saved(self.session, shown, fine, what, time, joint)
+                name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
             except ScissordynError as error:
                 self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
             except Exception:
@@ -410,6 +416,21 @@ class Page:
         self.answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
         self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, number=self.answers, note=note)
+
+    def _magnified(self, said: str) -> None:
+        """Show what has been magnified, or say why it cannot be."""
+        if said:
+            self._say(said)
+        elif self.drag is None:
+            self._publish(scene=True)
+
+    def _handled(self, message: dict[str, Any]) -> None:
+        """What is done in the drawing: deflections are magnified, or a part is dragged."""
+        if message.get("type") != "magnify":
+            self._dragged(message)
+            return
+        self.larger.wanted = wish(message.get("factor"))
+        self._publish(scene=True)
 
     def _dragged(self, message: dict[str, Any]) -> None:
         from scissordyn.explore.drag import Drag

@@ -39,7 +39,9 @@ slots = threading.BoundedSemaphore(MOST_MADE)
 """One is taken while a file is made."""
 
 
-def saved(session: Session, shown: Outcome | None, fine: xr.Dataset | None, what: str, time: float, joint: str) -> Made:
+def saved(
+    session: Session, shown: Outcome | None, fine: xr.Dataset | None, what: str, time: float, joint: str, magnify: float = 1.0
+) -> Made:
     """A file of what a page shows.
 
     Parameters
@@ -54,6 +56,8 @@ def saved(session: Session, shown: Outcome | None, fine: xr.Dataset | None, what
         The instant of the picture [s].
     joint : str
         Whose force and slip speed are among the curves; "" for none.
+    magnify : float
+        Of the deflections in picture and film.
 
     Returns
     -------
@@ -73,10 +77,10 @@ def saved(session: Session, shown: Outcome | None, fine: xr.Dataset | None, what
         drawn = shown.run if fine is None else fine
         return f"{_stem(session)}.csv", "text/csv", curves_as_csv(drawn, shown.case.mechanism.output_body, joint).encode()
     if what == "picture":
-        return _picture(session, shown.run, shown.case.mechanism, time)
+        return _picture(session, shown.run, shown.case.mechanism, time, magnify)
     if shown.case.options.samples == AUTO and fine is not None:
         shown = replace(shown, run=fine)
-    return _in_folder(session, what, shown)
+    return _in_folder(session, what, shown, magnify)
 
 
 def _stem(session: Session) -> str:
@@ -90,24 +94,25 @@ def _case(session: Session) -> Made:
     return f"{_stem(session)}.toml", "text/plain", text.encode()
 
 
-def _picture(session: Session, run: xr.Dataset, mechanism: Mechanism, time: float) -> Made:
-    axes = structure(run, mechanism, times=[float(np.clip(time, 0.0, float(run["time"].values[-1])))])
+def _picture(session: Session, run: xr.Dataset, mechanism: Mechanism, time: float, magnify: float) -> Made:
+    instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
+    axes = structure(run, mechanism, times=[instant], magnify=magnify)
     figure = axes[0].get_figure(root=True)
     assert figure is not None
     return f"{_stem(session)}.svg", "image/svg+xml", svg(figure).encode()
 
 
-def _in_folder(session: Session, what: str, shown: Outcome) -> Made:
+def _in_folder(session: Session, what: str, shown: Outcome, magnify: float) -> Made:
     """What is written as a file and read again."""
     end, mime, write = FILES[what]
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
-        content = write(shown.run, shown.case.mechanism, Path(folder) / f"made.{end}").read_bytes()
+        content = write(shown.run, shown.case.mechanism, Path(folder) / f"made.{end}", magnify).read_bytes()
     return f"{_stem(session)}.{end}", mime, content
 
 
-FILES: dict[str, tuple[str, str, Callable[[Any, Mechanism, Path], Path]]] = {
-    "run": ("nc", "application/x-netcdf", lambda run, mechanism, path: save(run, path)),
-    "film": ("html", "text/html", lambda run, mechanism, path: animate(run, mechanism, path)),
+FILES: dict[str, tuple[str, str, Callable[[Any, Mechanism, Path, float], Path]]] = {
+    "run": ("nc", "application/x-netcdf", lambda run, mechanism, path, magnify: save(run, path)),
+    "film": ("html", "text/html", lambda run, mechanism, path, magnify: animate(run, mechanism, path, magnify=magnify)),
 }
 """What is saved through a file: the end of its name, its type, and what writes it."""
 

@@ -64,6 +64,7 @@ class Canvas(_Sender):
     """The mechanism: the anywidget of `canvas.js`."""
 
     draft = param.String()
+    bends = param.Boolean()
     selected = param.String()
     theme = param.String()
 

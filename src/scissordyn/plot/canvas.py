@@ -54,7 +54,8 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
     samples = run.sizes["time"]
     chosen = spread_samples(run["time"].values, min(samples, frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
-    return packed(scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose), run, number=number, note=note)
+    scene = scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
+    return packed(scene, run, number=number, note=note)
 
 
 def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:
@@ -102,6 +103,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         # a click on a channel shows the curves of its corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
         "asides": scene.asides.tolist(),
+        "magnification": scene.magnification,
         "tracks": [{"name": name, "points": _packed(points)} for name, points in scene.tracks],
     }
     return json.dumps(data, separators=(",", ":"))

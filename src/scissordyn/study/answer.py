@@ -115,7 +115,8 @@ def answered(study: Study, results: xr.Dataset) -> list[Response]:
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
     chosen += [one for one in study.responses if one.name not in {each.name for each in chosen}]
     covered = {(one.measure, response_unit(results, one)) for one in chosen}
-    every = (one for name in study.measure_names for one in whole_responses(results, name))
+    there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
+    every = (one for name in there for one in whole_responses(results, name))
     return chosen + [one for one in every if (one.measure, response_unit(results, one)) not in covered]
 
 

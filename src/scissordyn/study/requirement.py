@@ -182,6 +182,8 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
         return np.asarray(values[:, parts.index(response.part)])
     if not dims:
         return values
+    if not values.size:  # nothing has it, as no joint has clearance
+        return np.full(len(values), np.nan)
     nothing = np.all(np.isnan(values), axis=1)  # a measure that some parts do not have is NaN there
     reduced = np.min(np.where(np.isnan(values), np.inf, values), axis=1) if response.smallest else None
     reduced = np.max(np.where(np.isnan(values), -np.inf, values), axis=1) if reduced is None else reduced

@@ -1,5 +1,5 @@
 // The mechanism on a canvas, with a player: an anywidget component. It needs no network; scene.js and ruler.js stand before it.
-// In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), movable (false: no drags). Out: selected, and messages
+// In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), bends (deflections can be magnified), movable (false: no drags). Out: selected, and messages
 // of drags.
 
 const TRAIL = 40;            // frames over which the journal's path stays visible
@@ -10,6 +10,7 @@ const SMALL = 80;            // side of the drawing of a bearing from which on t
 const HIGH = 15;             // of a name [pixel]
 const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const LARGER = [1, 2, 5, 10, 20, 50, 100];  // magnifications of deflections
 
 const STYLE = `
 .sd-stage { display: flex; flex-direction: column; height: 100%; min-height: 320px; color: var(--sd-ink, #222);
@@ -24,13 +25,6 @@ const STYLE = `
 .sd-note { min-height: 1.4em; color: var(--sd-faint, #666); padding: 0 2px }
 `;
 
-// where something of a size begins, moved so that it is within 0 and an end
-function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
-
-function newtons(force) {
-  for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]]) if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
-}
-
 function render({ model, el }) {
   const root = document.createElement("div");
   root.className = "sd-stage";
@@ -39,14 +33,17 @@ function render({ model, el }) {
     <input type="range" data-id="scrub" min="0" max="1" step="1" value="0" aria-label="time">
     <output data-id="clock"></output>
     <label>speed <select data-id="speed" aria-label="speed"></select></label>
+    <label data-id="deflections" hidden>deflections <select data-id="magnify" aria-label="magnification of deflections"></select></label>
     <button type="button" data-id="fit" title="show all; also by a double click">Fit</button>
     <button type="button" data-id="grid" aria-pressed="false" title="lines of equal distance; joints are dragged from one to the next">Grid</button></div>
     <div class="sd-note" data-id="note" role="status"></div>`;
   el.append(root); el.style.height = "100%";
   const part = id => root.querySelector(`[data-id=${id}]`);
   const canvas = root.querySelector("canvas"), context = canvas.getContext("2d");
-  const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part);
+  const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part), magnify = part("magnify");
   for (const s of SPEEDS) speed.add(new Option(`${s}×`, s, s === 1, s === 1));
+  for (const s of LARGER) magnify.add(new Option(`${s}×`, s, s === 1, s === 1));
+  magnify.add(new Option("auto", "auto"));
 
   const movable = model.get("movable") !== false;  // whether somebody assembles what is dragged
   let scene = null, ghost = null, draft = null, colors = {};
@@ -285,6 +282,7 @@ function render({ model, el }) {
     drawShapes(source, frame, X, Y, false);
     drawTracks(source, frame, X, Y);
     drawJoints(source, frame, X, Y);
+    if (source.magnification !== 1) text(`deflections ${source.magnification}×`, 8, 14, colors.ink, "left");
     drawScaleBar(context, height, camera.scale, text, colors);
     context.restore();
     drawInsets(source, frame);
@@ -343,7 +341,7 @@ function render({ model, el }) {
     }
     if (best) return best;
     for (const shape of source.shapes) {
-      if (shape.kind !== "bar" || !movable) continue;
+      if (shape.kind !== "bar" || shape.count !== 2 || !movable) continue;
       const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
       const x = X(0.65 * a[0] + 0.35 * b[0]), y = Y(0.65 * a[1] + 0.35 * b[1]);
       if (Math.hypot(px - x, py - y) < REACH) return { kind: "length", name: shape.name, x, y };
@@ -430,6 +428,10 @@ function render({ model, el }) {
   part("grid").addEventListener("click", event => {
     gridded = !gridded; event.currentTarget.setAttribute("aria-pressed", String(gridded)); redraw();
   });
+  magnify.addEventListener("change", () => {
+    model.send({ type: "magnify", factor: magnify.value === "auto" ? "auto" : Number(magnify.value) });
+    note.textContent = magnify.value === "1" ? "" : "Deflections are being magnified.";
+  });
   scrub.addEventListener("input", () => go(Number(scrub.value)));
   canvas.addEventListener("keydown", event => {
     const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
@@ -443,7 +445,7 @@ function render({ model, el }) {
   root.handles = () => {
     const source = shown(), frame = frameOf(), [X, Y] = onto(), found = {};
     if (!source) return found;
-    for (const shape of source.shapes) if (shape.kind === "bar") {
+    for (const shape of source.shapes) if (shape.kind === "bar" && shape.count === 2) {
       const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
       found[`length ${shape.name}`] = [X(0.65 * a[0] + 0.35 * b[0]), Y(0.65 * a[1] + 0.35 * b[1])];
     }
@@ -465,7 +467,8 @@ function render({ model, el }) {
       canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`
         + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : "")
         + "; arrow keys: left and right frames, up and down clearance joints; space: play");
-      canvas.dataset.run = scene.run;
+      canvas.dataset.run = scene.run; canvas.dataset.magnified = scene.magnification;
+      if (scene.magnification !== 1) note.textContent = "";
       show(false);
     }
     redraw();
@@ -479,6 +482,7 @@ function render({ model, el }) {
       asked = false; flush(); redraw();
     },
     selected: redraw,
+    bends: () => { part("deflections").hidden = !model.get("bends"); },
     theme: () => { recolor(); redraw(); },
   };
   for (const [name, reaction] of Object.entries(changed)) model.on(`change:${name}`, reaction);
@@ -486,7 +490,7 @@ function render({ model, el }) {
   window.addEventListener("scissordyn:go", onGo); window.addEventListener("scissordyn:theme", onTheme);
   const size = new ResizeObserver(() => { if (!camera.own) fit(); redraw(); });
   size.observe(canvas); recolor();
-  changed.ghost(); newScene(); changed.draft();
+  changed.ghost(); newScene(); changed.draft(); changed.bends();
   return () => {
     playing = false; size.disconnect(); window.removeEventListener("scissordyn:go", onGo); window.removeEventListener("scissordyn:theme", onTheme);
   };

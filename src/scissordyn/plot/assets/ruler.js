@@ -1,4 +1,4 @@
-// Lengths in the drawing: a scale bar, a grid, and places of the grid for what is dragged. It stands before canvas.js.
+// Lengths in the drawing: a scale bar, a grid, and places of the grid for what is dragged; and sizes in words. It stands before canvas.js.
 
 const FAR = 70;  // least length of the scale bar, and twice the distance of lines of the grid [pixel]
 
@@ -34,5 +34,12 @@ function drawScaleBar(context, height, scale, text, colors) {
   context.setLineDash([]); context.strokeStyle = colors.ink; context.lineWidth = 1.4;
   context.beginPath(); context.moveTo(x, y - 5); context.lineTo(x, y); context.lineTo(x + wide, y); context.lineTo(x + wide, y - 5); context.stroke();
   text(meters(length), x + wide / 2, y - 9, colors.ink);
+}
+
+// where something of a size begins, moved so that it is within 0 and an end
+function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
+
+function newtons(force) {
+  for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]]) if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
 }
 

@@ -277,7 +277,8 @@ class Watch:
         if event != "call" or caller is None or caller.f_code.co_filename != self.reader:
             return
         file, name = frame.f_code.co_filename, frame.f_code.co_name
-        if name == "__init__" and type(frame.f_locals.get("self")) in self.classes | {description.NamedFunction, sd.InputError}:
+        made = frame.f_locals.get("self", next(iter(frame.f_locals.get("given", ())), None))  # by itself, or by `suggesting`
+        if name in ("__init__", "suggested") and type(made) in self.classes | {description.NamedFunction, sd.InputError}:
             return
         inside = "/scissordyn/" in file
         readers = ("model/description.py", "model/record.py", "model/walk.py")

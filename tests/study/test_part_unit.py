@@ -97,9 +97,9 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
     page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
-    assert f"{MEASURE} (torque) 10 20 30 N·m {MEASURE} (force) 1 2 3 N" in shown
-    assert "30 N·m (20.0% beyond the bound)" in shown
-    assert "<td>30 N·m</td>" in page
+    assert f"{MEASURE} (torque) 10.00 20.00 30.00 N·m {MEASURE} (force) 1.000 2.000 3.000 N" in shown
+    assert "30.00 N·m (20.0% beyond the bound)" in shown
+    assert "<td>30.00 N·m</td>" in page
     assert "SI" not in page.partition("<img")[0]
     labels = [axes.get_ylabel() for axes in response_curves(points)]
     assert labels == [f"{MEASURE} (torque) [N·m]", f"{MEASURE} (force) [N]"]

@@ -86,7 +86,7 @@ def test_impulses_by_pivoting():
         own = hard.gram[a, hard.reach[0]] > 0.0
         p, u = hard.impulse[a][own], (hard.velocity[a] + hard.offset)[own]
         slip = hard.velocity[b][own]
-        rubs = (hard.impulse[b] - hard.lag + hard.swing * hard.velocity[b])[own]
+        rubs = (hard.impulse[b] - hard.lag + hard.turning_mass * hard.velocity[b])[own]
         force, speed = np.abs(p).max(), np.abs(hard.free[a][own]).max()
         limit = hard.friction[own] * p
         assert p.min() > -1e-12 * force

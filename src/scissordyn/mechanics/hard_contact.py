@@ -29,6 +29,7 @@ from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.hard_impact import STAYS
 from scissordyn.mechanics.hard_result import CLOSED, REBOUND, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
+    OPEN,
     acting_row,
     add_row,
     along,
@@ -38,7 +39,7 @@ from scissordyn.mechanics.hard_rows import (
     element_of,
     speed_along,
 )
-from scissordyn.mechanics.impulse_solver import OPEN, solve_impulses
+from scissordyn.mechanics.impulse_solver import solve_impulses
 
 __all__ = ["hard_step", "restore"]
 
@@ -242,7 +243,7 @@ def turn_normals(h, m, S, H):
         P_T = friction - N h^2/c (a (U_T+ - U_T-) + f u_t),    a = 1/4 + 3/4 f,    f = z^2/(1 + z^2),    z = N G_TT h^2/c.
     """
     for i in range(H.which.size):
-        H.swing[i] = H.lag[i] = 0.0
+        H.turning_mass[i] = H.lag[i] = 0.0
         if H.closed[i] == 0:
             continue
         j = H.which[i]
@@ -255,9 +256,9 @@ def turn_normals(h, m, S, H):
         load = H.load[i] * h * h / found.distance
         z = load * H.gram[other, H.reach[0]]
         f = z * z / (1.0 + z * z)
-        H.swing[i] = load * (0.25 + 0.75 * f)
+        H.turning_mass[i] = load * (0.25 + 0.75 * f)
         rolls = along(m + 2 * i + 1, S.work.V, S, H) - speed_along(j, S)
-        H.lag[i] = H.swing[i] * H.before[other] - load * f * (H.before[other] - rolls)
+        H.lag[i] = H.turning_mass[i] * H.before[other] - load * f * (H.before[other] - rolls)
 
 
 @kernel(inline=True)

@@ -47,7 +47,7 @@ def hard_impact(t, h, y, S, H):
             kinematics(j, S)
             contact_rows(i, S, H)
             H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
-            H.bias[i] = H.turn[i] = H.swing[i] = H.lag[i] = 0.0
+            H.bias[i] = H.turn[i] = H.turning_mass[i] = H.lag[i] = 0.0
     for c in range(H.damped.size):
         H.damping[c] = 0
     for a in range(H.place.size):

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics.hard_rows import effective_mass
-from scissordyn.mechanics.impulse_solver import OPEN, STICK
+from scissordyn.mechanics.hard_rows import OPEN, STICK, effective_mass
 
 __all__ = [
     "ANGLE",
@@ -48,7 +47,7 @@ def take_results(h, S, H):
             H.closed[i], H.stuck[i], H.mode[i] = 0, 0, OPEN
             continue
         out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
-        turned = H.lag[i] - H.swing[i] * H.velocity[b]  # part of P_T that is the normal's
+        turned = H.lag[i] - H.turning_mass[i] * H.velocity[b]  # part of P_T that is the normal's
         out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.velocity[b] + H.before[b])
         out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.velocity[b] + H.before[b])
         by_force = before - H.free[a]

@@ -10,6 +10,9 @@ from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
 
 __all__ = [
+    "OPEN",
+    "SLIP",
+    "STICK",
     "HardContacts",
     "acting_row",
     "add_row",
@@ -20,8 +23,12 @@ __all__ = [
     "effective_mass",
     "element_of",
     "open_hard",
+    "row_product",
     "speed_along",
 ]
+
+OPEN, STICK, SLIP = range(3)
+"""Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N."""
 
 
 class HardContacts(NamedTuple):
@@ -35,7 +42,7 @@ class HardContacts(NamedTuple):
     bias: F1  # (k,) speed at which an open gap closes by the end of the step
     turn: F1  # (k,) speed along N that the surface's curvature asks for at the end of the step
     load: F1  # (k,) normal force of the last step [N]
-    swing: F1  # (k,) impulse along T for U_T+, of a normal that turns [kg]
+    turning_mass: F1  # (k,) impulse along T for U_T+, of a normal that turns [kg]
     lag: F1  # (k,) and its part that is known [N s]
     offset: F1  # (k,) e U- + bias
     damped: I1  # (c,) components whose force depends on their speed
@@ -266,3 +273,12 @@ def effective_mass(i, S, H):
         for k in range(m):
             total -= H.mass_row[k] * S.work.work[k]
     return 1.0 / total if total > 0.0 else math.inf
+
+
+@kernel(inline=True)
+def row_product(a, vector, H):
+    """Row a of G, which is banded, times a vector of all rows."""
+    reach, total = H.reach[0], 0.0
+    for b in range(max(0, a - reach), min(H.place.size, a + reach + 1)):
+        total += H.gram[a, b - a + reach] * vector[b]
+    return total

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.pivoting import pivot
 
 __all__ = [
@@ -21,17 +22,11 @@ __all__ = [
     "FACTORIZATIONS",
     "IMPULSIVE",
     "MOST_IN_A_STEP",
-    "OPEN",
     "PIVOTED",
     "PIVOTS",
-    "SLIP",
-    "STICK",
     "UNSOLVED",
     "solve_impulses",
 ]
-
-OPEN, STICK, SLIP = range(3)
-"""Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N."""
 
 COMPLIANCE = 1e-11
 
@@ -128,18 +123,18 @@ def solve_modes(m, H):
             H.band[b, reach] *= 1.0 + COMPLIANCE
             continue
         sign = 1.0 if H.mode[i] == SLIP else -1.0
-        # P_T + swing U_T = lag + friction, times G_TT
-        own, swing = H.gram[b, reach], H.swing[i] * H.gram[b, reach]
+        # P_T + turning_mass U_T = lag + friction, times G_TT
+        own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
         for k in range(2 * reach + 1):
-            H.band[b, k] = swing * H.gram[b, k]
+            H.band[b, k] = turned * H.gram[b, k]
         H.band[b, reach] += own
         H.band[b, a - b + reach] -= sign * H.friction[i] * own
-        H.impulse[b] = own * H.lag[i] - swing * H.free[b]
+        H.impulse[b] = own * H.lag[i] - turned * H.free[b]
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     _solve(H.band, reach, reach, H.pivots, H.impulse)
     for a in range(size):
-        H.velocity[a] = H.free[a] + product(a, H)
+        H.velocity[a] = H.free[a] + row_product(a, H.impulse, H)
     return True
 
 
@@ -164,15 +159,6 @@ def only(a, value, reach, H):
 
 
 @kernel(inline=True)
-def product(a, H):
-    """Row a of G times the impulses."""
-    reach, total = H.reach[0], 0.0
-    for b in range(max(0, a - reach), min(H.place.size, a + reach + 1)):
-        total += H.gram[a, b - a + reach] * H.impulse[b]
-    return total
-
-
-@kernel(inline=True)
 def ask_for_modes(m, H):
     """Write the mode that impulses and velocities of each contact ask for; returns how many ask for another one.
 
@@ -190,7 +176,7 @@ def ask_for_modes(m, H):
         p_n, p_t, new = H.impulse[a], H.impulse[b], OPEN
         if p_n - (H.velocity[a] + H.offset[i]) / H.gram[a, reach] > (near if old == OPEN else -near):
             limit = H.friction[i] * max(p_n, 0.0)
-            wanted = p_t - H.lag[i] + (H.swing[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
+            wanted = p_t - H.lag[i] + (H.turning_mass[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
             new = SLIP if wanted > (near if old == SLIP + 1 else -near) else SLIP + 1
             if H.friction[i] > 0.0 and abs(wanted) <= limit + (near if old == STICK else -near):
                 new = STICK

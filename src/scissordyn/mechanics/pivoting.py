@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 
 __all__ = ["pivot", "table_shape"]
 
@@ -28,6 +29,9 @@ TIED = 1e-12
 
 NOTHING = 1e-12
 """Impulse, relative to the largest, that is round-off."""
+
+BELOW = 1e-9
+"""Friction below its limit by this part of it is that of surfaces that stick."""
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -70,28 +74,19 @@ def unit_impulses(m, count, H):
     for c in range(count):
         i = H.active[c]
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        own, swing = H.gram[b, reach], H.swing[i] * H.gram[b, reach]
+        own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
         for k in range(2 * reach + 1):
             H.band[a, k] = 0.0
-            H.band[b, k] *= swing
+            H.band[b, k] *= turned
         H.band[a, reach] = 1.0
         H.band[b, reach] += own
-        H.units[2 * count, a], H.units[2 * count, b] = 0.0, own * H.lag[i] - swing * H.free[b]
+        H.units[2 * count, a], H.units[2 * count, b] = 0.0, own * H.lag[i] - turned * H.free[b]
         H.units[c, a], H.units[count + c, b] = 1.0, own
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     for c in range(2 * count + 1):
         _solve(H.band, reach, reach, H.pivots, H.units[c])
     return True
-
-
-@kernel(inline=True)
-def of_row(at, c, H):
-    """Product of a row of G with impulses number c."""
-    reach, total = H.reach[0], 0.0
-    for b in range(max(0, at - reach), min(H.place.size, at + reach + 1)):
-        total += H.gram[at, b - at + reach] * H.units[c, b]
-    return total
 
 
 @kernel(inline=True)
@@ -104,14 +99,14 @@ def write_table(m, count, H):
         for c in range(count):
             mu = H.friction[H.active[c]]
             for row, at in ((d, a), (count + d, b)):
-                by_r = of_row(at, count + c, H)
-                H.table[row, c] = of_row(at, c, H) - mu * by_r
+                by_r = row_product(at, H.units[count + c], H)
+                H.table[row, c] = row_product(at, H.units[c], H) - mu * by_r
                 H.table[row, count + c] = by_r
                 H.table[row, 2 * count + c] = 0.0
             for k in range(3):
                 H.table[2 * count + d, k * count + c] = 0.0
-        H.table[d, size + 1] = of_row(a, 2 * count, H) + H.free[a] + H.offset[i]
-        H.table[count + d, size + 1] = of_row(b, 2 * count, H) + H.free[b]
+        H.table[d, size + 1] = row_product(a, H.units[2 * count], H) + H.free[a] + H.offset[i]
+        H.table[count + d, size + 1] = row_product(b, H.units[2 * count], H) + H.free[b]
         H.table[2 * count + d, size + 1] = 0.0
         H.table[count + d, 2 * count + d] = 1.0
         H.table[2 * count + d, d] = 2.0 * H.friction[i]
@@ -186,7 +181,7 @@ def exchange(row, column, size, H):
 @kernel(inline=True)
 def combine(m, count, H):
     """Impulses and velocities of all rows from the basic variables, and modes."""
-    size, reach = 3 * count, H.reach[0]
+    size = 3 * count
     for k in range(size):
         H.table[k, size] = 0.0  # z by its number
     for k in range(size):
@@ -202,13 +197,11 @@ def combine(m, count, H):
         p_n = H.table[c, size]
         if p_n <= NOTHING * largest:
             p_n = H.table[c, size] = H.table[count + c, size] = 0.0
-        rubs = H.table[count + c, size] - H.friction[i] * p_n
+        tangential = H.table[count + c, size] - H.friction[i] * p_n
         limit = H.friction[i] * p_n
-        H.mode[i] = 0 if p_n == 0.0 else 1 if abs(rubs) < limit * (1.0 - 1e-9) else 2 if rubs > 0.0 else 3
+        slips = SLIP if tangential > 0.0 else SLIP + 1
+        H.mode[i] = OPEN if p_n == 0.0 else STICK if abs(tangential) < limit * (1.0 - BELOW) else slips
         for at in range(H.place.size):
-            H.impulse[at] += p_n * H.units[c, at] + rubs * H.units[count + c, at]
+            H.impulse[at] += p_n * H.units[c, at] + tangential * H.units[count + c, at]
     for at in range(H.place.size):
-        total = H.free[at]
-        for b in range(max(0, at - reach), min(H.place.size, at + reach + 1)):
-            total += H.gram[at, b - at + reach] * H.impulse[b]
-        H.velocity[at] = total
+        H.velocity[at] = H.free[at] + row_product(at, H.impulse, H)

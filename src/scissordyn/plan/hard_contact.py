@@ -50,7 +50,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         bias=np.zeros(count),
         turn=np.zeros(count),
         load=np.zeros(count),
-        swing=np.zeros(count),
+        turning_mass=np.zeros(count),
         lag=np.zeros(count),
         offset=np.zeros(count),
         damped=np.array(damped, np.int64),

@@ -11,8 +11,6 @@ from scissordyn.cli.option import Changes, OwnCode
 from scissordyn.cli.output import check_file
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["export"]
@@ -45,6 +43,7 @@ def export(
     from scissordyn.cli.show import console
     from scissordyn.exchange.export import FORCES, MECHANISMS, check_ending
     from scissordyn.exchange.export import export as write
+    from scissordyn.exchange.forces import missed_peaks
     from scissordyn.file.export import check_export
     from scissordyn.plot.window import window
 
@@ -77,17 +76,10 @@ def export(
     written = write(
         cut, target, contacts=contacts, forces=forces, envelope=envelope, mechanism=known, section=section, material=material
     )
-    for note in _missed(cut) if forces or envelope else ():
+    for note in missed_peaks(cut) if forces or envelope else ():
         console().print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
     console().print(str(written), markup=False)
     return 0
-
-
-def _missed(run: xr.Dataset) -> list[str]:
-    """What the samples of a run do not show."""
-    from scissordyn.exchange.forces import missed_peaks
-
-    return missed_peaks(run)
 
 
 def _notes(mechanism: Mechanism) -> tuple[str, ...]:

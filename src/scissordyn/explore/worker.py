@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.case import Case
+    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.run.options import Options
 
 __all__ = ["Outcome", "Worker", "brief", "ideal_run", "is_refined"]
 
@@ -207,24 +209,19 @@ class Worker:
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
         from scissordyn.run.compiled import loop_is_on_disk
-        from scissordyn.run.simulate import simulate  # in this thread: the page comes first
 
         self._compiling = self._compiling or not (self._compiled or loop_is_on_disk())
-
-        options = case.options
-        # the run of samples = "auto" is computed a second time, too: when it has been shown
-        keywords = {name: getattr(options, name) for name in options.__dataclass_fields__} | {"samples": options.count}
 
         def look(time: float) -> None:
             if self._closed or number != self._number or number <= self._stopped:
                 raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
-            if ends is not None and ends(time / options.until):
+            if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
             self._compiling, self._compiled = False, True
-            self._progress(number, time / options.until)
+            self._progress(number, time / case.options.until)
 
         try:
-            return Outcome(number, case, simulate(case.mechanism, **keywords, progress=look))
+            return Outcome(number, case, _simulated(case.mechanism, case.options, look))
         except ScissordynError as error:
             return Outcome(number, case, None, str(error))
         except KeyboardInterrupt:
@@ -281,16 +278,21 @@ def ideal_run(case: Case) -> xr.Dataset:
     ScissordynError
         If it cannot begin.
     """
-    from scissordyn.run.simulate import simulate
-
-    spent, options = _stopwatch(), case.options
-    keywords = {name: getattr(options, name) for name in options.__dataclass_fields__} | {"samples": options.count}
+    spent = _stopwatch()
 
     def look(time: float) -> None:
         if spent() > PREVIEW:
             raise KeyboardInterrupt
 
-    return simulate(case.mechanism.ideal(), **keywords, progress=look)
+    return _simulated(case.mechanism.ideal(), case.options, look)
+
+
+def _simulated(mechanism: Mechanism, options: Options, look: Callable[[float], None]) -> xr.Dataset:
+    """The run of a mechanism; that of samples = "auto" is computed a second time when it has been shown."""
+    from scissordyn.run.simulate import simulate  # in the thread that needs it: the page comes first
+
+    keywords = {name: getattr(options, name) for name in options.__dataclass_fields__} | {"samples": options.count}
+    return simulate(mechanism, **keywords, progress=look)
 
 
 def brief(case: Case) -> Case:

@@ -1,7 +1,7 @@
 """The theta method of Moreau and Jean at theta = 1/2 with projection of positions, as published records of it were computed.
 
-A step solves M (v+ - v) = h (F + F+)/2 + H^T P with q+ = q + h (v + v+)/2, mass, forces at the end and gradients at the iterate of
-the end of the step, by Newton's method until the momentum balance holds within a tolerance. P is that of Newton's impact law
+A step solves M (v+ - v) = h (F + F+)/2 + H^T P with q+ = q + h (v + v+)/2, mass, forces F+ and gradients at the end
+of the step, by Newton's method until the momentum balance holds within a tolerance. P is that of Newton's impact law
 and Coulomb's law on the velocities of the active contacts. Which contacts are active and how positions are corrected are the
 variants: Acary 2013, doi:10.1016/j.cma.2012.12.012. Nothing of the package is used.
 """

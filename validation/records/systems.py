@@ -51,7 +51,7 @@ class SliderCrank:
 
 
 class Woodpecker:
-    """Height and rotation of the sleeve and rotation of the bird, small angles; contacts of the beak and of the sleeve's edges."""
+    """Height and rotation of the sleeve, rotation of the bird, small angles; contacts of the beak and the sleeve's edges."""
 
     friction = 0.3
     restitution = woodpecker.RESTITUTION
@@ -87,7 +87,7 @@ class Woodpecker:
 
 
 class FourBar:
-    """Angles of crank, coupler and rocker and the mass centres of the last two; the rocker's x is measured from its ground pin."""
+    """Angles of crank, coupler and rocker, mass centres of the last two; the rocker's x is measured from its ground pin."""
 
     friction = 0.1
     restitution = np.zeros(3)
@@ -129,7 +129,7 @@ class FourBar:
         return by_place, np.zeros((7, 7))
 
     def offsets(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the bearings (of the rocker's journal in the ground) from the other centre [m], and their gradients, joint by joint."""
+        """Of the bearings, in the ground of the journal, from the other centre [m], and their gradients, joint by joint."""
         c, s = np.cos(q[:3]), np.sin(q[:3])
         arms = np.array([self.crank, 0.5 * self.coupler, 0.5 * self.rocker])
         x, y = arms * c, arms * s

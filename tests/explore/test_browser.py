@@ -330,6 +330,29 @@ samples = 201
         opened.close()
 
 
+def test_hard_contact(browser: Any, tmp_path: Path) -> None:
+    """Identity: a page of hard contact opens, its clearance changes, a pin is dragged, and no number of it is unknown."""
+    case = tmp_path / "hard.toml"
+    hard = 'mm"\ncontact = "hard"'
+    case.write_text(CASE.replace('0.5 mm"', f"0.5 {hard}").replace('0.3 mm"', f"0.3 {hard}"))
+    with served(case) as url:
+        tab = Tab(browser, url)
+        first = tab.run
+        assert "impulse [N s]" in tab.table()["titles"]
+        tab.type("clearance.0.clearance", "0.2 mm")
+        second = tab.ready(first)
+        x, y = tab.handle("unit 1/upper")
+        tab.page.mouse.move(x, y)
+        tab.page.mouse.down()
+        tab.page.mouse.move(x + 10.0, y - 5.0, steps=2)
+        tab.page.mouse.up()
+        tab.ready(second)
+        words = tab.page.locator("body").inner_text()
+        assert "an estimate" in words
+        assert "nan" not in words.lower().split()
+        tab.close()
+
+
 @pytest.mark.parametrize("width", [420, 800, 1280, 1920])
 @pytest.mark.parametrize("dark", [False, True])
 def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) -> None:

@@ -19,7 +19,7 @@ from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, summary_of
+from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, summary_of, without_peaks
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 
@@ -107,7 +107,12 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     shown = run.isel(contact=slice(0, rows))
     count = shown.sizes["contact"]
     columns = [("contact", list(map(str, range(1, count + 1)))), ("joint", shown["contact_joint"].values.tolist())]
+    impulses = without_peaks(run)
     for title, name, unit, factor in HEADINGS:
+        if impulses and name == "peak_time":
+            continue
+        if impulses and name == "peak_force":
+            title, name, unit = "impulse", "impulse", "N s"
         unit, texts = column(shown[name].values * factor, unit)
         columns.append((f"{title}\n[{unit}]", texts))
     left = _print_columns(columns, to)

@@ -30,6 +30,7 @@ __all__ = [
     "at_limit",
     "joint_summaries",
     "summary_of",
+    "without_peaks",
 ]
 
 AT_LIMIT = 1.0 - 1e-9
@@ -315,6 +316,11 @@ def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
         found.append(JointSummary(str(joint), here.sizes["contact"], fraction, *_largest_force(run, here, str(joint))))
     return found
+
+
+def without_peaks(run: xr.Dataset) -> bool:
+    """Whether all contacts of a run are hard, so that they have impulses and no largest force."""
+    return "peak_force_estimate" in run and bool(np.isnan(run["peak_force"].values).all())
 
 
 def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float, float, bool]:

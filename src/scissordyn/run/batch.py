@@ -12,10 +12,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError, ScissordynError, did_you_mean
 from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
+from scissordyn.run.bar_measures import check_bars, of_samples
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import Threads
@@ -107,9 +108,10 @@ def simulate_cases(
     """The same with the options of `simulate` together, and the perturbations of the starts."""
     values = _columns(mechanism, over)
     chosen, spread = _chosen(measures), Threads(threads)
+    check_bars(mechanism, chosen)
     batch = _Batch(mechanism, values, chosen, perturbed)
     began = clocks.perf_counter()
-    interrupted = _run_all(batch, options, spread, progress)
+    interrupted = _run_all(batch, options, spread, progress) or _sample_all(batch, options)
     return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
 
 
@@ -253,6 +255,28 @@ def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callab
             if progress is not None:
                 progress(int(np.sum(batch.status != "pending")), cases)
     except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _sample_all(batch: _Batch, options: Options) -> bool:
+    """Simulate complete cases once more for measures of their samples; returns whether the user stopped it."""
+    wanted = {name: measure.samples for name, measure in batch.measures.items() if measure.samples}
+    if wanted and np.any(batch.members):
+        raise InputError(f"measure '{next(iter(wanted))}' of several members", "a measure of the loop, or members = 0 alone")
+    try:
+        for case in np.flatnonzero(batch.status == "complete") if wanted else ():
+            try:
+                found = of_samples(batch.mechanism(case), options, wanted.values())
+            except ScissordynError as error:
+                batch.failed(case, str(error))
+                for values in batch.values.values():
+                    values[case] = np.nan
+                continue
+            for name, variable in wanted.items():
+                batch.values[name][case] = found[variable]
+    except KeyboardInterrupt:
+        batch.status[case:] = "pending"
         return True
     return False
 

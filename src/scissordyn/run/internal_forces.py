@@ -47,6 +47,11 @@ class Bar(NamedTuple):
     whole: FlexibleBar | None = None
 
     @property
+    def parts(self) -> tuple[Beam | FlexibleBar, ...]:
+        """The components that it is made of."""
+        return (self.whole,) if self.whole else self.beams
+
+    @property
     def length(self) -> float:
         """Unstrained [m]."""
         return self.whole.length if self.whole else sum(beam.length for beam in self.beams)

@@ -25,6 +25,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.contacts import Contact, contacts
 from scissordyn.run.driver import Driver
 from scissordyn.run.events import ACCOUNTS, accounts
+from scissordyn.run.internal_forces import bars_of
 from scissordyn.run.peak_estimate import peak_forces
 from scissordyn.run.settling import SETTLING, settling_times
 
@@ -131,11 +132,13 @@ class Measure:
     ----------
     units, long_name : str
     dims : tuple of str
-        (), ("joint",), ("drive",), ("component",) or ("track",).
+        (), ("joint",), ("drive",), ("component",), ("track",) or ("bar",).
     value : callable
         From an `Ended` to a float or an array along the dimension.
     compares : bool
         Whether it is a deviation from the ideal mechanism, which is then simulated too.
+    samples : str
+        Variable of a run whose size it is in place of `value`; the case is simulated once more for its samples.
     """
 
     units: str
@@ -143,6 +146,12 @@ class Measure:
     dims: tuple[str, ...]
     value: Callable[[Ended], float | np.ndarray]
     compares: bool = False
+    samples: str = ""
+
+
+def _of_bars(units: str, quantity: str, text: str) -> Measure:
+    about = f"largest {text} of each bar that bends, among the samples"
+    return Measure(units, about, ("bar",), lambda _: math.nan, samples=f"bar_largest_{quantity}")
 
 
 def _energy(name: str) -> Measure:
@@ -206,6 +215,9 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_component_force": Measure(
             "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),
+        "peak_bar_stress": _of_bars("Pa", "stress", "stress in the extreme fibre"),
+        "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
+        "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
         **{name: _energy(name) for name in POWERS},
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
         "end": Measure("s", "time reached", (), lambda e: e.time),
@@ -244,13 +256,14 @@ def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
     Returns
     -------
     dict of str to list of str
-        By "joint", "drive", "component" and "track".
+        By "joint", "drive", "component", "track" and "bar".
     """
     return {
         "joint": [contact.name for contact in mechanism.contacts],
         "drive": [drive.body for drive in mechanism.drives],
         "component": [component.name for component in mechanism.components],
         "track": [track.name for track in mechanism.tracks],
+        "bar": [bar.name for bar in bars_of(mechanism)],
     }
 
 

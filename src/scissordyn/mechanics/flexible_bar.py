@@ -14,8 +14,10 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics.lanes import LANES, combine, padded, pull, stretch
+from scissordyn.mechanics.lanes import LANES, PAIRS, combine, join, padded, part, pull, stretch
 from scissordyn.mechanics.time_function import motion_at
+
+_PAIRS = PAIRS
 
 __all__ = [
     "add_flexible_bar",
@@ -52,13 +54,21 @@ def tables_of(bar, S):
 
 
 @kernel(inline=True)
+def whole_pairs(modes):
+    """How many of some vectors of modes are handled by vector instructions."""
+    return _PAIRS * (modes // _PAIRS)
+
+
+@kernel(inline=True)
 def read_vectors(bar, S, source, x, y):
     """Write the vectors of a bar's shapes, from positions or velocities."""
     M = S.model
     first, held, column, scale = M.bar[bar, 0], M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
-    for k in range(held, M.bar[bar, 1]):
-        x[k], y[k] = scale * source[column], scale * source[column + 1]
-        column += 2
+    whole = whole_pairs(M.bar[bar, 1] - held)
+    part(source, column, scale, x, y, held, whole)
+    for k in range(held + whole, M.bar[bar, 1]):
+        at = column + 2 * (k - held)
+        x[k], y[k] = scale * source[at], scale * source[at + 1]
     for k in range(held):
         sx = sy = 0.0
         start, stop = M.shape_start[first + k], M.shape_start[first + k + 1]
@@ -80,10 +90,12 @@ def add_vectors(bar, S, x, y, target):
     """Add forces on the vectors of a bar's shapes to those on all columns."""
     M = S.model
     first, held, column, scale = M.bar[bar, 0], M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
-    for k in range(held, M.bar[bar, 1]):
-        target[column] += scale * x[k]
-        target[column + 1] += scale * y[k]
-        column += 2
+    whole = whole_pairs(M.bar[bar, 1] - held)
+    join(target, column, scale, x, y, held, whole)
+    for k in range(held + whole, M.bar[bar, 1]):
+        at = column + 2 * (k - held)
+        target[at] += scale * x[k]
+        target[at + 1] += scale * y[k]
     for k in range(held):
         start, stop = M.shape_start[first + k], M.shape_start[first + k + 1]
         single = start + 2 * M.shape_pairs[first + k]

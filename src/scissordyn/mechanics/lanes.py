@@ -15,10 +15,13 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import lower_builtin, register_jitable, type_callable
 
-__all__ = ["LANES", "combine", "padded", "pull", "stretch"]
+__all__ = ["LANES", "PAIRS", "combine", "join", "padded", "part", "pull", "stretch"]
 
 LANES = 8
 """Rows of tables have a whole multiple of so many numbers, which processors take at once."""
+
+PAIRS = LANES // 2
+"""Plane vectors whose components fill the lanes."""
 
 TOGETHER = 2
 """Vectors of numbers that are summed at once: fewer sums wait for each other's latency."""
@@ -49,6 +52,20 @@ def pull(factor, force, size, rx, ry, fx, fy, width):
         fy[g] = each * ry[g]
 
 
+def part(source, first, factor, x, y, place, count):
+    """Write plane vectors, times a factor, from where they follow each other to their components; for whole `PAIRS`."""
+    for k in range(count):
+        x[place + k] = factor * source[first + 2 * k]
+        y[place + k] = factor * source[first + 2 * k + 1]
+
+
+def join(target, first, factor, x, y, place, count):
+    """Add plane vectors by their components, times a factor, to where they follow each other; for whole `PAIRS`."""
+    for k in range(count):
+        target[first + 2 * k] += factor * x[place + k]
+        target[first + 2 * k + 1] += factor * y[place + k]
+
+
 @register_jitable
 def padded(count: int) -> int:
     """The width of a row with so many numbers, in whole lanes."""
@@ -60,6 +77,8 @@ _VECTOR, _WORD = ir.VectorType(ir.DoubleType(), LANES), ir.IntType(64)
 
 type_callable(combine)(lambda context: lambda table, first, rows, width, x, y, sx, sy: types.none)
 type_callable(stretch)(lambda context: lambda rx, ry, free, size, strain, width: types.none)
+type_callable(part)(lambda context: lambda source, first, factor, x, y, place, count: types.none)
+type_callable(join)(lambda context: lambda target, first, factor, x, y, place, count: types.none)
 type_callable(pull)(lambda context: lambda factor, force, size, rx, ry, fx, fy, width: types.none)
 
 
@@ -112,6 +131,38 @@ def _generate_pull(context: Any, builder: Any, signature: Any, arguments: Any) -
     return context.get_dummy_value()
 
 
+_VECTORS = (types.Array, types.Integer, types.Float, types.Array, types.Array, types.Integer, types.Integer)
+_HALF = ir.VectorType(ir.DoubleType(), PAIRS)
+
+
+@lower_builtin(part, *_VECTORS)
+def _generate_part(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    source, first, factor, x, y, place, count = _data(context, builder, signature, arguments)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), count, ir.Constant(_WORD, PAIRS), _WORD) as (k, _):
+        pairs = builder.load(_at(builder, source, builder.add(first, builder.mul(k, ir.Constant(_WORD, 2)))), align=8)
+        scaled = builder.fmul(pairs, factor)
+        for target, odd in ((x, 0), (y, 1)):
+            chosen = _shuffled(builder, scaled, scaled, [2 * i + odd for i in range(PAIRS)])
+            builder.store(chosen, _at(builder, target, builder.add(place, k), _HALF), align=8)
+    return context.get_dummy_value()
+
+
+@lower_builtin(join, *_VECTORS)
+def _generate_join(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    target, first, factor, x, y, place, count = _data(context, builder, signature, arguments)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), count, ir.Constant(_WORD, PAIRS), _WORD) as (k, _):
+        one, other = (builder.load(_at(builder, each, builder.add(place, k), _HALF), align=8) for each in (x, y))
+        pairs = _shuffled(builder, one, other, [i // 2 + PAIRS * (i % 2) for i in range(LANES)])
+        at = _at(builder, target, builder.add(first, builder.mul(k, ir.Constant(_WORD, 2))))
+        builder.store(builder.fadd(builder.load(at, align=8), builder.fmul(pairs, factor)), at, align=8)
+    return context.get_dummy_value()
+
+
+def _shuffled(builder: Any, one: Any, other: Any, places: list[int]) -> Any:
+    """Numbers of two vectors, by their places."""
+    return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(ir.IntType(32), len(places)), places))
+
+
 def _splat(builder: Any, number: Any) -> Any:
     """A vector of the same number."""
     nothing, places = ir.Constant(_VECTOR, ir.Undefined), ir.VectorType(ir.IntType(32), LANES)
@@ -119,8 +170,8 @@ def _splat(builder: Any, number: Any) -> Any:
     return builder.shuffle_vector(one, nothing, ir.Constant(places, [0] * LANES))
 
 
-def _at(builder: Any, pointer: Any, place: Any) -> Any:
-    return builder.bitcast(builder.gep(pointer, [place]), _VECTOR.as_pointer())
+def _at(builder: Any, pointer: Any, place: Any, kind: Any = _VECTOR) -> Any:
+    return builder.bitcast(builder.gep(pointer, [place]), kind.as_pointer())
 
 
 @lower_builtin(combine, types.Array, types.Integer, types.Integer, types.Integer, *(types.Array,) * 4)

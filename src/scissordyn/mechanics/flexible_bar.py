@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics.lanes import LANES, PAIRS, combine, join, padded, part, pull, stretch
+from scissordyn.mechanics.lanes import LANES, PAIRS, combine, even, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
 _PAIRS = PAIRS
@@ -33,9 +33,9 @@ __all__ = [
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)
 """Places in the row of a bar's parameters."""
 
-QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, SIZE, AXIAL, ENDX, ENDY = range(15)
+QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, INVERSE, AXIAL, ENDX, ENDY = range(15)
 """Rows of `Workspace.bar`: vectors, their rates, forces; r' at the points; the vectors times -EI, followed by the
-forces on r'; strains at the points, |r'| and A e; r' at both ends."""
+forces on r'; strains at the points, 1/|r'| and A e; r' at both ends."""
 
 
 @kernel(inline=True)
@@ -50,7 +50,7 @@ def tables_of(bar, S):
     across, wide = padded(points), padded(count)
     slopes = weights + points
     stretching = slopes + count * (across + LANES)
-    return count, points, across, wide, weights, slopes, stretching, stretching + points * across
+    return count, points, across, wide, weights, slopes, stretching, stretching + even(points) * across
 
 
 @kernel(inline=True)
@@ -119,14 +119,14 @@ def warmth(t, i, S):
 
 @kernel(inline=True)
 def write_strains(bar, S, free):
-    """Write vectors, r' and its sizes, the strains beyond `free`, and A e; row HY is overwritten."""
+    """Write vectors, r' and one over its sizes, the strains beyond `free`, and A e."""
     table, B = S.model.bar_table, S.work.bar
     count, points, across, _, _, slopes, stretching, _ = tables_of(bar, S)
     x, y, rx, ry, e = B[QX], B[QY], B[RX], B[RY], B[STRETCH]
     read_vectors(bar, S, S.work.X, x, y)
     combine(table, slopes, count, across, x, y, rx, ry)
-    stretch(rx, ry, free, B[SIZE], e, across)
-    combine(table, stretching, points, across, e, e, B[AXIAL], B[HY])
+    stretch(rx, ry, free, B[INVERSE], e, across)
+    transform(table, stretching, even(points), across, e, B[AXIAL])
 
 
 @kernel()
@@ -139,7 +139,7 @@ def add_flexible_bar(t, i, S):
     factor, factor_rate = warmth(t, i, S)
     write_strains(bar, S, factor * p[STRAIN])
     stiffness = p[EI]
-    pull(-p[EA], axial, B[SIZE], B[RX], B[RY], hx[count:], hy[count:], across)
+    pull(-p[EA], axial, B[INVERSE], B[RX], B[RY], hx[count:], hy[count:], across)
     for k in range(count):
         hx[k] = -stiffness * x[k]
         hy[k] = -stiffness * y[k]

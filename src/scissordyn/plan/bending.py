@@ -13,7 +13,7 @@ from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.lanes import padded
+from scissordyn.mechanics.lanes import even, padded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
@@ -141,7 +141,8 @@ def bar_table(axis: Axis) -> np.ndarray:
     shapes = axis.shapes
     points, weights = shapes.quadrature
     slopes, at_ends = shapes.at(points, 1), shapes.at(np.array([0.0, shapes.places[-1]]), 1)
-    tables = slopes.T, at_ends.T, axis.stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
+    stretching = np.pad(axis.stretching, ((0, even(points.size) - points.size), (0, 0)))
+    tables = slopes.T, at_ends.T, stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
     return np.concatenate([weights, *(_padded(table).ravel() for table in tables)])
 
 

@@ -146,12 +146,11 @@ def _flexible(
         numbers[i] = bar
     found = [paired(each) for _, maps in bars for each in maps]
     shape_start, shape_column, shape_row = _stacked([each for each, _ in found], 2)
-    tables = [bar_table(axis) for axis in coordinates.natural.axes]
+    tables, table_start = _shared([bar_table(axis) for axis in coordinates.natural.axes])
     first = offsets(len(maps) for _, maps in bars)
-    table_start = offsets(table.size for table in tables)
     rows = [
         [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, [each for each, _ in found[at:]])]
-        for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start.tolist(), strict=False)
+        for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start, strict=False)
     ]
     read = [columns for columns, maps in bars for _ in maps]
     places = [np.searchsorted(columns, each.columns) for columns, (each, _) in zip(read, found, strict=True)]
@@ -159,7 +158,7 @@ def _flexible(
         "bar_of": numbers,
         "bar": np.array([row[:6] for row in rows], np.int64).reshape(-1, 6),
         "bar_scale": np.array([row[6] for row in rows], float),
-        "bar_table": np.concatenate([np.zeros(0), *tables]),
+        "bar_table": tables,
         "shape_start": shape_start,
         "shape_pairs": _integers([count for _, count in found]),
         "shape_column": shape_column,
@@ -169,6 +168,20 @@ def _flexible(
         "rail_table": rails.table,
         "rail_place": rails.places,
     }
+
+
+def _shared(tables: list[np.ndarray]) -> tuple[np.ndarray, list[int]]:
+    """Tables one after another, equal ones once as they stay in the processor's cache then; and where each begins."""
+    distinct: dict[bytes, int] = {}
+    parts, size, start = [np.zeros(0)], 0, []
+    for table in tables:
+        key = table.tobytes()
+        if key not in distinct:
+            distinct[key] = size
+            parts.append(table)
+            size += table.size
+        start.append(distinct[key])
+    return np.concatenate(parts), start
 
 
 def _integers(values: Iterable[int]) -> np.ndarray:

@@ -103,7 +103,8 @@ def monitor_stages(problem, T, t, h, s, w, S):
 def turns(T, row, known, w):
     """Whether the stages of a step leave room for a maximum inside, or its start is above the largest number known.
 
-    No room if the largest number is at an end, and the parabola through it and the two stages next to it has its vertex well outside.
+    No room if the largest number is at an end, and the parabola through it and the two stages next to it has its vertex well
+    outside.
     """
     start, end = w.monitored[0, row, 0], w.monitored[T.stages, row, 0]
     rises, edge = end >= start, max(start, end)

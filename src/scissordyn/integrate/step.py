@@ -168,7 +168,7 @@ def error_norm(T, h, s, w):
 
 @kernel(inline=True)
 def weigh_errors(T, h, size, start, stop, s, w):
-    """From estimates to weighted errors of a group whose components are of some size; without branches, for vector instructions."""
+    """From estimates to weighted errors of a group whose components are of some size; without branches."""
     first, second = w.estimate[0, start:stop], w.estimate[1, start:stop]
     absolute, relative, rounding = w.atol[start:stop], w.rtol[start:stop], w.rounding[start:stop]
     if T.combined == 0:

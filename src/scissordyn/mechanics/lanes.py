@@ -84,7 +84,7 @@ def padded(count: int) -> int:
 
 @register_jitable
 def even(count: int) -> int:
-    """This number, or the next one if it is odd."""
+    """The least even number that is not smaller."""
     return count + count % 2
 
 

@@ -140,7 +140,7 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances)
     """Whether all contacts are open once within `TRIAL` explicit steps from the start, which are made for it.
 
     Damping over the approach speed, which is next to nothing at rest, is stiff until a contact has been open. Bars that bend
-    often move away from it at once, where linearly implicit steps, with matrices of their many coordinates, cost ten times as much.
+    often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
 
     Parameters
     ----------

@@ -31,6 +31,9 @@ HINT = 0.98
 """Stages this near to the largest number so far hint at a maximum, unless all of them are further below it than they differ, or
 they rise or fall throughout: they are less accurate than the dense output."""
 
+STEADY = 0.5
+"""A number rises to the end of a step if its slope there is at least this part of that over the whole step."""
+
 GOLDEN = 0.3819660112501051
 
 WIDTH = 1e-7
@@ -103,8 +106,8 @@ def monitor_stages(problem, T, t, h, s, w, S):
 def turns(T, row, known, w):
     """Whether the stages of a step leave room for a maximum inside, or its start is above the largest number known.
 
-    No room if the largest number is at an end, and the parabola through it and the two stages next to it has its vertex well
-    outside.
+    No room if the largest number is at an end, and the parabola through it and the two stages next to it is steep there and has
+    its vertex well outside.
     """
     start, end = w.monitored[0, row, 0], w.monitored[T.stages, row, 0]
     rises, edge = end >= start, max(start, end)
@@ -130,7 +133,7 @@ def turns(T, row, known, w):
     slope = (first - edge) / one
     bend = ((second - first) / (other - one) - slope) / other
     slope -= bend * one
-    return not slope < -2.0 * NEARLY * abs(bend)
+    return not slope < -max(2.0 * NEARLY * abs(bend), STEADY * abs(end - start))
 
 
 @kernel(inline=True)

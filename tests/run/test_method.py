@@ -12,11 +12,11 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.trajectory import make_driver
 
-TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7, "modes": 2}
+TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
 
 
-def _array(*, bent: bool) -> sd.Mechanism:
-    """The paper's array, frictionless."""
+def _array(*, modes: int = 0, **friction: object) -> sd.Mechanism:
+    """The paper's array, frictionless unless said, with bars that bend if they have modes."""
     made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     loose = sd.Clearance(
         0.5e-3,
@@ -25,10 +25,10 @@ def _array(*, bent: bool) -> sd.Mechanism:
         material=sd.STEEL,
         stiffness=sd.Liu(),
         damping=sd.Flores(restitution=0.9),
-        friction=sd.NoFriction(),
+        **{"friction": sd.NoFriction(), **friction},  # type: ignore[arg-type]
     )
     made = made.with_clearance("A", loose)
-    return (made.with_bending(**TUBE) if bent else made).driven(speed=sd.rpm(150))  # type: ignore[arg-type]
+    return (made.with_bending(**TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def _array(*, bent: bool) -> sd.Mechanism:
 )
 def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
     """Contract: explicit steps where contacts that are closed at the start open at once, as those of bars that bend may."""
-    chosen = plan(_array(bent=bent))
+    chosen = plan(_array(modes=2 if bent else 0))
     driver, _, choice = make_driver(chosen, Options(1e-3, start=start))
     assert choice.method == driver.method == method
     asked, _, _ = make_driver(chosen, Options(1e-3, start=start, method=method))
@@ -52,10 +52,17 @@ def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> Non
     assert np.array_equal(driver.state.y, asked.state.y)
 
 
+@pytest.mark.parametrize(("modes", "method"), [(2, "rodas5p"), (24, "dop853")])
+def test_bristles_beside_many_modes(modes: int, method: str) -> None:
+    """Contract: explicit steps beside friction with internal states where implicit ones need large matrices."""
+    bent = _array(modes=modes, friction=sd.LuGre(kinetic=0.1))
+    assert make_driver(plan(bent), Options(1e-3))[2].method == method
+
+
 def test_explicit_steps_are_fewer_from_contact() -> None:
     """Identity: both integrators find the same motion of bars from contact; the chosen one makes fewer steps."""
     runs = {
-        method: sd.simulate(_array(bent=True), until=2e-3, start="in-contact", method=method) for method in ("auto", "rodas5p")
+        method: sd.simulate(_array(modes=2), until=2e-3, start="in-contact", method=method) for method in ("auto", "rodas5p")
     }
     chosen, stiff = (json.loads(run.attrs["statistics"]) for run in runs.values())
     assert chosen["jacobians"] == 0

@@ -39,6 +39,9 @@ MOST_EIGENVALUES = 400
 THIN_FILM = 3e5
 """Damping of a film of a two-hundredth of the clearance over that in the centre: 3 (2 h/c)^-2.5 of a short bearing."""
 
+DEAR_MATRICES = 150
+"""Number of states above which a linearly implicit step, with the matrices of bars that bend, costs over 30 explicit ones."""
+
 TRIAL = 500
 """Explicit steps in which a contact that is closed at the start has to open."""
 
@@ -98,7 +101,7 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     if options.method != "auto":
         return Choice(options.method, "asked for")
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
-    if stiff:
+    if stiff and not (bends(plan.mechanism) and y.size > DEAR_MATRICES):
         return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
     short = [joint.name for joint, _, oil in plan.lubricated if oil.bearing == "short"]
     if short:

@@ -265,7 +265,7 @@ def _sample_all(batch: _Batch, options: Options) -> bool:
     if wanted and np.any(batch.members):
         raise InputError(f"measure '{next(iter(wanted))}' of several members", "a measure of the loop, or members = 0 alone")
     try:
-        for case in np.flatnonzero(batch.status == "complete") if wanted else ():
+        for case in np.flatnonzero(batch.status == "complete").tolist() if wanted else ():
             try:
                 found = of_samples(batch.mechanism(case), options, wanted.values())
             except ScissordynError as error:

@@ -46,6 +46,7 @@ def hard_impact(t, h, y, S, H):
         if H.closed[i] == 1:
             kinematics(j, S)
             contact_rows(i, S, H)
+            H.yields[i] = 0
             H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
             H.bias[i] = H.turn[i] = H.turning_mass[i] = H.lag[i] = 0.0
     for c in range(H.damped.size):
@@ -94,6 +95,8 @@ def take_impacts(h, S, H):
         back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
         out[CLOSED] = 1.0 if back < ZENO * h else 0.0
         if out[CLOSED] == 0.0:
+            out[RESTITUTION_LOSS] += H.stored[i]
+            H.stored[i] = 0.0
             H.ahead[1] = min(H.ahead[1], back)
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)

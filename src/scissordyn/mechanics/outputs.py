@@ -227,9 +227,10 @@ def write_energies(at, t, S, R):
         for k in range(nb):
             kinetic += 0.5 * W.basis[1, i] * M.inertia_b[i, k] * W.basis[1, k]
     for j in range(S.parameters.contact.size):
-        if S.state.mode[j] == 1 and S.parameters.law[j].stiffness != 0:
+        if S.state.mode[j] == 1:
             law = S.parameters.law[j]
-            elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
+            force = law.stiffness if law.stiffness != 0 else law.closed
+            elastic += elastic_energy(law.energy, force, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
         stored += flexible_bar_energy(t, i, S) if M.component_port[i] == _AXIS else W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored

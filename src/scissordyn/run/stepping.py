@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stepping", "advance_stepping"]
 
-KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts")
+KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "stored")
 """What the next step depends on, and what has been counted."""
 
 

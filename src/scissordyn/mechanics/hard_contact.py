@@ -26,7 +26,7 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.component import linearise_component
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
-from scissordyn.mechanics.hard_elastic import settle_energy
+from scissordyn.mechanics.hard_elastic import law_depth, stored_energy
 from scissordyn.mechanics.hard_impact import STAYS
 from scissordyn.mechanics.hard_result import CLOSED, REBOUND, RESTITUTION_LOSS, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
@@ -112,19 +112,21 @@ def hard_step(t, h, y, new, S, H):
         return
     if acts_now:
         return_to_surfaces(h, new, S, H)
-    keep_pressed(h, new, S, H)
+    keep_pressed(h, y, new, S, H)
 
 
 @kernel(inline=True)
-def keep_pressed(h, new, S, H):
+def keep_pressed(h, y, new, S, H):
     """What elastic contacts have stored is no loss of theirs."""
     place_at_end(h, new, S)
     m = S.work.multiplier.size
     for i in range(H.which.size):
-        at = H.place[m + 2 * i]
-        H.pressed[i] = max(H.reached[i] - H.weight[i] * H.velocity[at], 0.0) if H.yields[i] == 1 and H.closed[i] == 1 else 0.0
+        acts = H.yields[i] == 1 and H.closed[i] == 1
+        H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
         depth, _ = gap(H.which[i], S)
-        H.result[i, RESTITUTION_LOSS] -= settle_energy(i, H.which[i], depth, S, H)
+        stored = 2 * S.model.n + S.model.state_start[H.which[i]] + 1
+        new[stored] = stored_energy(i, depth, S, H)
+        H.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
     place_at_middle(S, H)
 
 
@@ -332,7 +334,11 @@ def look_ahead(h, new, S, H):
         if H.closed[i] == 0:
             H.ahead[0] = max(H.ahead[0], depth)
         most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if H.locate[0] == 0 and H.impact[1] == 0 and H.was[i] == 0 and depth > most and depth - H.depth[i] > 0.5 * most:
+        if H.yields[i] == 1 and H.closed[i] == 1:
+            grown = depth - max(law_depth(i, H.place[S.work.multiplier.size + 2 * i], H), 0.0)
+        else:
+            grown = min(depth, 2.0 * (depth - H.depth[i]))
+        if H.locate[0] == 0 and H.impact[1] == 0 and grown > most:
             H.impact[1] = 1
     place_at_middle(S, H)
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 from scissordyn.jit import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 
-__all__ = ["FLOOR", "law_fits", "prepare_law", "settle_energy"]
+__all__ = ["FLOOR", "law_depth", "law_fits", "prepare_law", "stored_energy"]
 
 FLOOR = 1e-3
 """Indentation, as a fraction of the clearance, below which the law is taken as linear."""
@@ -52,6 +52,12 @@ def linearise_law(i, delta, H):
 
 
 @kernel(inline=True)
+def law_depth(i, at, H):
+    """Indentation [m] whose force hard contact i has had in the step."""
+    return H.reached[i] - H.weight[i] * H.velocity[at]
+
+
+@kernel(inline=True)
 def prepare_law(i, at, H):
     """Write what the equations of a closed, elastic contact read; `HardContacts.turn` has T."""
     h, turn, before = H.size[0], H.turn[i], H.before[at]
@@ -75,7 +81,7 @@ def law_fits(m, H):
         if H.closed[i] == 0 or H.yields[i] == 0:
             continue
         at = H.place[m + 2 * i]
-        delta = H.reached[i] - H.weight[i] * H.velocity[at]
+        delta = law_depth(i, at, H)
         force, _ = law_at(i, max(delta, 0.0), H)
         if abs(h * force - H.impulse[at]) > MISFIT * max(h * force, H.impulse[at]) + NEGLIGIBLE * largest:
             linearise_law(i, max(delta, 0.0), H)
@@ -84,10 +90,6 @@ def law_fits(m, H):
 
 
 @kernel(inline=True)
-def settle_energy(i, j, depth, S, H):
-    """Elastic energy [J] that hard contact i has gained since the last step; `depth` is its indentation now."""
-    before = H.stored[i]
-    H.stored[i] = 0.0
-    if S.state.mode[j] == 1:
-        H.stored[i] = elastic_energy(S.parameters.law[j].energy, H.law[i], depth, H.elastic[i])
-    return H.stored[i] - before
+def stored_energy(i, depth, S, H):
+    """Elastic energy [J] of hard contact i at an indentation, 0 if it is open."""
+    return elastic_energy(H.energy[i], H.law[i], depth, H.elastic[i]) if S.state.mode[H.which[i]] == 1 else 0.0

@@ -46,14 +46,14 @@ class HardContacts(NamedTuple):
     lag: F1  # (k,) and its part that is known [N s]
     offset: F1  # (k,) e U- + bias
     law: I1  # (k,) address of the force of its stiffness law
-    elastic: F2  # (k, PARAMETERS) and its numbers
+    energy: I1  # (k,) and of its energy, or 0
+    elastic: F2  # (k, PARAMETERS) and their numbers
     floor: F1  # (k,) indentation below which the law is taken as linear [m]
     yields: I1  # (k,) whether it is elastic in the present step
     pressed: F1  # (k,) indentation at which the law was evaluated in the last step [m]
     reached: F1  # (k,) indentation of the law without U+ [m]
     weight: F1  # (k,) and what it is less for U+ [s]
     compliance: F1  # (k,) speed for P_N [1/kg]
-    stored: F1  # (k,) elastic energy [J]
     size: F1  # (1,) of the present step [s]
     damped: I1  # (c,) components whose force depends on their speed
     damping: I1  # (c,) whether it does now

@@ -45,9 +45,9 @@ CONTACT = np.dtype(
         ("plane", "i8"),  # 1 for a corner at a guide surface, 0 for a journal in a bearing
     ]
 )
-LAW = np.dtype([(name, "i8") for name in ("stiffness", "energy", "damping", "friction", "start", "limit", "closed")])
+LAW = np.dtype([(name, "i8") for name in ("stiffness", "energy", "damping", "friction", "start", "limit")])
 """Addresses of the kernels of a contact's laws, or 0: elastic force and energy, normal force, friction, its states at the start
-of a contact and its limit; elastic force of a hard contact that is closed."""
+of a contact and its limit."""
 
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]

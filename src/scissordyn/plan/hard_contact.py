@@ -56,6 +56,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         lag=np.zeros(count),
         offset=np.zeros(count),
         law=np.zeros(count, np.int64),
+        energy=np.zeros(count, np.int64),
         elastic=np.zeros((count, PARAMETERS)),
         floor=np.zeros(count),
         yields=np.zeros(count, np.int64),
@@ -63,7 +64,6 @@ def hard_contacts(plan: Plan) -> HardContacts:
         reached=np.zeros(count),
         weight=np.zeros(count),
         compliance=np.zeros(count),
-        stored=np.zeros(count),
         size=np.zeros(1),
         damped=np.array(damped, np.int64),
         damping=np.zeros(len(damped), np.int64),
@@ -124,9 +124,11 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         clearance = plan.contacts[j].clearance
         assert clearance is not None
         made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
-        made.law[i], made.elastic[i] = addresses(clearance.stiffness)["force"], row_of(clearance.stiffness, clearance.surfaces)
+        kernels = addresses(clearance.stiffness)
+        made.law[i], made.energy[i] = kernels["force"], kernels["energy"]
+        made.elastic[i] = row_of(clearance.stiffness, clearance.surfaces)
         made.floor[i] = FLOOR * clearance.clearance
-    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.stored):
+    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed):
         part[:] = 0
     made.ahead[:] = -np.inf, np.inf
 

@@ -57,10 +57,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
             p["normal_x"], p["normal_y"] = contact.normal
         if clearance.contact == "hard":
-            # no laws in the equations of motion: see `plan.hard_contact`
-            tables[0, j], law[j]["energy"] = row_of(clearance.stiffness, joint), addresses(clearance.stiffness)["energy"]
-            law[j]["closed"] = addresses(clearance.stiffness)["force"]
-            continue
+            continue  # no laws: see `plan.hard_contact`
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
             tables[which, j] = row_of(chosen, joint)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stepping", "advance_stepping"]
 
-KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "stored")
+KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed")
 """What the next step depends on, and what has been counted."""
 
 
@@ -78,7 +78,7 @@ class Stepping:
 
     def forget(self) -> None:
         """Begin anew from a state that was put back."""
-        for name in ("mode", "stuck", "slope"):
+        for name in ("mode", "stuck", "slope", "pressed"):
             getattr(self.content, name)[:] = 0
         self.content.ahead[:] = -np.inf, np.inf
 

@@ -325,7 +325,10 @@ def test_modes_until_a_number_stays() -> None:
     assert counts == [2, 4, 6, 8, 12, 16, 20, 24, 32][: len(counts)]
     assert found.setting == counts[-3]
     assert all(abs(force / forces[-1] - 1.0) < 0.05 for force in forces[-3:])
-    assert forces[-1] == pytest.approx(float(sd.simulate(_struck(int(counts[-1])), until=2.5e-3)["peak_force"].max()), rel=1e-9)
+    alone = sd.simulate(_struck(int(counts[-1])), until=2.5e-3)
+    # the mean of runs whose starts differ by round-off: as near as they are to each other
+    assert forces[-1] == pytest.approx(float(alone["peak_force"].max()), rel=2.0 * found.levels[-1].spread + 1e-12)
+    assert found.levels[-1].spread < 1e-7
     with pytest.raises(InputError, match="no bar that bends"):
         sd.convergence(_struck("auto").ideal().with_parts({"components": ()}), options, "drive_work", over="modes")
 

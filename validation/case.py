@@ -208,6 +208,7 @@ ZOO = {
     "n_four_bar": "a02-n-four-bar",
     "slider_crank": "flores-slider-crank",
     "squeezer": "a03-squeezer",
+    "records": "woodpecker",
 }
 """Cases whose mechanism is in the zoo, by its name there."""
 

@@ -15,6 +15,7 @@ from validation.guide.case import CASE as GUIDE
 from validation.hard_contact.case import CASE as HARD_CONTACT
 from validation.n_four_bar.case import CASE as N_FOUR_BAR
 from validation.pendulum.case import CASE as PENDULUM
+from validation.records.case import CASE as RECORDS
 from validation.slider_crank.case import CASE as SLIDER_CRANK
 from validation.sliding.case import CASE as SLIDING
 from validation.spring_pendulum.case import CASE as SPRING_PENDULUM
@@ -31,6 +32,7 @@ CASES: tuple[Case, ...] = (
     HARD_CONTACT,
     FOUR_BAR,
     CONTROLLED_FOUR_BAR,
+    RECORDS,
     ARRAY,
     SPRING_PENDULUM,
     CRADLE,

@@ -167,8 +167,9 @@ called so. Chrono and Siconos do not install (tried on 2026-11-22): neither has 
 errors and times are compared.
 
 Published computations are compared where a source gives parameters and results as numbers: problems A01 to A03, the
-mass on the belt, the slider-crank with a clearance guide, and the controlled four-bar linkage with three clearance joints; the
-last two from the examples of Siconos. Also searched on 2026-11-22, in stored copies of public repositories: Chrono (a joint
+mass on the belt, the slider-crank with a clearance guide, the controlled four-bar linkage with three clearance joints, and the
+woodpecker; the last three from the examples of Siconos. Also searched on 2026-11-22, in stored copies of public repositories:
+Chrono (a joint
 class with clearance; no results of it as numbers), Siconos's slider-crank of CAD bodies (contact of their surfaces in space),
 cardillo (the same clearance guide, results as pictures only), Modelica, Assimulo and scipy_dae (the squeezing mechanism with
 the same parameters), OpenSim's models of A01 to A05 (<https://github.com/RehabEngGroup/MBSbenchmarksInOpenSim>; results as

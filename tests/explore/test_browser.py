@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -328,6 +329,28 @@ samples = 201
         assert HOSTILE in names
         opened.errors = [error for error in opened.errors if not error.startswith("a request to file:")]
         opened.close()
+
+
+def test_hard_contact(browser: Any, tmp_path: Path) -> None:
+    """Identity: a page of hard contact opens, its clearance changes, a pin is dragged, and no number of it is unknown."""
+    case = tmp_path / "hard.toml"
+    hard = 'mm"\ncontact = "hard"'
+    case.write_text(CASE.replace('0.5 mm"', f"0.5 {hard}").replace('0.3 mm"', f"0.3 {hard}"))
+    with served(case) as url:
+        tab = Tab(browser, url)
+        first = tab.run
+        assert "impulse [N s]" in tab.table()["titles"]
+        tab.type("clearance.0.clearance", "0.2 mm")
+        second = tab.ready(first)
+        x, y = tab.handle("unit 1/upper")
+        tab.page.mouse.move(x, y)
+        tab.page.mouse.down()
+        tab.page.mouse.move(x + 10.0, y - 5.0, steps=2)
+        tab.page.mouse.up()
+        tab.ready(second)
+        assert tab.page.get_by_text(", an estimate").count() == 1
+        assert tab.page.get_by_text(re.compile(r"\bnan\b", re.IGNORECASE)).count() == 0
+        tab.close()
 
 
 @pytest.mark.parametrize("width", [420, 800, 1280, 1920])

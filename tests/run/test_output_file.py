@@ -232,3 +232,21 @@ for _ in range(60):
 def test_a_file_that_was_not_opened_is_closed() -> None:
     """Identity: nothing is wrong with it if a signal came between its creation and its opening."""
     NetcdfFile.__new__(NetcdfFile).close()
+
+
+def test_an_interrupt_inside_the_library_is_no_broken_file(
+    run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: the library is asked once more, as an interrupt comes out of it once, as whatever exception."""
+    target = save(run, tmp_path / "run.nc")
+    causes = iter([RuntimeError("interrupted")])
+
+    class Interrupted(NetcdfFile):
+        def __init__(self, path: str | os.PathLike[str]) -> None:
+            for cause in causes:
+                raise cause
+            super().__init__(path)
+
+    monkeypatch.setattr("scissordyn.file.netcdf.NetcdfFile", Interrupted)
+    check_target(target)
+    assert next(causes, None) is None

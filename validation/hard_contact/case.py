@@ -1,19 +1,16 @@
-"""Hard contact: closed forms, rigid impacts event by event, and a published record of time stepping."""
+"""Hard contact: closed forms, and rigid impacts event by event."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-import xarray as xr
-
 import scissordyn as sd
 from reference.moreau import SliderCrank
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.friction.coulomb import Coulomb
-from validation.case import Case, Check, Printed, mechanism, run
-from validation.guide.record import REVOLUTIONS
+from validation.case import Case, Check, run
 from validation.guide.reference import cluster
+from validation.records.models import slider_crank
 
 __all__ = ["CASE"]
 
@@ -39,29 +36,6 @@ def block(*, velocity: float = 0.0, angle: float = 0.0, friction: float) -> sd.M
     wide = sd.GuideClearance(GAP, corners=corners, corner_radius=1e-7, **laws)
     one = sd.Mechanism((body,), guides=(sd.Guide("channel", ("block", "middle")),), output_body="block")
     return one.with_clearance("channel", wide)
-
-
-def slider_crank(*, rotation: float) -> sd.Mechanism:
-    """The slider-crank with the clearance guide, hard corners and Coulomb friction."""
-    one = mechanism("guide").replace("body.slider.angular_velocity", rotation)
-    wide = one.guides[0].clearance
-    assert wide is not None
-    corners = wide.corners
-    hard = sd.GuideClearance(
-        1e-3,
-        corners=corners,
-        corner_radius=1e-9,
-        damping=sd.law("damping", "exact")(0.4),
-        friction=Coulomb(0.01),
-        contact="hard",
-    )
-    return one.with_clearance("guide", hard)
-
-
-def revolutions(found: xr.Dataset) -> dict[float, float]:
-    """Revolutions of the crank at the times of the record."""
-    angle = found["angle"].sel(body="crank").values / (2.0 * math.pi)
-    return {time: float(np.interp(time, found["time"].values, angle)) for time, _ in REVOLUTIONS}
 
 
 def checks() -> list[Check]:
@@ -122,10 +96,4 @@ def of_the_blocks() -> list[Check]:
     ]
 
 
-def published() -> list[Printed]:
-    """Revolutions of the record at its step, by our time stepping at that step."""
-    found = revolutions(sd.simulate(slider_crank(rotation=0.0), until=0.2, start="as-placed", step=1e-4, events="crossed"))
-    return [Printed(f"crank's revolutions at {1e3 * time:g} ms", turned, found[time], 0.02) for time, turned in REVOLUTIONS]
-
-
-CASE = Case(NAME, "Hard contact", checks, published=published)
+CASE = Case(NAME, "Hard contact", checks)

@@ -76,6 +76,12 @@ def compare(
             shown = (cell(each, unit) if unit else f"{each:g}" for each in (value, theirs))
             table.add_row(name, *shown, change(value, theirs))
     to.print(table)
+    hard = [name for name, one in zip(names, (first, second), strict=True) if "peak_force_estimate" in one]
+    if hard:
+        to.print(
+            f"Hard contact in {' and '.join(hard)}: largest forces are estimates, driving torques leave impacts out.",
+            markup=False,
+        )
     if output is not None:
         from scissordyn.plot.comparison import comparison
 
@@ -114,15 +120,15 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     import numpy as np
 
     from scissordyn.run.joints import clearance_joints
+    from scissordyn.run.summary import joint_summaries
 
+    largest = {joint.name: joint.largest for joint in joint_summaries(run)} if "contact_joint" in run else {}
     found: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
     joint_of = run["contact_joint"].values.astype(str) if "contact_joint" in run else np.empty(0, str)
     for joint in clearance_joints(run):
-        ours = joint_of == joint
-        peaks = run["peak_force"].values[ours]
-        found[f"contacts at {joint}"] = (float(ours.sum()), "")
-        if peaks.size:
-            found[f"largest force at {joint}"] = (float(np.max(peaks)), "N")
+        found[f"contacts at {joint}"] = (float((joint_of == joint).sum()), "")
+        if math.isfinite(largest.get(joint, math.nan)):
+            found[f"largest force at {joint}"] = (largest[joint], "N")
     if "peak_drive_torque" in run:
         found["largest driving torque"] = (float(np.max(np.abs(run["peak_drive_torque"].values))), "N m")
     if "peak_control_torque" in run:

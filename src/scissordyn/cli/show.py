@@ -19,7 +19,7 @@ from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.summary import JointSummary, joint_summaries, summary_of
+from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, summary_of, without_peaks
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 
@@ -107,7 +107,12 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     shown = run.isel(contact=slice(0, rows))
     count = shown.sizes["contact"]
     columns = [("contact", list(map(str, range(1, count + 1)))), ("joint", shown["contact_joint"].values.tolist())]
+    impulses = without_peaks(run)
     for title, name, unit, factor in HEADINGS:
+        if impulses and name == "peak_time":
+            continue
+        if impulses and name == "peak_force":
+            title, name, unit = "impulse", "impulse", "N s"
         unit, texts = column(shown[name].values * factor, unit)
         columns.append((f"{title}\n[{unit}]", texts))
     left = _print_columns(columns, to)
@@ -161,7 +166,7 @@ def _locked_and_stopped(run: xr.Dataset) -> list[str]:
 
 def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
     """A table of the contacts of many joints, those with the largest forces first."""
-    ordered = sorted(joints, key=lambda joint: -joint.largest)
+    ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))
     force, largest = column(np.array([joint.largest for joint in ordered]), "N")
     time, when = column(np.array([joint.when for joint in ordered]), "s")
     _print_columns(
@@ -174,6 +179,14 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
         ],
         to,
     )
+
+
+def _largest(joint: JointSummary) -> str:
+    """The largest force at a joint, in words."""
+    if math.isnan(joint.largest):
+        return "no largest force, as contact is hard"
+    estimated = f", {ESTIMATE}" if joint.estimated else ""
+    return f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}{estimated}"
 
 
 def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = None) -> None:
@@ -199,7 +212,7 @@ def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = Non
     else:
         parts += [
             f"Joint {joint.name}: {counted(joint.contacts)}, in contact {100.0 * joint.fraction:.3g} % of the time, "
-            f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}."
+            f"{_largest(joint)}."
             for joint in joints
         ]
     parts += _locked_and_stopped(run)

@@ -38,7 +38,9 @@ def cards(summary: Summary) -> list[Card]:
 
 def _cards(summary: Summary) -> Iterator[Card]:
     if summary.force is not None:
-        detail = f"{summary.force.joint}, at {short(summary.force.when, 's')}"
+        detail = (
+            f"{summary.force.joint}, at {short(summary.force.when, 's')}{', an estimate' if summary.force.estimated else ''}"
+        )
         yield _card("largest force", short(summary.force.force, "N"), detail)
     yield from map(_of_point, sorted(summary.points, key=lambda point: -point.share)[:MOST_CARDS])
     torques = [each for each in summary.actuators if math.isfinite(each.torque)]

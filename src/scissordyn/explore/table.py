@@ -8,6 +8,7 @@ import numpy as np
 
 from scissordyn.numeral import decimals
 from scissordyn.plot.scale import Scale, engineering
+from scissordyn.run.summary import without_peaks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +43,10 @@ def contact_table(run: xr.Dataset) -> dict[str, Any]:
         "joints", "seconds" (of the starts), and "columns" with their titles, numbers and "places", see `numeral.numeral`.
     """
     columns = []
+    impulses = without_peaks(run)
     for name, title, unit in COLUMNS:
+        if impulses and name == "peak_force":
+            name, title, unit = "impulse", "impulse", "N s"
         values = run[name].values
         finite = np.abs(values[np.isfinite(values)])
         scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)

@@ -121,11 +121,13 @@ def _is_ours(path: str | os.PathLike[str], replace_broken: bool) -> bool:
         return False
     from scissordyn.file.netcdf import NetcdfFile
 
-    try:
-        with NetcdfFile(path) as stored:
-            return str(stored.attrs.get("title", "")).startswith(OURS)
-    except Exception:  # half a file: the library raises whatever it likes
-        return replace_broken
+    for _ in range(2):  # an interrupt inside the library comes out of it as any exception, as half a file does, but once only
+        try:
+            with NetcdfFile(path) as stored:
+                return str(stored.attrs.get("title", "")).startswith(OURS)
+        except Exception:
+            continue
+    return replace_broken
 
 
 def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sample: str = "-o run.nc") -> Path:

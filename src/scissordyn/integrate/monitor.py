@@ -28,7 +28,11 @@ EDGE = 2e-5
 """A maximum nearer to the end of a step, in parts of the step, is taken to be there."""
 
 HINT = 0.98
-"""Stages this near to the largest number so far hint at a maximum: they are less accurate than the dense output."""
+"""Stages this near to the largest number so far hint at a maximum, unless all of them are further below it than they differ, or
+they rise or fall throughout: they are less accurate than the dense output."""
+
+STEADY = 0.5
+"""A number rises to the end of a step if its slope there is at least this part of that over the whole step."""
 
 GOLDEN = 0.3819660112501051
 
@@ -80,20 +84,56 @@ def monitor_stages(problem, T, t, h, s, w, S):
     for row in range(s.peak.shape[0]):
         if not followed(row, s):
             continue
-        peak, highest = s.peak[row], 0.0
+        peak, highest, lowest = s.peak[row], 0.0, math.inf
         for stage in range(T.stages):
             weight = h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage])
             for q in range(w.monitored.shape[2]):
                 peak[INTEGRAL + q] += weight * w.monitored[stage, row, q]
-            highest = max(highest, w.monitored[stage, row, 0])
+            if T.followed[stage] == 1:
+                highest = max(highest, w.monitored[stage, row, 0])
+                lowest = min(lowest, w.monitored[stage, row, 0])
         best = max(peak[LARGEST], w.monitored[T.stages, row, 0])
-        if highest >= HINT * best and highest > 0.0:
+        if highest >= HINT * best and 2.0 * highest - lowest >= best and highest > 0.0 and turns(T, row, peak[LARGEST], w):
             if not looked:
                 look_inside(problem, T, t, h, s, w, S)
                 looked = True
             find_peak(problem, T, row, t, h, s, w, S)
         elif best > peak[LARGEST]:
             peak[LARGEST], peak[WHEN] = best, t + h
+
+
+@kernel(inline=True)
+def turns(T, row, known, w):
+    """Whether the stages of a step leave room for a maximum inside, or its start is above the largest number known.
+
+    No room if the largest number is at an end, and the parabola through it and the two stages next to it is steep there and has
+    its vertex well outside.
+    """
+    start, end = w.monitored[0, row, 0], w.monitored[T.stages, row, 0]
+    rises, edge = end >= start, max(start, end)
+    if start > known and not rises:
+        return True
+    one = other = 2.0  # places of the two stages, and their numbers: counted from the higher end
+    first = second = 0.0
+    for stage in range(1, T.stages):
+        place, number = T.nodes[stage], w.monitored[stage, row, 0]
+        if T.followed[stage] == 0 or not 0.0 < place < 1.0:
+            continue
+        if number > edge:
+            return True
+        if rises:
+            place = 1.0 - place
+        if place < one:
+            other, second = one, first
+            one, first = place, number
+        elif place < other:
+            other, second = place, number
+    if other > 1.0:
+        return True
+    slope = (first - edge) / one
+    bend = ((second - first) / (other - one) - slope) / other
+    slope -= bend * one
+    return not slope < -max(2.0 * NEARLY * abs(bend), STEADY * abs(end - start))
 
 
 @kernel(inline=True)

@@ -140,7 +140,6 @@ def error_norm(T, h, s, w):
     """
     y, new, K, estimate = s.y, w.new, w.stages, w.estimate
     worst = 0.0
-    factor = h if T.kind == _EXPLICIT else 1.0
     stages = T.stages + 1 if T.kind == _EXPLICIT else T.stages
     for which in range(1 + T.combined):
         for i in range(y.size):
@@ -157,16 +156,29 @@ def error_norm(T, h, s, w):
         if not square < math.inf:
             return math.nan
         size = math.sqrt(square / (stop - start))
+        weigh_errors(T, h, size, start, stop, s, w)
         for i in range(start, stop):
-            weight = w.atol[i] + w.rtol[i] * size + w.rounding[i] / h
-            error = abs(factor * estimate[0, i]) / weight
-            if T.combined == 1:
-                other = abs(factor * estimate[1, i]) / weight
-                if error != 0.0:
-                    error = error * error / math.sqrt(error * error + 0.01 * other * other)
             # a NaN must not hide behind a comparison that is false
-            if not error <= worst:
-                worst = error
-            if worst != worst:
-                return worst
+            if not estimate[0, i] <= worst:
+                worst = estimate[0, i]
+                if worst != worst:
+                    return worst
     return worst
+
+
+@kernel(inline=True)
+def weigh_errors(T, h, size, start, stop, s, w):
+    """From estimates to weighted errors of a group whose components are of some size; without branches."""
+    first, second = w.estimate[0, start:stop], w.estimate[1, start:stop]
+    absolute, relative, rounding = w.atol[start:stop], w.rtol[start:stop], w.rounding[start:stop]
+    if T.combined == 0:
+        factor = h if T.kind == _EXPLICIT else 1.0
+        for i in range(first.size):
+            first[i] = abs(factor * first[i]) / (absolute[i] + relative[i] * size + rounding[i] / h)
+        return
+    for i in range(first.size):
+        weight = absolute[i] + relative[i] * size + rounding[i] / h
+        error, other = abs(h * first[i]) / weight, abs(h * second[i]) / weight
+        root = math.sqrt(error * error + 0.01 * other * other)
+        # no error needs no quotient, which would be 0/0
+        first[i] = error * error / (root if error != 0.0 else 1.0)

@@ -14,8 +14,10 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics.lanes import LANES, combine, padded, pull, stretch
+from scissordyn.mechanics.lanes import LANES, PAIRS, combine, even, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
+
+_PAIRS = PAIRS
 
 __all__ = [
     "add_flexible_bar",
@@ -31,9 +33,10 @@ __all__ = [
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)
 """Places in the row of a bar's parameters."""
 
-QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, SIZE, AXIAL, ENDX, ENDY = range(15)
+QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, INVERSE, AXIAL, ENDX, ENDY, HELD, READ = range(17)
 """Rows of `Workspace.bar`: vectors, their rates, forces; r' at the points; the vectors times -EI, followed by the
-forces on r'; strains at the points, |r'| and A e; r' at both ends."""
+forces on r'; strains at the points, 1/|r'| and A e; r' at both ends; the vectors of static
+shapes one after another, and the columns that they depend on."""
 
 
 @kernel(inline=True)
@@ -48,52 +51,53 @@ def tables_of(bar, S):
     across, wide = padded(points), padded(count)
     slopes = weights + points
     stretching = slopes + count * (across + LANES)
-    return count, points, across, wide, weights, slopes, stretching, stretching + points * across
+    return count, points, across, wide, weights, slopes, stretching, stretching + even(points) * across
+
+
+@kernel(inline=True)
+def whole_pairs(modes):
+    """How many of some vectors of modes are handled by vector instructions."""
+    return _PAIRS * (modes // _PAIRS)
 
 
 @kernel(inline=True)
 def read_vectors(bar, S, source, x, y):
     """Write the vectors of a bar's shapes, from positions or velocities."""
     M = S.model
-    first, held, column, scale = M.bar[bar, 0], M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
-    for k in range(held, M.bar[bar, 1]):
-        x[k], y[k] = scale * source[column], scale * source[column + 1]
-        column += 2
+    held, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
+    whole = whole_pairs(M.bar[bar, 1] - held)
+    part(source, column, scale, x, y, held, whole)
+    for k in range(held + whole, M.bar[bar, 1]):
+        at = column + 2 * (k - held)
+        x[k], y[k] = scale * source[at], scale * source[at + 1]
+    held_of, table, columns, at = S.work.bar[HELD], M.bar[bar, 6], M.bar[bar, 7], M.bar[bar, 8]
+    read, wide = S.work.bar[READ], padded(2 * held)
+    for c in range(columns):
+        read[c] = source[M.bar_column[at + c]]
+    read[columns] = 0.0
+    transform(M.bar_table, table, even(columns), wide, read, held_of)
     for k in range(held):
-        sx = sy = 0.0
-        start, stop = M.shape_start[first + k], M.shape_start[first + k + 1]
-        single = start + 2 * M.shape_pairs[first + k]
-        for e in range(start, single, 2):
-            a, b, column = M.shape_row[0, e], M.shape_row[1, e], M.shape_column[e]
-            u, v = source[column], source[column + 1]
-            sx += a * u - b * v
-            sy += b * u + a * v
-        for e in range(single, stop):
-            value = source[M.shape_column[e]]
-            sx += M.shape_row[0, e] * value
-            sy += M.shape_row[1, e] * value
-        x[k], y[k] = sx, sy
+        x[k], y[k] = held_of[2 * k], held_of[2 * k + 1]
 
 
 @kernel(inline=True)
 def add_vectors(bar, S, x, y, target):
     """Add forces on the vectors of a bar's shapes to those on all columns."""
     M = S.model
-    first, held, column, scale = M.bar[bar, 0], M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
-    for k in range(held, M.bar[bar, 1]):
-        target[column] += scale * x[k]
-        target[column + 1] += scale * y[k]
-        column += 2
+    held, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
+    whole = whole_pairs(M.bar[bar, 1] - held)
+    join(target, column, scale, x, y, held, whole)
+    for k in range(held + whole, M.bar[bar, 1]):
+        at = column + 2 * (k - held)
+        target[at] += scale * x[k]
+        target[at + 1] += scale * y[k]
+    held_of, table, columns, at = S.work.bar[HELD], M.bar[bar, 6], M.bar[bar, 7], M.bar[bar, 8]
+    read, table = S.work.bar[READ], table + even(columns) * padded(2 * held)
     for k in range(held):
-        start, stop = M.shape_start[first + k], M.shape_start[first + k + 1]
-        single = start + 2 * M.shape_pairs[first + k]
-        sx, sy = x[k], y[k]
-        for e in range(start, single, 2):
-            a, b, column = M.shape_row[0, e], M.shape_row[1, e], M.shape_column[e]
-            target[column] += a * sx + b * sy
-            target[column + 1] += a * sy - b * sx
-        for e in range(single, stop):
-            target[M.shape_column[e]] += M.shape_row[0, e] * sx + M.shape_row[1, e] * sy
+        held_of[2 * k], held_of[2 * k + 1] = x[k], y[k]
+    transform(M.bar_table, table, 2 * held, padded(columns), held_of, read)
+    for c in range(columns):
+        target[M.bar_column[at + c]] += read[c]
 
 
 @kernel(inline=True)
@@ -107,14 +111,14 @@ def warmth(t, i, S):
 
 @kernel(inline=True)
 def write_strains(bar, S, free):
-    """Write vectors, r' and its sizes, the strains beyond `free`, and A e; row HY is overwritten."""
+    """Write vectors, r' and one over its sizes, the strains beyond `free`, and A e."""
     table, B = S.model.bar_table, S.work.bar
     count, points, across, _, _, slopes, stretching, _ = tables_of(bar, S)
     x, y, rx, ry, e = B[QX], B[QY], B[RX], B[RY], B[STRETCH]
     read_vectors(bar, S, S.work.X, x, y)
     combine(table, slopes, count, across, x, y, rx, ry)
-    stretch(rx, ry, free, B[SIZE], e, across)
-    combine(table, stretching, points, across, e, e, B[AXIAL], B[HY])
+    stretch(rx, ry, free, B[INVERSE], e, across)
+    transform(table, stretching, even(points), across, e, B[AXIAL])
 
 
 @kernel()
@@ -127,7 +131,7 @@ def add_flexible_bar(t, i, S):
     factor, factor_rate = warmth(t, i, S)
     write_strains(bar, S, factor * p[STRAIN])
     stiffness = p[EI]
-    pull(-p[EA], axial, B[SIZE], B[RX], B[RY], hx[count:], hy[count:], across)
+    pull(-p[EA], axial, B[INVERSE], B[RX], B[RY], hx[count:], hy[count:], across)
     for k in range(count):
         hx[k] = -stiffness * x[k]
         hy[k] = -stiffness * y[k]

@@ -14,11 +14,11 @@ from scissordyn.mechanics.flexible_bar import (
     FY,
     HX,
     HY,
+    INVERSE,
     QX,
     QY,
     RX,
     RY,
-    SIZE,
     STRAIN,
     TAU,
     VX,
@@ -75,9 +75,9 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
     """Add the derivatives of -N t at a point: strains at all points change N, directions at this one t."""
     table, B, K = S.model.bar_table, S.work.bar, S.work.bar_by_x
     count, points, across, wide, _, _, stretching, forces = tables_of(bar, S)
-    rx, ry, sizes, axial = B[RX], B[RY], B[SIZE], B[AXIAL]
+    rx, ry, inverse, axial = B[RX], B[RY], B[INVERSE], B[AXIAL]
     first, row = forces + (count + g) * wide, stretching + g * across
-    tx, ty, over = rx[g] / sizes[g], ry[g] / sizes[g], p[EA] * axial[g] / sizes[g]
+    tx, ty, over = rx[g] * inverse[g], ry[g] * inverse[g], p[EA] * axial[g] * inverse[g]
     ahead_x, ahead_y, warm = B[HX], B[HY], 0.0  # of the axial force here by the vectors
     for l in range(count):
         ahead_x[l] = ahead_y[l] = 0.0
@@ -85,7 +85,7 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
         each = p[EA] * table[row + h]
         if each != 0.0:
             warm += each
-            ux, uy = each * rx[h] / sizes[h], each * ry[h] / sizes[h]
+            ux, uy = each * rx[h] * inverse[h], each * ry[h] * inverse[h]
             other = forces + (count + h) * wide
             for l in range(count):
                 ahead_x[l] += ux * table[other + l]
@@ -109,15 +109,15 @@ def add_damping_slopes(g, bar, S, p):
     """Add the derivatives of what damping exerts at a point."""
     table, B, K, D = S.model.bar_table, S.work.bar, S.work.bar_by_x, S.work.bar_by_v
     count, points, _, wide, weights, _, _, forces = tables_of(bar, S)
-    rx, ry, size, first = B[RX], B[RY], B[SIZE, g], forces + (count + g) * wide
+    rx, ry, inverse, first = B[RX], B[RY], B[INVERSE, g], forces + (count + g) * wide
     px, py, bx, by, qx, qy = derivatives(table, first, points * wide, count, B[QX], B[QY], B[VX], B[VY])
-    tx, ty, weight = rx[g] / size, ry[g] / size, p[TAU] * table[weights + g]
+    tx, ty, weight = rx[g] * inverse, ry[g] * inverse, p[TAU] * table[weights + g]
     rate, turning = tx * px + ty * py, px * by - py * bx + rx[g] * qy - ry[g] * qx
     lost, moment = p[EA] * weight, p[EI] * weight
-    xx = lost * (tx * (px - tx * rate) + rate * ty * ty) / size
-    xy = lost * (tx * (py - ty * rate) - rate * tx * ty) / size
-    yx = lost * (ty * (px - tx * rate) - rate * tx * ty) / size
-    yy = lost * (ty * (py - ty * rate) + rate * tx * tx) / size
+    xx = lost * (tx * (px - tx * rate) + rate * ty * ty) * inverse
+    xy = lost * (tx * (py - ty * rate) - rate * tx * ty) * inverse
+    yx = lost * (ty * (px - tx * rate) - rate * tx * ty) * inverse
+    yy = lost * (ty * (py - ty * rate) + rate * tx * tx) * inverse
     for k in range(count):
         s, b = table[first + k], table[first + points * wide + k]
         cx, cy = s * by - b * ry[g], b * rx[g] - s * bx  # of r' x r'' by the vectors

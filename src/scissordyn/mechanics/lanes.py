@@ -15,10 +15,13 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import lower_builtin, register_jitable, type_callable
 
-__all__ = ["LANES", "combine", "padded", "pull", "stretch"]
+__all__ = ["LANES", "PAIRS", "combine", "even", "join", "padded", "part", "pull", "stretch", "transform"]
 
 LANES = 8
 """Rows of tables have a whole multiple of so many numbers, which processors take at once."""
+
+PAIRS = LANES // 2
+"""Plane vectors whose components fill the lanes."""
 
 TOGETHER = 2
 """Vectors of numbers that are summed at once: fewer sums wait for each other's latency."""
@@ -34,19 +37,43 @@ def combine(table, first, rows, width, x, y, sx, sy):
             sy[column] += table[first + row * width + column] * y[row]
 
 
-def stretch(rx, ry, free, size, strain, width):
-    """Write the sizes of vectors, and by how much they are longer than 1 + `free`; for whole lanes."""
-    for g in range(width):
-        size[g] = math.sqrt(rx[g] * rx[g] + ry[g] * ry[g])
-        strain[g] = size[g] - 1.0 - free
+def transform(table, first, rows, width, x, sx):
+    """Write the sums of the rows of a table, each times a number; an even number of rows, which have whole lanes."""
+    for column in range(width):
+        sx[column] = 0.0
+    for row in range(rows):
+        for column in range(width):
+            sx[column] += table[first + row * width + column] * x[row]
 
 
-def pull(factor, force, size, rx, ry, fx, fy, width):
-    """Write forces along vectors of some size, times a factor; for whole lanes."""
+def stretch(rx, ry, free, inverse, strain, width):
+    """Write one over the sizes of vectors, and by how much they are longer than 1 + `free`; for whole lanes."""
     for g in range(width):
-        each = factor * force[g] / (size[g] if size[g] > 0.0 else 1.0)
+        size = math.sqrt(rx[g] * rx[g] + ry[g] * ry[g])
+        inverse[g] = 1.0 / (size if size > 0.0 else 1.0)
+        strain[g] = size - 1.0 - free
+
+
+def pull(factor, force, inverse, rx, ry, fx, fy, width):
+    """Write forces along vectors with one over their sizes, times a factor; for whole lanes."""
+    for g in range(width):
+        each = factor * force[g] * inverse[g]
         fx[g] = each * rx[g]
         fy[g] = each * ry[g]
+
+
+def part(source, first, factor, x, y, place, count):
+    """Write plane vectors, times a factor, from where they follow each other to their components; for whole `PAIRS`."""
+    for k in range(count):
+        x[place + k] = factor * source[first + 2 * k]
+        y[place + k] = factor * source[first + 2 * k + 1]
+
+
+def join(target, first, factor, x, y, place, count):
+    """Add plane vectors by their components, times a factor, to where they follow each other; for whole `PAIRS`."""
+    for k in range(count):
+        target[first + 2 * k] += factor * x[place + k]
+        target[first + 2 * k + 1] += factor * y[place + k]
 
 
 @register_jitable
@@ -55,12 +82,21 @@ def padded(count: int) -> int:
     return LANES * ((count + LANES - 1) // LANES)
 
 
+@register_jitable
+def even(count: int) -> int:
+    """The least even number that is not smaller."""
+    return count + count % 2
+
+
 _VECTOR, _WORD = ir.VectorType(ir.DoubleType(), LANES), ir.IntType(64)
 
 
 type_callable(combine)(lambda context: lambda table, first, rows, width, x, y, sx, sy: types.none)
-type_callable(stretch)(lambda context: lambda rx, ry, free, size, strain, width: types.none)
-type_callable(pull)(lambda context: lambda factor, force, size, rx, ry, fx, fy, width: types.none)
+type_callable(transform)(lambda context: lambda table, first, rows, width, x, sx: types.none)
+type_callable(stretch)(lambda context: lambda rx, ry, free, inverse, strain, width: types.none)
+type_callable(part)(lambda context: lambda source, first, factor, x, y, place, count: types.none)
+type_callable(join)(lambda context: lambda target, first, factor, x, y, place, count: types.none)
+type_callable(pull)(lambda context: lambda factor, force, inverse, rx, ry, fx, fy, width: types.none)
 
 
 def _data(context: Any, builder: Any, signature: Any, arguments: Any) -> list[Any]:
@@ -86,30 +122,62 @@ def _by_lanes(builder: Any, width: Any, sources: list[Any], targets: list[Any], 
 
 @lower_builtin(stretch, types.Array, types.Array, types.Float, types.Array, types.Array, types.Integer)
 def _generate_stretch(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    rx, ry, free, size, strain, width = _data(context, builder, signature, arguments)
+    rx, ry, free, inverse, strain, width = _data(context, builder, signature, arguments)
     root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), f"llvm.sqrt.v{LANES}f64")
-    one = ir.Constant(_VECTOR, [1.0] * LANES)
+    zero, one = ir.Constant(_VECTOR, [0.0] * LANES), ir.Constant(_VECTOR, [1.0] * LANES)
 
     def body(x: Any, y: Any) -> tuple[Any, ...]:
         found = builder.call(root, [builder.fadd(builder.fmul(x, x), builder.fmul(y, y))])
-        return found, builder.fsub(builder.fsub(found, one), free)
+        # 1/0 in what fills the lanes would raise a flag of the processor, which LAPACK's callers look at
+        divisor = builder.select(builder.fcmp_ordered(">", found, zero), found, one)
+        return builder.fdiv(one, divisor), builder.fsub(builder.fsub(found, one), free)
 
-    _by_lanes(builder, width, [rx, ry], [size, strain], body)
+    _by_lanes(builder, width, [rx, ry], [inverse, strain], body)
     return context.get_dummy_value()
 
 
 @lower_builtin(pull, types.Float, *(types.Array,) * 6, types.Integer)
 def _generate_pull(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    factor, force, size, rx, ry, fx, fy, width = _data(context, builder, signature, arguments)
-    zero, one = ir.Constant(_VECTOR, [0.0] * LANES), ir.Constant(_VECTOR, [1.0] * LANES)
+    factor, force, inverse, rx, ry, fx, fy, width = _data(context, builder, signature, arguments)
 
-    def body(f: Any, s: Any, x: Any, y: Any) -> tuple[Any, ...]:
-        # 0/0 in what fills the lanes would raise the processor's flag of invalid operations, which LAPACK's callers look at
-        each = builder.fdiv(builder.fmul(factor, f), builder.select(builder.fcmp_ordered(">", s, zero), s, one))
+    def body(f: Any, i: Any, x: Any, y: Any) -> tuple[Any, ...]:
+        each = builder.fmul(builder.fmul(factor, f), i)
         return builder.fmul(each, x), builder.fmul(each, y)
 
-    _by_lanes(builder, width, [force, size, rx, ry], [fx, fy], body)
+    _by_lanes(builder, width, [force, inverse, rx, ry], [fx, fy], body)
     return context.get_dummy_value()
+
+
+_VECTORS = (types.Array, types.Integer, types.Float, types.Array, types.Array, types.Integer, types.Integer)
+_HALF = ir.VectorType(ir.DoubleType(), PAIRS)
+
+
+@lower_builtin(part, *_VECTORS)
+def _generate_part(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    source, first, factor, x, y, place, count = _data(context, builder, signature, arguments)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), count, ir.Constant(_WORD, PAIRS), _WORD) as (k, _):
+        pairs = builder.load(_at(builder, source, builder.add(first, builder.mul(k, ir.Constant(_WORD, 2)))), align=8)
+        scaled = builder.fmul(pairs, factor)
+        for target, odd in ((x, 0), (y, 1)):
+            chosen = _shuffled(builder, scaled, scaled, [2 * i + odd for i in range(PAIRS)])
+            builder.store(chosen, _at(builder, target, builder.add(place, k), _HALF), align=8)
+    return context.get_dummy_value()
+
+
+@lower_builtin(join, *_VECTORS)
+def _generate_join(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    target, first, factor, x, y, place, count = _data(context, builder, signature, arguments)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), count, ir.Constant(_WORD, PAIRS), _WORD) as (k, _):
+        one, other = (builder.load(_at(builder, each, builder.add(place, k), _HALF), align=8) for each in (x, y))
+        pairs = _shuffled(builder, one, other, [i // 2 + PAIRS * (i % 2) for i in range(LANES)])
+        at = _at(builder, target, builder.add(first, builder.mul(k, ir.Constant(_WORD, 2))))
+        builder.store(builder.fadd(builder.load(at, align=8), builder.fmul(pairs, factor)), at, align=8)
+    return context.get_dummy_value()
+
+
+def _shuffled(builder: Any, one: Any, other: Any, places: list[int]) -> Any:
+    """Numbers of two vectors, by their places."""
+    return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(ir.IntType(32), len(places)), places))
 
 
 def _splat(builder: Any, number: Any) -> Any:
@@ -119,8 +187,33 @@ def _splat(builder: Any, number: Any) -> Any:
     return builder.shuffle_vector(one, nothing, ir.Constant(places, [0] * LANES))
 
 
-def _at(builder: Any, pointer: Any, place: Any) -> Any:
-    return builder.bitcast(builder.gep(pointer, [place]), _VECTOR.as_pointer())
+def _at(builder: Any, pointer: Any, place: Any, kind: Any = _VECTOR) -> Any:
+    return builder.bitcast(builder.gep(pointer, [place]), kind.as_pointer())
+
+
+@lower_builtin(transform, types.Array, types.Integer, types.Integer, types.Integer, types.Array, types.Array)
+def _generate_transform(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """By lanes, even and odd rows apart: their sums do not wait for each other."""
+    table, first, rows, width, x, sx = _data(context, builder, signature, arguments)
+    fused = _fused(builder)
+    two = ir.Constant(_WORD, 2)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), width, ir.Constant(_WORD, LANES), _WORD) as (column, _):
+        sums = [cgutils.alloca_once(builder, _VECTOR) for _ in range(2)]
+        for each in sums:
+            builder.store(ir.Constant(_VECTOR, [0.0] * LANES), each)
+        with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), rows, two, _WORD) as (row, _):
+            for odd, each in enumerate(sums):
+                at = builder.add(row, ir.Constant(_WORD, odd))
+                numbers = _at(builder, table, builder.add(builder.add(first, column), builder.mul(at, width)))
+                factor = _splat(builder, builder.load(builder.gep(x, [at])))
+                builder.store(builder.call(fused, [builder.load(numbers, align=8), factor, builder.load(each)]), each)
+        builder.store(builder.fadd(builder.load(sums[0]), builder.load(sums[1])), _at(builder, sx, column), align=8)
+    return context.get_dummy_value()
+
+
+def _fused(builder: Any) -> Any:
+    """Product and sum of vectors."""
+    return cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR] * 3), f"llvm.fmuladd.v{LANES}f64")
 
 
 @lower_builtin(combine, types.Array, types.Integer, types.Integer, types.Integer, *(types.Array,) * 4)
@@ -128,7 +221,7 @@ def _generate_combine(context: Any, builder: Any, signature: Any, arguments: Any
     """Columns by `TOGETHER` vectors, then what is left of them by one."""
     table, first, rows, width, *vectors = _data(context, builder, signature, arguments)
     arrays = [table, *vectors]
-    fused = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR] * 3), f"llvm.fmuladd.v{LANES}f64")
+    fused = _fused(builder)
     stride = ir.Constant(_WORD, TOGETHER * LANES)
     whole = builder.mul(builder.sdiv(width, stride), stride)
     for begin, end, count in ((ir.Constant(_WORD, 0), whole, TOGETHER), (whole, width, 1)):

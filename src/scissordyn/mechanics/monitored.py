@@ -94,10 +94,10 @@ def constraint_forces(S, target):
     """Write what the drives exert on each entry of b beyond the constant one into target[0:nb]."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
-    for i in range(nb):
+    for i in range(1, nb):
         total = -W.force[n + i]
-        for k in range(n):
-            total += M.inertia[k, i] * W.A[k]
+        for row in range(M.coupled.size):
+            total += M.inertia[M.coupled[row], i] * W.A[M.coupled[row]]
         for k in range(nb):
             total += M.inertia_b[i, k] * W.basis[2, k]
         target[i] = total

@@ -123,11 +123,11 @@ class Model(NamedTuple):
     permutation: I1  # (n+m+nz,) row of the step matrix for each unknown, -1 if it is eliminated
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
     bar_of: I1  # (components,) flexible bar, or -1
-    bar: I2  # (flexible bars, 6): first vector, vectors, points, where tables start, first mode, its column
+    bar: I2  # (flexible bars, 9): first vector, vectors, points, where tables start, first mode, its column; see `held_table`
     bar_scale: F1  # (flexible bars,) vector of a mode over its columns
+    bar_column: I1  # that static shapes depend on
     bar_table: F1  # weights; slopes at points and ends by shapes; stretching; bending, slopes, second derivatives by points
     shape_start: I1  # (vectors + 1,) maps of the vectors of shapes
-    shape_pairs: I1  # (vectors,) leading pairs of columns that turn with a vector
     shape_column: I1
     shape_row: F2  # (2, entries)
     shape_place: I1  # where a column stands among those of its element
@@ -242,7 +242,7 @@ class Workspace(NamedTuple):
     work: F1  # (n+m+nz,)
     scratch: F1  # (2n+nz,)
     work_b: F1  # (nb,)
-    bar: F2  # (15, widest flexible bar)
+    bar: F2  # (17, widest flexible bar)
     bar_by_x: F2  # (2 vectors, 2 vectors) derivatives of the forces of a flexible bar
     bar_by_v: F2
     rail: F2  # (8, most columns or polynomials)

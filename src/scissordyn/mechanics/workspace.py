@@ -116,7 +116,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         work=np.zeros(n + m + nz),
         scratch=np.zeros(2 * n + nz),
         work_b=np.zeros(nb),
-        bar=np.zeros((15, LANES + padded(int(np.max(model.bar[:, 1] + 2 * model.bar[:, 2], initial=0))))),
+        bar=np.zeros((17, LANES + padded(int(np.max([model.bar[:, 1] + 2 * model.bar[:, 2], model.bar[:, 7]], initial=0))))),
         bar_by_x=np.zeros((vectors, vectors)),
         bar_by_v=np.zeros((vectors, vectors)),
         rail=np.zeros((8, max(8, int(np.max(counts, initial=0)), int(np.max(model.rail[:, 2], initial=0))))),

@@ -13,7 +13,7 @@ from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.lanes import padded
+from scissordyn.mechanics.lanes import even, padded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
@@ -25,6 +25,7 @@ __all__ = [
     "bends",
     "dissected",
     "flexible_maps",
+    "held_table",
     "is_straight",
     "straight_bar",
     "straight_maps",
@@ -98,27 +99,9 @@ def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[Point
     """Of each flexible bar the columns that it reads, and the maps of the vectors of its shapes."""
     found = []
     for axis in coordinates.natural.axes:
-        maps = [paired(coordinates.vector(*axis.expression(one)))[0] for one in np.eye(axis.shapes.count)]
+        maps = [coordinates.vector(*axis.expression(one)) for one in np.eye(axis.shapes.count)]
         found.append((np.unique(np.concatenate([each.columns for each in maps])), maps))
     return found
-
-
-def paired(found: PointMap) -> tuple[PointMap, int]:
-    """A map whose leading columns come in pairs that turn with their vector, rows (a, -b) and (b, a), and how many there are.
-
-    Kernels read both numbers of a pair at once.
-    """
-    columns, rows = found.columns, found.rows
-    pairs: list[int] = []
-    k = 0
-    while k < columns.size:
-        turns = k + 1 < columns.size and columns[k + 1] == columns[k] + 1
-        if turns and rows[0, k + 1] == -rows[1, k] and rows[1, k + 1] == rows[0, k]:
-            pairs += [k, k + 1]
-            k += 1
-        k += 1
-    order = pairs + [k for k in range(columns.size) if k not in pairs]
-    return PointMap(columns[order], rows[:, order]), len(pairs) // 2
 
 
 def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
@@ -141,13 +124,27 @@ def bar_table(axis: Axis) -> np.ndarray:
     shapes = axis.shapes
     points, weights = shapes.quadrature
     slopes, at_ends = shapes.at(points, 1), shapes.at(np.array([0.0, shapes.places[-1]]), 1)
-    tables = slopes.T, at_ends.T, axis.stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
+    stretching = np.pad(axis.stretching, ((0, even(points.size) - points.size), (0, 0)))
+    tables = slopes.T, at_ends.T, stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
     return np.concatenate([weights, *(_padded(table).ravel() for table in tables)])
 
 
 def _padded(table: np.ndarray) -> np.ndarray:
     """Rows of whole lanes."""
     return np.pad(table, ((0, 0), (0, padded(table.shape[1]) - table.shape[1])))
+
+
+def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of the static shapes of a bar, and the products that give their vectors and that forces on these give.
+
+    The first table has a row for each column, an even number of them, with x and y of one shape after the other; the second one
+    a row for each of these, by columns.
+    """
+    columns = np.unique(np.concatenate([each.columns for each in maps]))
+    table = np.zeros((even(columns.size), 2 * len(maps)))
+    for k, each in enumerate(maps):
+        table[np.searchsorted(columns, each.columns), 2 * k : 2 * k + 2] = each.rows.T
+    return columns, np.concatenate([_padded(table).ravel(), _padded(table[: columns.size].T).ravel()])
 
 
 FEW = 6

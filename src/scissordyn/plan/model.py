@@ -25,7 +25,7 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.mechanics.system import RESULTS, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
-from scissordyn.plan.bending import bar_table, flexible_maps, mode_columns, paired
+from scissordyn.plan.bending import bar_table, flexible_maps, held_table, mode_columns
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 from scissordyn.plan.ordering import incidence, order_unknowns
 from scissordyn.plan.rail import Rails, rail_tables
@@ -144,24 +144,32 @@ def _flexible(
     numbers[_bars(components)] = np.arange(len(bars))
     for i, bar in rails.bars.items():
         numbers[i] = bar
-    found = [paired(each) for _, maps in bars for each in maps]
-    shape_start, shape_column, shape_row = _stacked([each for each, _ in found], 2)
-    tables = [bar_table(axis) for axis in coordinates.natural.axes]
+    found = [each for _, maps in bars for each in maps]
+    shape_start, shape_column, shape_row = _stacked(found, 2)
+    tables, table_start = _shared([bar_table(axis) for axis in coordinates.natural.axes])
     first = offsets(len(maps) for _, maps in bars)
-    table_start = offsets(table.size for table in tables)
     rows = [
-        [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, [each for each, _ in found[at:]])]
-        for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start.tolist(), strict=False)
+        [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, found[at:])]
+        for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start, strict=False)
     ]
+    held = [held_table(maps[: axis.shapes.held]) for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)]
+    static = np.stack(
+        [
+            tables.size + offsets(table.size for _, table in held)[:-1],
+            [columns.size for columns, _ in held],
+            offsets(columns.size for columns, _ in held)[:-1],
+        ],
+        axis=1,
+    )
     read = [columns for columns, maps in bars for _ in maps]
-    places = [np.searchsorted(columns, each.columns) for columns, (each, _) in zip(read, found, strict=True)]
+    places = [np.searchsorted(columns, each.columns) for columns, each in zip(read, found, strict=True)]
     return {
         "bar_of": numbers,
-        "bar": np.array([row[:6] for row in rows], np.int64).reshape(-1, 6),
+        "bar": np.hstack([np.array([row[:6] for row in rows], np.int64).reshape(-1, 6), static.astype(np.int64)]),
         "bar_scale": np.array([row[6] for row in rows], float),
-        "bar_table": np.concatenate([np.zeros(0), *tables]),
+        "bar_column": np.concatenate([np.zeros(0, np.int64), *(columns for columns, _ in held)]),
+        "bar_table": np.concatenate([tables, *(table for _, table in held)]),
         "shape_start": shape_start,
-        "shape_pairs": _integers([count for _, count in found]),
         "shape_column": shape_column,
         "shape_row": shape_row,
         "shape_place": np.concatenate([np.zeros(0, np.int64), *places]),
@@ -169,6 +177,20 @@ def _flexible(
         "rail_table": rails.table,
         "rail_place": rails.places,
     }
+
+
+def _shared(tables: list[np.ndarray]) -> tuple[np.ndarray, list[int]]:
+    """Tables one after another, equal ones once as they stay in the processor's cache then; and where each begins."""
+    distinct: dict[bytes, int] = {}
+    parts, size, start = [np.zeros(0)], 0, []
+    for table in tables:
+        key = table.tobytes()
+        if key not in distinct:
+            distinct[key] = size
+            parts.append(table)
+            size += table.size
+        start.append(distinct[key])
+    return np.concatenate(parts), start
 
 
 def _integers(values: Iterable[int]) -> np.ndarray:

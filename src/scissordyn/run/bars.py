@@ -101,8 +101,8 @@ def _motion(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> _Motion:
 
 def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """R' at some places, the strain that has an elastic stress, that of damping, and the unit tangent."""
-    slope = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.vectors)
-    rate = np.einsum("gk,tkc->tgc", axis.shapes.at(places, 1), motion.rates)
+    slope = axis.shapes.at(places, 1) @ motion.vectors
+    rate = axis.shapes.at(places, 1) @ motion.rates
     size = np.linalg.norm(slope, axis=-1)
     tangent = slope / size[..., None]
     warm = motion.factor[:, None] * thermal_loads(axis.bar)[0]
@@ -112,9 +112,7 @@ def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray
 def _curvature(axis: Axis, motion: _Motion, places: np.ndarray) -> np.ndarray:
     """The curvature that has a stress, with that of damping."""
     first, second = axis.shapes.at(places, 1), axis.shapes.at(places, 2)
-    (a, b), (da, db) = (
-        [np.einsum("gk,tkc->tgc", table, vectors) for table in (first, second)] for vectors in (motion.vectors, motion.rates)
-    )
+    (a, b), (da, db) = ([table @ vectors for table in (first, second)] for vectors in (motion.vectors, motion.rates))
     turning = _cross(da, b) + _cross(a, db)
     warm = motion.factor[:, None] * thermal_loads(axis.bar)[1]
     return np.asarray(_cross(a, b) / np.sum(a * a, axis=-1) - warm + axis.bar.damping * turning)
@@ -155,7 +153,7 @@ def carried(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> Carried:
     within = bar.bending_stiffness * _curvature(axis, motion, ends[:-1] + 0.5 * length)
     squares = (moment[:, :-1] ** 2 + 4.0 * within**2 + moment[:, 1:] ** 2) / 6.0
     energy = 0.5 * length * (axial**2 / bar.axial_stiffness + squares / bar.bending_stiffness)
-    where = np.einsum("gk,tkc->tgc", shapes.at(ends), motion.vectors)
+    where = shapes.at(ends) @ motion.vectors
     chord = where[:, -1:] - where[:, :1]
     across = _cross(chord, where - where[:, :1]) / np.linalg.norm(chord, axis=-1)
     return Carried(axial, moment[:, :-1], moment[:, 1:], energy, across[:, 1:], length)
@@ -234,24 +232,23 @@ def shape_forces(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> np.
     slope, elastic, damped, tangent = _strain(axis, motion, points)
     strain = elastic @ axis.stretching + damped * weights
     first, second = shapes.at(points, 1), shapes.at(points, 2)
-    force = -bar.bending_stiffness * np.einsum("kl,tlc->tkc", shapes.bending, motion.vectors)
-    force -= bar.axial_stiffness * np.einsum("gk,tg,tgc->tkc", first, strain, tangent)
+    force = -bar.bending_stiffness * (shapes.bending @ motion.vectors)
+    force -= bar.axial_stiffness * (first.T @ (strain[..., None] * tangent))
     curvature = motion.factor * thermal_loads(bar)[1]
     if np.any(curvature):
         at_ends = shapes.at(np.array([0.0, shapes.places[-1]]), 1)
-        ends = np.einsum("gk,tkc->tgc", at_ends, motion.vectors)
+        ends = at_ends @ motion.vectors
         turned = np.stack([-ends[..., 1], ends[..., 0]], axis=-1) / np.sum(ends * ends, axis=-1)[..., None]
         turned *= np.array([-1.0, 1.0])[:, None] * (bar.bending_stiffness * curvature)[:, None, None]
-        force += np.einsum("gk,tgc->tkc", at_ends, turned)
+        force += at_ends.T @ turned
     if bar.damping > 0.0:
         bend, rate, bend_rate = (
-            np.einsum("gk,tkc->tgc", table, vectors)
-            for table, vectors in ((second, motion.vectors), (first, motion.rates), (second, motion.rates))
+            table @ vectors for table, vectors in ((second, motion.vectors), (first, motion.rates), (second, motion.rates))
         )
         moment = bar.damping * bar.bending_stiffness * (_cross(rate, bend) + _cross(slope, bend_rate))
         by_slope = moment[..., None] * np.stack([bend[..., 1], -bend[..., 0]], axis=-1)
         by_bend = moment[..., None] * np.stack([-slope[..., 1], slope[..., 0]], axis=-1)
-        force -= np.einsum("gk,tgc,g->tkc", first, by_slope, weights) + np.einsum("gk,tgc,g->tkc", second, by_bend, weights)
+        force -= first.T @ (weights[:, None] * by_slope) + second.T @ (weights[:, None] * by_bend)
     return np.asarray(force)
 
 

@@ -22,7 +22,7 @@ from scissordyn.integrate.integration import (
     make_work,
     reset_state,
 )
-from scissordyn.integrate.tableau import EXPLICIT, tableau
+from scissordyn.integrate.tableau import tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
@@ -159,12 +159,13 @@ class Driver:
         )
         integrated.clock["crosses"] = int(crosses)
         coefficients = tableau(_stores(method))
+        absolute, relative, rounding = tolerances.weights(coefficients.kind)
         work = make_work(
             integrated,
             coefficients,
-            atol=tolerances.absolute,
-            rtol=tolerances.relative,
-            rounding=None if coefficients.kind == EXPLICIT else tolerances.rounding,
+            atol=absolute,
+            rtol=relative,
+            rounding=rounding,
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,
@@ -207,10 +208,8 @@ class Driver:
             self.stepping.restart(plan, step)
         content = self.integration.content
         work = content.work
-        work.atol[:], work.rtol[:], work.precision[:] = tolerances.absolute, tolerances.relative, tolerances.precision
-        work.crossable[:] = tolerances.crossable
-        if content.method.kind != EXPLICIT:
-            work.rounding[:] = tolerances.rounding
+        work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)
+        work.precision[:], work.crossable[:] = tolerances.precision, tolerances.crossable
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
         reset_state(content.state, y, crosses=crosses)
         self.band["limit"] = self._limits()

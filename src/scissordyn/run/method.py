@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from scissordyn.errors import InputError
+from scissordyn.integrate.advance import ADVANCING
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
+from scissordyn.run.driver import Driver
 from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.tolerance import Tolerances
 
@@ -36,6 +38,12 @@ MOST_EIGENVALUES = 400
 
 THIN_FILM = 3e5
 """Damping of a film of a two-hundredth of the clearance over that in the centre: 3 (2 h/c)^-2.5 of a short bearing."""
+
+DEAR_MATRICES = 150
+"""Number of states above which a linearly implicit step, with the matrices of bars that bend, costs over 30 explicit ones."""
+
+TRIAL = 500
+"""Explicit steps in which a contact that is closed at the start has to open."""
 
 PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
@@ -93,7 +101,7 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     if options.method != "auto":
         return Choice(options.method, "asked for")
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
-    if stiff:
+    if stiff and not (bends(plan.mechanism) and y.size > DEAR_MATRICES):
         return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
     short = [joint.name for joint, _, oil in plan.lubricated if oil.bearing == "short"]
     if short:
@@ -103,7 +111,13 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
             STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"
         )
     if plan.contacts and options.start != "concentric":
-        return Choice(STIFF, "contacts that start at rest have a stiff damping")
+        if not plan.coordinates.natural.axes or tolerances.delays:
+            return Choice(STIFF, "contacts that start at rest have a stiff damping")
+        resting = [joint.name for joint, mode in zip(plan.contacts, system.content.state.mode.tolist(), strict=False) if mode]
+        if resting and not open_soon(plan, system, y, tolerances):
+            return Choice(STIFF, f"the contact of joint '{resting[0]}' stays closed from rest, where its damping is stiff")
+        if resting:
+            return Choice(EXPLICIT, f"the contact of joint '{resting[0]}' opens within a few explicit steps")
     if not plan.components:
         return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
@@ -123,6 +137,37 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
             f"the film of joint '{oiled}' would keep explicit steps short where it is thin, on light ends of bars that bend",
         )
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
+
+
+def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> bool:
+    """Whether all contacts are open once within `TRIAL` explicit steps from the start, which are made for it.
+
+    Damping over the approach speed, which is next to nothing at rest, is stiff until a contact has been open. Bars that bend
+    often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
+
+    Parameters
+    ----------
+    plan : Plan
+    system : Handle
+        Its state is left as it was.
+    y : ndarray, shape (ny,)
+        At the start.
+    tolerances : Tolerances
+
+    Returns
+    -------
+    bool
+    """
+    state = system.content.state
+    before = [part.copy() for part in state]
+    driver = Driver(plan, system, y, method=Choice(EXPLICIT, ""), tolerances=tolerances)
+    driver.monitor(False)
+    closed = np.flatnonzero(state.mode[: len(plan.contacts)] == 1)
+    while closed.size and driver.tried < TRIAL and driver.advance(math.inf, most_steps=1) == ADVANCING:
+        closed = closed[state.mode[closed] == 1]
+    for part, kept in zip(state, before, strict=True):
+        part[...] = kept
+    return closed.size == 0
 
 
 def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:

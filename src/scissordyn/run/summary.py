@@ -30,10 +30,13 @@ __all__ = [
     "at_limit",
     "joint_summaries",
     "summary_of",
+    "without_peaks",
 ]
 
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit from which on an actuator counts as at its limit."""
+
+ESTIMATE = "an estimate, as contact is hard"
 
 ROUND_OFF = 1e-12
 """Sides of a span below this fraction of the longest are round-off."""
@@ -157,14 +160,20 @@ class ForceAnswer(Words):
         [N]
     when : float
         [s]
+    estimated : bool
+        Of a hard contact.
     """
 
     joint: str
     force: float
     when: float
+    estimated: bool = False
 
     def __str__(self) -> str:
-        return f"Largest force: {short(self.force, 'N')} at joint {printable(self.joint)}, at {short(self.when, 's')}."
+        estimate = f"; {ESTIMATE}" if self.estimated else ""
+        return (
+            f"Largest force: {short(self.force, 'N')} at joint {printable(self.joint)}, at {short(self.when, 's')}{estimate}."
+        )
 
 
 @dataclass(frozen=True)
@@ -272,9 +281,12 @@ class JointSummary(Words):
     fraction : float
         Of the time, in contact.
     largest : float
-        Largest normal force [N].
+        Largest normal force [N]; NaN where a hard contact had neither an impact nor a sampled force.
     when : float
         Its instant [s].
+    estimated : bool
+        Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
+        that last, as the samples have them.
     """
 
     name: str
@@ -282,6 +294,7 @@ class JointSummary(Words):
     fraction: float
     largest: float
     when: float
+    estimated: bool = False
 
 
 def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
@@ -300,12 +313,31 @@ def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
         here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
         start, lasting = here["contact_start"].values, here["contact_duration"].values
         lasting = np.where(np.isnan(lasting), end - start, lasting)
-        peaks = here["peak_force"].values
-        highest = int(np.argmax(peaks))
-        when = float(start[highest] + here["peak_time"].values[highest])
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        found.append(JointSummary(str(joint), here.sizes["contact"], fraction, float(peaks[highest]), when))
+        found.append(JointSummary(str(joint), here.sizes["contact"], fraction, *_largest_force(run, here, str(joint))))
     return found
+
+
+def without_peaks(run: xr.Dataset) -> bool:
+    """Whether all contacts of a run are hard, so that they have impulses and no largest force."""
+    return "peak_force_estimate" in run and bool(np.isnan(run["peak_force"].values).all())
+
+
+def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float, float, bool]:
+    """Of the contacts of a joint [N], its instant [s], and whether it is an estimate."""
+    start, peaks = here["contact_start"].values, here["peak_force"].values
+    if not np.isnan(peaks).all():
+        highest = int(np.nanargmax(peaks))
+        return float(peaks[highest]), float(start[highest] + here["peak_time"].values[highest]), False
+    force, when = math.nan, math.nan
+    if "peak_force_estimate" in here and not np.isnan(estimates := here["peak_force_estimate"].values).all():
+        highest = int(np.nanargmax(estimates))
+        force, when = float(estimates[highest]), float(start[highest])
+    if joint in run["joint"].values and run.sizes["time"]:
+        lasting = run["normal_force"].sel(joint=joint).values
+        if not np.isnan(lasting).all() and not float(np.nanmax(lasting)) <= force:
+            force, when = float(np.nanmax(lasting)), float(run["time"].values[int(np.nanargmax(lasting))])
+    return force, when, True
 
 
 def summary_of(run: xr.Dataset) -> Summary:
@@ -322,12 +354,12 @@ def summary_of(run: xr.Dataset) -> Summary:
     trusted = float(run.attrs.get("trusted_until", math.nan))
     known = math.isfinite(trusted)
     joints = joint_summaries(run) if "contact_joint" in run else []
-    largest = max(joints, key=lambda joint: joint.largest, default=None)
+    largest = max((joint for joint in joints if not math.isnan(joint.largest)), key=lambda joint: joint.largest, default=None)
     described = _mechanism(run)
     return Summary(
         points=tuple(_points(run, described)),
         actuators=tuple(_actuators(run, described)),
-        force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when),
+        force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when, largest.estimated),
         span=_span(run, described),
         bars=bar_answer(run, described),
         work=_work(run),

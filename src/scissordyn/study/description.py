@@ -431,6 +431,8 @@ class Study:
 
 def check_part(mechanism: Mechanism, response: Response) -> None:
     """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
+    if response.measure == "peak_force":
+        _check_compliant(mechanism, response)
     if not response.part:
         return
     dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
@@ -440,6 +442,18 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
             f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
             f"{did_you_mean(response.part, known)}",
             ", ".join(known) or (f"a case with a {dims[0]}" if dims else response.measure),
+        )
+
+
+def _check_compliant(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` for the largest force of a hard contact."""
+    hard = [joint.name for joint in mechanism.contacts if joint.clearance is not None and joint.clearance.contact == "hard"]
+    asked = [name for name in hard if response.part in ("", name)]
+    if asked:
+        raise InputError(
+            f"'{response.name}' of joint '{asked[0]}', whose contact is hard: its impacts have no largest force",
+            "peak_force_estimate, or compliant contact",
+            'contact = "compliant"',
         )
 
 

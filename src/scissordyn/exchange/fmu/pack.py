@@ -34,6 +34,8 @@ FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-str
 ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
 
+SAMPLE = 'contact = "compliant"'
+
 LIMIT = 600
 """Longest time that a compiler may take [s]."""
 
@@ -62,6 +64,9 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     """
     compiler = "" if sources_only else _compiler()
     found = plan(mechanism)
+    if found.hard_places:
+        name = found.contacts[found.hard_places[0]].name
+        raise InputError(f"joint '{name}' with hard contact, for which an FMU has no equations", "compliant contact", SAMPLE)
     driver, _, _ = make_driver(found, run)
     identifier = re.sub(r"\W", "_", name) or "mechanism"
     identifier = identifier if identifier[0].isalpha() else f"m_{identifier}"

@@ -1,0 +1,71 @@
+"""Which integrator a run takes on its own."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.plan.plan import plan
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.trajectory import make_driver
+
+TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
+
+
+def _array(*, modes: int = 0, **friction: object) -> sd.Mechanism:
+    """The paper's array, frictionless unless said, with bars that bend if they have modes."""
+    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    loose = sd.Clearance(
+        0.5e-3,
+        journal_radius=10e-3,
+        bearing_length=15e-3,
+        material=sd.STEEL,
+        stiffness=sd.Liu(),
+        damping=sd.Flores(restitution=0.9),
+        **{"friction": sd.NoFriction(), **friction},  # type: ignore[arg-type]
+    )
+    made = made.with_clearance("A", loose)
+    return (made.with_bending(**TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
+
+
+@pytest.mark.parametrize(
+    ("bent", "start", "method"),
+    [
+        (True, "concentric", "dop853"),
+        (True, "in-contact", "dop853"),
+        (True, "as-placed", "dop853"),
+        (True, "static", "rodas5p"),
+        (False, "in-contact", "rodas5p"),
+    ],
+)
+def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
+    """Contract: explicit steps where contacts that are closed at the start open at once, as those of bars that bend may."""
+    chosen = plan(_array(modes=2 if bent else 0))
+    driver, _, choice = make_driver(chosen, Options(1e-3, start=start))
+    assert choice.method == driver.method == method
+    asked, _, _ = make_driver(chosen, Options(1e-3, start=start, method=method))
+    for found, expected in zip(driver.system.content.state, asked.system.content.state, strict=True):
+        assert np.array_equal(found, expected, equal_nan=True)
+    assert np.array_equal(driver.state.y, asked.state.y)
+
+
+@pytest.mark.parametrize(("modes", "method"), [(2, "rodas5p"), (24, "dop853")])
+def test_bristles_beside_many_modes(modes: int, method: str) -> None:
+    """Contract: explicit steps beside friction with internal states where implicit ones need large matrices."""
+    bent = _array(modes=modes, friction=sd.LuGre(kinetic=0.1))
+    assert make_driver(plan(bent), Options(1e-3))[2].method == method
+
+
+def test_explicit_steps_are_fewer_from_contact() -> None:
+    """Identity: both integrators find the same motion of bars from contact; the chosen one makes fewer steps."""
+    runs = {
+        method: sd.simulate(_array(modes=2), until=2e-3, start="in-contact", method=method) for method in ("auto", "rodas5p")
+    }
+    chosen, stiff = (json.loads(run.attrs["statistics"]) for run in runs.values())
+    assert chosen["jacobians"] == 0
+    assert chosen["steps"] < stiff["steps"]
+    apart = np.abs(runs["auto"]["position"].values - runs["rodas5p"]["position"].values)
+    assert float(np.max(apart)) < 1e-3 * 0.5e-3

@@ -80,6 +80,7 @@ class Touching(NamedTuple):
     ahead: F1  # (2,) largest indentation of what is open at the end of the step, time until what rebounds is back
     work: F1  # (1,) of the drives in the last impact
     size: F1  # (1,) of a step
+    ending: F1  # (k,) indentations at the end of the step
 
 
 open_touching = opener(Touching)
@@ -161,12 +162,31 @@ def choose_size(t, s, w, K):
 
 
 @kernel()
+def until_guard(problem, t, s, w, S, K):
+    """Time until the next guard that is none of what touches is crossed, by its rate; not less than the shortest step."""
+    problem.guards(t, s.y, S, w.value, w.rate)
+    soon = math.inf
+    for i in range(K.which.size):
+        w.rate[K.which[i]] = 0.0
+    for k in range(s.mode.size):
+        sign = sign_of(s.mode[k])
+        value, rate = sign * w.value[k], sign * w.rate[k]
+        if value < 0.0 and rate > 0.0:
+            soon = min(soon, -value / rate)
+    return max(soon, SHORTEST * K.size[0])
+
+
+@kernel()
 def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
         write_linear(t, t, s, w, r.samples)  # the start
     h, last = choose_size(t, s, w, K)
+    if s.mode.size > K.which.size:
+        soon = until_guard(problem, t, s, w, S, K)
+        if soon < h:
+            h, last = soon, False
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
     K.impact[1] = 0
@@ -234,8 +254,14 @@ def first_impact(jumps, t, h, s, w, S, H, K):
             low, below = tried, K.ahead[0]
             break
         high, above = tried, K.ahead[0]
-    if low == 0.0:  # what has just parted
-        repeat(jumps, t, h, s, w, S, H, K)
+    if low == 0.0:  # what begins on the surface, and forces or its curvature keep there
+        jumps.restore(H)
+        for k in range(s.mode.size):
+            s.mode[k] = w.saved_mode[k]
+        for i in range(K.which.size):
+            if w.saved_mode[K.which[i]] == 0 and K.ending[i] > 0.0:
+                s.mode[K.which[i]] = 1
+        jumps.step(t, h, s.y, w.new, S, H)
         return h, False
     for _ in range(LOOKS):
         if high - low <= ROUND_OFF * h:

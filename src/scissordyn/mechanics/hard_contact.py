@@ -121,11 +121,12 @@ def keep_pressed(h, y, new, S, H):
     place_at_end(h, new, S)
     m = S.work.multiplier.size
     for i in range(H.which.size):
+        H.overlap[i] = max(H.overlap[i], beyond_law(i, S, H))
         acts = H.yields[i] == 1 and H.closed[i] == 1
         H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
-        depth, _ = gap(H.which[i], S)
+        H.ending[i], _ = gap(H.which[i], S)
         stored = 2 * S.model.n + S.model.state_start[H.which[i]] + 1
-        new[stored] = stored_energy(i, depth, S, H)
+        new[stored] = stored_energy(i, S, H)
         H.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
     place_at_middle(S, H)
 
@@ -331,16 +332,21 @@ def look_ahead(h, new, S, H):
     H.ahead[0] = -math.inf
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
+        H.ending[i] = depth
         if H.closed[i] == 0:
             H.ahead[0] = max(H.ahead[0], depth)
         most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if H.yields[i] == 1 and H.closed[i] == 1:
-            grown = depth - max(law_depth(i, H.place[S.work.multiplier.size + 2 * i], H), 0.0)
-        else:
-            grown = min(depth, 2.0 * (depth - H.depth[i]))
-        if H.locate[0] == 0 and H.impact[1] == 0 and grown > most:
+        if H.impact[1] == 0 and H.locate[0] == 0 and min(beyond_law(i, S, H), 2.0 * (depth - H.depth[i])) > most:
             H.impact[1] = 1
     place_at_middle(S, H)
+
+
+@kernel(inline=True)
+def beyond_law(i, S, H):
+    """Indentation [m] of hard contact i at the end of the step beyond that whose force it has had."""
+    if H.yields[i] == 1 and H.closed[i] == 1:
+        return H.ending[i] - max(law_depth(i, H.place[S.work.multiplier.size + 2 * i], H), 0.0)
+    return H.ending[i]
 
 
 @kernel(inline=True)

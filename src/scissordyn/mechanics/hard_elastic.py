@@ -38,7 +38,9 @@ def law_at(i, delta, H):
         return slope * delta, slope
     force = elastic_force(H.law[i], delta, H.elastic[i])
     small = 1e-5 * delta
-    slope = (elastic_force(H.law[i], delta + small, H.elastic[i]) - elastic_force(H.law[i], delta - small, H.elastic[i])) / (2.0 * small)
+    slope = (elastic_force(H.law[i], delta + small, H.elastic[i]) - elastic_force(H.law[i], delta - small, H.elastic[i])) / (
+        2.0 * small
+    )
     return force, slope
 
 
@@ -65,7 +67,7 @@ def prepare_law(i, at, H):
     z = slope * H.gram[at, H.reach[0]] * h * h
     f = z * z / (1.0 + z * z)
     a = 0.25 + 0.75 * f
-    H.weight[i] = h * a
+    H.weight[i], H.faster[i] = h * a, f
     H.reached[i] = H.depth[i] - 0.25 * h * turn + h * (a * (before + 2.0 * turn) - f * (before + turn))
     linearise_law(i, H.pressed[i], H)
 
@@ -90,6 +92,12 @@ def law_fits(m, H):
 
 
 @kernel(inline=True)
-def stored_energy(i, depth, S, H):
-    """Elastic energy [J] of hard contact i at an indentation, 0 if it is open."""
-    return elastic_energy(H.energy[i], H.law[i], depth, H.elastic[i]) if S.state.mode[H.which[i]] == 1 else 0.0
+def stored_energy(i, S, H):
+    """Elastic energy [J] of hard contact i at the end of a step, 0 if it is open.
+
+    Where its vibration is far faster than the step it is that of the indentation whose force it has had.
+    """
+    if S.state.mode[H.which[i]] == 0:
+        return 0.0
+    depth = (1.0 - H.faster[i]) * H.ending[i] + H.faster[i] * H.pressed[i] if H.yields[i] == 1 else H.ending[i]
+    return elastic_energy(H.energy[i], H.law[i], depth, H.elastic[i])

@@ -88,5 +88,5 @@ def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
 
 
 def contact_states(clearance: Clearance | GuideClearance) -> tuple[State, ...]:
-    """Internal states of the contact of a joint: those of its friction law, or mean friction and elastic energy of a hard contact."""
+    """Internal states of a contact: those of its friction law, or mean friction and elastic energy of a hard contact."""
     return (MEAN_FRICTION, STORED) if clearance.contact == "hard" else clearance.friction.states

@@ -63,6 +63,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         pressed=np.zeros(count),
         reached=np.zeros(count),
         weight=np.zeros(count),
+        faster=np.zeros(count),
         compliance=np.zeros(count),
         size=np.zeros(1),
         damped=np.array(damped, np.int64),
@@ -88,6 +89,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
         friction=np.zeros(count),
         row=np.zeros(n),
         depth=np.zeros(count),
+        ending=np.zeros(count),
+        overlap=np.zeros(count),
         kept_mode=np.zeros(count, np.int64),
         kept_stuck=np.zeros(count, np.int64),
         kept_slope=np.zeros(states),
@@ -128,7 +131,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         made.law[i], made.energy[i] = kernels["force"], kernels["energy"]
         made.elastic[i] = row_of(clearance.stiffness, clearance.surfaces)
         made.floor[i] = FLOOR * clearance.clearance
-    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed):
+    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap):
         part[:] = 0
     made.ahead[:] = -np.inf, np.inf
 

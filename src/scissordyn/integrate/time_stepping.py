@@ -81,6 +81,7 @@ class Touching(NamedTuple):
     work: F1  # (1,) of the drives in the last impact
     size: F1  # (1,) of a step
     ending: F1  # (k,) indentations at the end of the step
+    smooth: I1  # (1,) leading coordinates of the state that do not jump: positions, beside drives that move on
 
 
 open_touching = opener(Touching)
@@ -394,18 +395,20 @@ def keep_linear(record, t, h, s, w, S):
 
 @kernel(inline=True)
 def write_between(t, now, s, w, K, out):
-    """Write the samples after t up to the end of the step, between s.y and w.new; in a step with a jump the nearer one."""
+    """Write the samples after t up to the end of the step, between s.y and w.new; what jumps in it is the nearer one."""
     counts, monitors = s.counts[0], s.clock[0].monitors == 1
     while counts.samples < out.time.size:
         at = counts.samples
         when = out.time[at]
         if when > now:
             return
-        part = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+        along = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+        part = along
         if K.impact[0] == 1:
-            part = 0.0 if part < 0.5 else 1.0
+            part = 0.0 if along < 0.5 else 1.0
         for i in range(s.y.size):
-            out.state[at, i] = (1.0 - part) * s.y[i] + part * w.new[i]
+            share = along if i < K.smooth[0] else part
+            out.state[at, i] = (1.0 - share) * s.y[i] + share * w.new[i]
         for q in range(s.total.size):
             out.total[at, q] = s.total[q] + (part * (now - t) * w.power[0, q] if monitors else 0.0)
         write_modes(at, s, out)

@@ -56,6 +56,7 @@ class Stepping:
                 content.work,
                 np.array([size]),
                 content.ending,
+                np.array([plan.model.n if plan.model.nb else 0], np.int64),
             )
         )
 

@@ -14,6 +14,7 @@ from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import monitored_rows
+from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
 from scissordyn.run.checkpoint import Keeper
@@ -30,6 +31,9 @@ __all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "ove
 
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
+
+HARD_CROSSED_FROM = 3
+"""The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
 
 INTERRUPTED = "interrupted"
 """Both how a run ended and why."""
@@ -134,11 +138,12 @@ def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]
 
 def crosses(plan: Plan, options: Options) -> bool:
     """Whether steps go across contacts that begin and end."""
-    if options.events == "auto" and plan.hard_places and any(part.declaration.gap is not None for part in plan.acting):
-        return True
-    if options.events == "auto":
+    if options.events != "auto":
+        return options.events == "crossed"
+    if not plan.hard_places:
         return len(plan.contacts) >= CROSSED_FROM
-    return options.events == "crossed"
+    loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
+    return len(loose) >= HARD_CROSSED_FROM or any(part.declaration.gap is not None for part in plan.acting)
 
 
 def compute(

@@ -83,10 +83,14 @@ def test_time_stepping_has_order_one():
 
 @pytest.mark.parametrize("events", ["located", "crossed"])
 def test_sliding_block_stops(events):
-    """Closed form: a block slides v^2/(2 mu g) in v/(mu g), sticks there, and friction takes its energy."""
+    """Closed form: a block slides v^2/(2 mu g) in v/(mu g), sticks there, and friction takes its energy.
+
+    On corners as stiff as this one it does not lean by what could be seen.
+    """
     speed, mu = 0.5, 0.2
+    laws = {"friction": Coulomb(mu), "damping": LankaraniNikravesh(0.0), "stiffness": sd.law("stiffness", "linear")(1e12)}
     run = sd.simulate(
-        block(velocity=(speed, 0.0), friction=Coulomb(mu), damping=LankaraniNikravesh(0.0)),
+        block(velocity=(speed, 0.0), **laws),
         until=0.4,
         start="as-placed",
         step=1e-4,

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.jit import kernel
 from scissordyn.laws.damping.factors import LankaraniNikravesh
+from scissordyn.mechanics.hard_rows import open_hard
+from scissordyn.mechanics.pivoting import pivot
 from scissordyn.model.body import Body
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -66,28 +69,35 @@ def chain() -> Mechanism:
     return arm.with_clearance("all", joint).driven(sd.Cycloidal(sd.degrees(15), sd.degrees(60), 5.0))
 
 
+@kernel()
+def pivot_at(m: int, hard: int) -> int:
+    """See `pivoting.pivot`."""
+    return pivot(m, open_hard(hard))
+
+
 def test_impulses_by_pivoting():
-    """Identity: where Newton's method fails, pivoting gives impulses that obey the law of contact, of every contact."""
+    """Cross-check: pivoting finds the impulses and velocities of Newton's method, and they obey the law of contact.
+
+    Contacts of an eight-unit mast that stay closed are elastic, so that there is one solution.
+    """
     step, seen = 1e-4, 0
     driver, _, _ = make_driver(plan(chain()), Options(1.0, start="in-contact", step=step))
     driver.sample_at(np.zeros(0))
     assert driver.stepping is not None
     hard, m = driver.stepping.content, driver.plan.model.constraint_start.size - 1
-    counted = driver.stepping.counted()
-    for k in range(2000):
-        driver.advance((k + 1) * step, most_steps=1)
-        now = driver.stepping.counted()
-        pivoted = now["steps_solved_by_pivoting"] > counted["steps_solved_by_pivoting"]
-        solved, counted = pivoted and now["steps_not_solved"] == counted["steps_not_solved"], now
-        if not solved:
-            continue
-        seen += 1
+    for k in range(0, 200, 10):
+        driver.advance((k + 10) * step, most_steps=10)
+        impulse, velocity = hard.impulse.copy(), hard.velocity.copy()
+        assert pivot_at(m, driver.stepping.hard.address) >= 0
+        force, speed = np.abs(impulse).max(), np.abs(hard.free).max()
+        np.testing.assert_allclose(hard.impulse, impulse, atol=1e-6 * force)
+        np.testing.assert_allclose(hard.velocity, velocity, atol=1e-6 * speed)
         a, b = hard.place[m : m + 2 * hard.which.size : 2], hard.place[m + 1 : m + 2 * hard.which.size : 2]
         own = hard.gram[a, hard.reach[0]] > 0.0
-        p, u = hard.impulse[a][own], (hard.velocity[a] + hard.offset)[own]
+        p, u = hard.impulse[a][own], (hard.velocity[a] + hard.compliance * hard.impulse[a] + hard.offset)[own]
+        seen += int(np.count_nonzero(hard.compliance[own] * p > 0.0))
         slip = hard.velocity[b][own]
         rubs = (hard.impulse[b] - hard.lag + hard.turning_mass * hard.velocity[b])[own]
-        force, speed = np.abs(p).max(), np.abs(hard.free[a][own]).max()
         limit = hard.friction[own] * p
         assert p.min() > -1e-12 * force
         assert u.min() > -1e-8 * speed
@@ -95,13 +105,13 @@ def test_impulses_by_pivoting():
         assert np.all(np.abs(rubs) <= limit + 1e-8 * force)
         slides = np.abs(slip) > 1e-7 * speed
         np.testing.assert_allclose(rubs[slides], -limit[slides] * np.sign(slip[slides]), atol=1e-7 * force)
-    assert seen > 0
+    assert seen > 100
 
 
 def test_the_automatic_step_of_the_solar_array():
     """Cross-check: the shipped array runs without a warning, loses by impacts and friction what the compliant one loses.
 
-    The compliant run at 1e-7 loses 0.2312 J by friction and 0.0065 J in impacts (docs/decisions/0021).
+    Compliant runs at 1e-6 to 1e-9 lose 0.2305 to 0.2313 J by friction and 0.0059 to 0.0065 J in impacts (docs/decisions/0021).
     """
     one = sd.read_case(EXAMPLES / "solar_array.toml").mechanism
     joints = tuple(
@@ -112,7 +122,7 @@ def test_the_automatic_step_of_the_solar_array():
     assert json.loads(run.attrs["warnings"]) == []
     assert "decay" in json.loads(run.attrs["statistics"])["reason"]
     assert float(run["friction_loss"][-1]) == pytest.approx(0.2312, rel=0.02)
-    assert 0.0 < float(run["damping_loss"][-1]) < 0.0065
+    assert float(run["damping_loss"][-1]) == pytest.approx(0.0062, rel=0.1)
     assert float(run["track_deviation"].max()) == pytest.approx(18.24e-3, rel=0.04)
 
 

@@ -80,6 +80,8 @@ class Touching(NamedTuple):
     ahead: F1  # (2,) largest indentation of what is open at the end of the step, time until what rebounds is back
     work: F1  # (1,) of the drives in the last impact
     size: F1  # (1,) of a step
+    ending: F1  # (k,) indentations at the end of the step
+    smooth: I1  # (1,) leading coordinates of the state that do not jump: positions, beside drives that move on
 
 
 open_touching = opener(Touching)
@@ -161,12 +163,31 @@ def choose_size(t, s, w, K):
 
 
 @kernel()
+def until_guard(problem, t, s, w, S, K):
+    """Time until the next guard that is none of what touches is crossed, by its rate; not less than the shortest step."""
+    problem.guards(t, s.y, S, w.value, w.rate)
+    soon = math.inf
+    for i in range(K.which.size):
+        w.rate[K.which[i]] = 0.0
+    for k in range(s.mode.size):
+        sign = sign_of(s.mode[k])
+        value, rate = sign * w.value[k], sign * w.rate[k]
+        if value < 0.0 and rate > 0.0:
+            soon = min(soon, -value / rate)
+    return max(soon, SHORTEST * K.size[0])
+
+
+@kernel()
 def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
         write_linear(t, t, s, w, r.samples)  # the start
     h, last = choose_size(t, s, w, K)
+    if s.mode.size > K.which.size:
+        soon = until_guard(problem, t, s, w, S, K)
+        if soon < h:
+            h, last = soon, False
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
     K.impact[1] = 0
@@ -234,8 +255,14 @@ def first_impact(jumps, t, h, s, w, S, H, K):
             low, below = tried, K.ahead[0]
             break
         high, above = tried, K.ahead[0]
-    if low == 0.0:  # what has just parted
-        repeat(jumps, t, h, s, w, S, H, K)
+    if low == 0.0:  # what begins on the surface, and forces or its curvature keep there
+        jumps.restore(H)
+        for k in range(s.mode.size):
+            s.mode[k] = w.saved_mode[k]
+        for i in range(K.which.size):
+            if w.saved_mode[K.which[i]] == 0 and K.ending[i] > 0.0:
+                s.mode[K.which[i]] = 1
+        jumps.step(t, h, s.y, w.new, S, H)
         return h, False
     for _ in range(LOOKS):
         if high - low <= ROUND_OFF * h:
@@ -368,18 +395,20 @@ def keep_linear(record, t, h, s, w, S):
 
 @kernel(inline=True)
 def write_between(t, now, s, w, K, out):
-    """Write the samples after t up to the end of the step, between s.y and w.new; in a step with a jump the nearer one."""
+    """Write the samples after t up to the end of the step, between s.y and w.new; what jumps in it is the nearer one."""
     counts, monitors = s.counts[0], s.clock[0].monitors == 1
     while counts.samples < out.time.size:
         at = counts.samples
         when = out.time[at]
         if when > now:
             return
-        part = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+        along = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+        part = along
         if K.impact[0] == 1:
-            part = 0.0 if part < 0.5 else 1.0
+            part = 0.0 if along < 0.5 else 1.0
         for i in range(s.y.size):
-            out.state[at, i] = (1.0 - part) * s.y[i] + part * w.new[i]
+            share = along if i < K.smooth[0] else part
+            out.state[at, i] = (1.0 - share) * s.y[i] + share * w.new[i]
         for q in range(s.total.size):
             out.total[at, q] = s.total[q] + (part * (now - t) * w.power[0, q] if monitors else 0.0)
         write_modes(at, s, out)

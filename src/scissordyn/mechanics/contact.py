@@ -65,7 +65,7 @@ def contact_laws(j, S, z, dz):
         found.elastic = 0.0
         found.normal = S.state.memory[j]
         found.tangential = z[0]
-        dz[0] = 0.0
+        dz[:] = 0.0
         return maps
     if found.depth > 0.0:
         elastic = elastic_force(law.stiffness, found.depth, P.elastic[j])

@@ -26,8 +26,9 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.component import linearise_component
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.hard_elastic import law_depth, stored_energy
 from scissordyn.mechanics.hard_impact import STAYS
-from scissordyn.mechanics.hard_result import CLOSED, REBOUND, share_of_force, take_results
+from scissordyn.mechanics.hard_result import CLOSED, REBOUND, RESTITUTION_LOSS, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
     OPEN,
     acting_row,
@@ -67,6 +68,7 @@ def hard_step(t, h, y, new, S, H):
     """
     M, C = S.model, S.state
     n, count = M.n, H.which.size
+    H.size[0] = h
     for i in range(y.size):
         H.kept_slope[i] = H.slope[i]
     for i in range(count):
@@ -107,8 +109,26 @@ def hard_step(t, h, y, new, S, H):
     look_ahead(h, new, S, H)
     if H.impact[1] == 1:
         take_back(S, H)
-    elif acts_now:
+        return
+    if acts_now:
         return_to_surfaces(h, new, S, H)
+    keep_pressed(h, y, new, S, H)
+
+
+@kernel(inline=True)
+def keep_pressed(h, y, new, S, H):
+    """What elastic contacts have stored is no loss of theirs."""
+    place_at_end(h, new, S)
+    m = S.work.multiplier.size
+    for i in range(H.which.size):
+        H.overlap[i] = max(H.overlap[i], beyond_law(i, S, H))
+        acts = H.yields[i] == 1 and H.closed[i] == 1
+        H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
+        H.ending[i], _ = gap(H.which[i], S)
+        stored = 2 * S.model.n + S.model.state_start[H.which[i]] + 1
+        new[stored] = stored_energy(i, S, H)
+        H.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
+    place_at_middle(S, H)
 
 
 @kernel(inline=True)
@@ -154,6 +174,7 @@ def close_gaps(h, S, H):
             contact_rows(i, S, H)
             H.closed[i] = 1
             H.rebound[i] = 0.0 if H.was[i] == 1 or depth < 0.0 else H.restitution[i]
+            H.yields[i] = 1 if H.was[i] == 1 and H.locate[0] == 0 else 0
             H.turn[i] = 0.5 * h * convective(j, S) if H.was[i] == 1 or depth < 0.0 else 0.0
             H.bias[i] = -2.0 * depth / h if depth < 0.0 and H.locate[0] == 0 else 0.0
             found = True
@@ -248,7 +269,8 @@ def turn_normals(h, m, S, H):
             continue
         j = H.which[i]
         at, other = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        H.turn[i] = min(H.turn[i], max(-H.before[at], 0.0))
+        if H.yields[i] == 0:
+            H.turn[i] = min(H.turn[i], max(-H.before[at], 0.0))
         H.bias[i] = max(H.bias[i] - 0.5 * H.turn[i], 0.0) - H.turn[i]
         found = S.work.contact[j]
         if S.parameters.contact[j].plane == 1 or H.was[i] == 0 or not found.distance > 0.0:
@@ -310,12 +332,21 @@ def look_ahead(h, new, S, H):
     H.ahead[0] = -math.inf
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
+        H.ending[i] = depth
         if H.closed[i] == 0:
             H.ahead[0] = max(H.ahead[0], depth)
         most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if H.locate[0] == 0 and H.impact[1] == 0 and depth > most and depth - H.depth[i] > 0.5 * most:
+        if H.impact[1] == 0 and H.locate[0] == 0 and min(beyond_law(i, S, H), 2.0 * (depth - H.depth[i])) > most:
             H.impact[1] = 1
     place_at_middle(S, H)
+
+
+@kernel(inline=True)
+def beyond_law(i, S, H):
+    """Indentation [m] of hard contact i at the end of the step beyond that whose force it has had."""
+    if H.yields[i] == 1 and H.closed[i] == 1:
+        return H.ending[i] - max(law_depth(i, H.place[S.work.multiplier.size + 2 * i], H), 0.0)
+    return H.ending[i]
 
 
 @kernel(inline=True)
@@ -333,12 +364,14 @@ def return_to_surfaces(h, new, S, H):
                 H.band[at, k] = H.gram[at, k]
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
-        if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0 or (H.locate[0] == 0 and depth <= 0.0):
+        if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0 or (H.locate[0] == 0 and depth <= 0.0 and H.yields[i] == 0):
             continue
         at = H.place[m + 2 * i]
         for k in range(2 * reach + 1):
             H.band[at, k] = H.gram[at, k]
         H.band[at, reach] *= 1.0 + LEAST_SQUARES
+        if H.yields[i] == 1:
+            continue
         H.shift[at] = depth
         deep = deep or abs(depth) > DEEP * S.parameters.contact[H.which[i]].clearance
     if deep and factorize(H.band, reach, reach, H.pivots) < 0:

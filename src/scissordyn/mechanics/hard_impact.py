@@ -46,6 +46,7 @@ def hard_impact(t, h, y, S, H):
         if H.closed[i] == 1:
             kinematics(j, S)
             contact_rows(i, S, H)
+            H.yields[i] = 0
             H.rebound[i] = 0.0 if H.was[i] == 1 else H.restitution[i]
             H.bias[i] = H.turn[i] = H.turning_mass[i] = H.lag[i] = 0.0
     for c in range(H.damped.size):
@@ -62,7 +63,7 @@ def hard_impact(t, h, y, S, H):
     for a in range(m + 2 * H.which.size):
         if H.impulse[H.place[a]] != 0.0:
             add_row(a, m, H.impulse[H.place[a]], y, n, S, H)
-    take_impacts(h, S, H)
+    take_impacts(h, y, S, H)
     H.work[0] = drive_work(y, S, H)
     for i in range(H.which.size):
         C.mode[H.which[i]] = 1 if H.closed[i] == 1 and H.result[i, CLOSED] == 1.0 else 0
@@ -70,7 +71,7 @@ def hard_impact(t, h, y, S, H):
 
 
 @kernel(inline=True)
-def take_impacts(h, S, H):
+def take_impacts(h, y, S, H):
     """Write what each contact has done in an impact; `HardContacts.middle` has accelerations without contacts."""
     m, n = S.work.multiplier.size, S.model.n
     H.ahead[1] = math.inf
@@ -94,6 +95,9 @@ def take_impacts(h, S, H):
         back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
         out[CLOSED] = 1.0 if back < ZENO * h else 0.0
         if out[CLOSED] == 0.0:
+            stored = 2 * n + S.model.state_start[H.which[i]] + 1
+            out[RESTITUTION_LOSS] += y[stored]
+            y[stored] = 0.0
             H.ahead[1] = min(H.ahead[1], back)
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)

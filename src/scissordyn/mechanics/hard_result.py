@@ -50,12 +50,15 @@ def take_results(h, S, H):
         turned = H.lag[i] - H.turning_mass[i] * H.velocity[b]  # part of P_T that is the normal's
         out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.velocity[b] + H.before[b])
         out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.velocity[b] + H.before[b])
+        H.stuck[i] = 1 if H.mode[i] == STICK else 0
+        if H.yields[i] == 1:
+            out[CLOSED] = 1.0
+            continue
         by_force = before - H.free[a]
         if (-before - H.turn[i]) * (1.0 + H.rebound[i]) > RESTING + abs(by_force):
             H.impact[0] = 1
         near = RESTING * (abs(before) + H.turn[i])
         out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, near) else 0.0
-        H.stuck[i] = 1 if H.mode[i] == STICK else 0
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)
 
@@ -68,6 +71,8 @@ def share_of_force(i, j, h, new, S, H):
     impulsive = max(-H.before[a] - H.turn[i], 0.0) * (1.0 + H.rebound[i])
     by_force = max(H.before[a] - H.free[a] + 2.0 * H.turn[i], 0.0)
     share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
+    if H.yields[i] == 1:
+        share = 1.0
     found.elastic = 0.0
     found.normal = share * H.impulse[a] / h
     found.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h

@@ -45,6 +45,17 @@ class HardContacts(NamedTuple):
     turning_mass: F1  # (k,) impulse along T for U_T+, of a normal that turns [kg]
     lag: F1  # (k,) and its part that is known [N s]
     offset: F1  # (k,) e U- + bias
+    law: I1  # (k,) address of the force of its stiffness law
+    energy: I1  # (k,) and of its energy, or 0
+    elastic: F2  # (k, PARAMETERS) and their numbers
+    floor: F1  # (k,) indentation below which the law is taken as linear [m]
+    yields: I1  # (k,) whether it is elastic in the present step
+    pressed: F1  # (k,) indentation at which the law was evaluated in the last step [m]
+    reached: F1  # (k,) indentation of the law without U+ [m]
+    weight: F1  # (k,) and what it is less for U+ [s]
+    faster: F1  # (k,) f, 0 where its vibration is resolved, 1 where it is far faster than the step
+    compliance: F1  # (k,) speed for P_N [1/kg]
+    size: F1  # (1,) of the present step [s]
     damped: I1  # (c,) components whose force depends on their speed
     damping: I1  # (c,) whether it does now
     place: I1  # (rows,) permutation, rows = m+2k+c
@@ -68,6 +79,8 @@ class HardContacts(NamedTuple):
     friction: F1  # (k,) coefficient in the present step
     row: F1  # (n,) zeros: one row while it is multiplied
     depth: F1  # (k,) at the middle of the step
+    ending: F1  # (k,) indentation at the end of the step [m]
+    overlap: F1  # (k,) largest indentation so far beyond that of the law [m]
     kept_mode: I1  # (k,) mode, stuck and slope at the start of the step
     kept_stuck: I1
     kept_slope: F1

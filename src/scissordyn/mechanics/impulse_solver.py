@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.pivoting import pivot
 
@@ -36,6 +37,9 @@ MOST = 40
 TRIES = 10
 """Steps of Newton's method that change all modes at once although no fewer contacts ask for another mode than ever before; from
 then on the last of these contacts alone changes its mode, until they are fewer, as in block principal pivoting."""
+
+LAWS = 4
+"""Times that laws of elastic contacts are linearised anew in a step."""
 
 BORDER = 1e-10
 """Part of the largest impulse of a step that is round-off."""
@@ -62,14 +66,18 @@ def solve_impulses(m, H):
     for i in range(count):
         if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
             H.rebound[i] = 0.0
-        H.offset[i] = H.rebound[i] * H.before[H.place[m + 2 * i]] + H.bias[i]
+        H.compliance[i] = 0.0
+        if H.yields[i] == 1:
+            prepare_law(i, H.place[m + 2 * i], H)
+        else:
+            H.offset[i] = H.rebound[i] * H.before[H.place[m + 2 * i]] + H.bias[i]
         at = H.place[m + 2 * i + 1]
         still = H.closed[i] == 1 and abs(H.before[at]) <= STILL * abs(H.free[at] - H.before[at])
         H.friction[i] = H.static[i] if still or H.stuck[i] == 1 else H.kinetic[i]
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
-    solved, fewest, tries = False, 3 * count + 1, TRIES
+    solved, fewest, tries, laws = False, 3 * count + 1, TRIES, 0
     for tried in range(MOST):
         if not solve_modes(m, H):
             break
@@ -77,8 +85,11 @@ def solve_impulses(m, H):
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
         if asking == 0:
-            solved = True
-            break
+            if laws == LAWS or law_fits(m, H):
+                solved = True
+                break
+            laws, fewest, tries = laws + 1, 3 * count + 1, TRIES
+            continue
         if asking < fewest:
             fewest, tries = asking, TRIES
         else:
@@ -117,7 +128,7 @@ def solve_modes(m, H):
             only(a, 1.0, reach, H)
             only(b, 1.0, reach, H)
             continue
-        H.band[a, reach] *= 1.0 + COMPLIANCE
+        H.band[a, reach] = H.band[a, reach] * (1.0 + COMPLIANCE) + H.compliance[i]
         H.impulse[a] = -H.free[a] - H.offset[i]
         if H.mode[i] == STICK:
             H.band[b, reach] *= 1.0 + COMPLIANCE
@@ -174,7 +185,7 @@ def ask_for_modes(m, H):
             continue
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         p_n, p_t, new = H.impulse[a], H.impulse[b], OPEN
-        if p_n - (H.velocity[a] + H.offset[i]) / H.gram[a, reach] > (near if old == OPEN else -near):
+        if p_n - (H.velocity[a] + H.compliance[i] * p_n + H.offset[i]) / H.gram[a, reach] > (near if old == OPEN else -near):
             limit = H.friction[i] * max(p_n, 0.0)
             wanted = p_t - H.lag[i] + (H.turning_mass[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
             new = SLIP if wanted > (near if old == SLIP + 1 else -near) else SLIP + 1

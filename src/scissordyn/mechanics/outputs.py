@@ -212,7 +212,7 @@ def write_loads(at, B, S, R):
 
 
 @kernel(inline=True)
-def write_energies(at, t, S, R):
+def write_energies(at, t, y, S, R):
     """Write the energies at a sample."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
@@ -227,8 +227,10 @@ def write_energies(at, t, S, R):
         for k in range(nb):
             kinetic += 0.5 * W.basis[1, i] * M.inertia_b[i, k] * W.basis[1, k]
     for j in range(S.parameters.contact.size):
-        if S.state.mode[j] == 1 and S.parameters.law[j].stiffness != 0:
-            law = S.parameters.law[j]
+        law = S.parameters.law[j]
+        if law.stiffness == 0:  # of a hard contact: a state
+            elastic += y[2 * n + M.state_start[j] + 1]
+        elif S.state.mode[j] == 1:
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
         stored += flexible_bar_energy(t, i, S) if M.component_port[i] == _AXIS else W.stored_energy[i]
@@ -288,7 +290,7 @@ def fill(samples, address, B, R, counted):
         for k in range(W.multiplier.size):
             R.multiplier[at, k] = W.multiplier[k]
         R.length_error[0] = max(R.length_error[0], largest_length_error(S))
-        write_energies(at, samples.time[at], S, R)
+        write_energies(at, samples.time[at], samples.state[at], S, R)
         write_loads(at, B, S, R)
 
 

@@ -105,6 +105,7 @@ def write_table(m, count, H):
                 H.table[row, 2 * count + c] = 0.0
             for k in range(3):
                 H.table[2 * count + d, k * count + c] = 0.0
+        H.table[d, d] += H.compliance[i]
         H.table[d, size + 1] = row_product(a, H.units[2 * count], H) + H.free[a] + H.offset[i]
         H.table[count + d, size + 1] = row_product(b, H.units[2 * count], H) + H.free[b]
         H.table[2 * count + d, size + 1] = 0.0

@@ -15,12 +15,15 @@ if TYPE_CHECKING:
     from scissordyn.model.clearance import Clearance
     from scissordyn.model.guide_clearance import GuideClearance
 
-__all__ = ["MEAN_FRICTION", "ContactKind", "HardNumbers", "check_hard", "contact_states", "hard_numbers"]
+__all__ = ["MEAN_FRICTION", "STORED", "ContactKind", "HardNumbers", "check_hard", "contact_states", "hard_numbers"]
 
 ContactKind = Literal["compliant", "hard"]
 
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
 """Internal state of a hard contact: its mean friction force over the last step."""
+
+STORED = State("stored_energy", "J", scale=1.0)
+"""And the elastic energy of its surfaces at the end of that step."""
 
 _TAKEN = ("kinetic", "static")
 
@@ -85,5 +88,5 @@ def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
 
 
 def contact_states(clearance: Clearance | GuideClearance) -> tuple[State, ...]:
-    """Internal states of the contact of a joint: those of its friction law, or the mean friction of a hard contact."""
-    return (MEAN_FRICTION,) if clearance.contact == "hard" else clearance.friction.states
+    """Internal states of a contact: those of its friction law, or mean friction and elastic energy of a hard contact."""
+    return (MEAN_FRICTION, STORED) if clearance.contact == "hard" else clearance.friction.states

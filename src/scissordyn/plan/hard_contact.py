@@ -6,12 +6,14 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from scissordyn.mechanics.hard_elastic import FLOOR
 from scissordyn.mechanics.hard_result import RESULTS
 from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.plan.plan import Plan
+from scissordyn.plugin.element import PARAMETERS, addresses, row_of
 
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 """Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
@@ -53,6 +55,17 @@ def hard_contacts(plan: Plan) -> HardContacts:
         turning_mass=np.zeros(count),
         lag=np.zeros(count),
         offset=np.zeros(count),
+        law=np.zeros(count, np.int64),
+        energy=np.zeros(count, np.int64),
+        elastic=np.zeros((count, PARAMETERS)),
+        floor=np.zeros(count),
+        yields=np.zeros(count, np.int64),
+        pressed=np.zeros(count),
+        reached=np.zeros(count),
+        weight=np.zeros(count),
+        faster=np.zeros(count),
+        compliance=np.zeros(count),
+        size=np.zeros(1),
         damped=np.array(damped, np.int64),
         damping=np.zeros(len(damped), np.int64),
         place=place,
@@ -76,6 +89,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
         friction=np.zeros(count),
         row=np.zeros(n),
         depth=np.zeros(count),
+        ending=np.zeros(count),
+        overlap=np.zeros(count),
         kept_mode=np.zeros(count, np.int64),
         kept_stuck=np.zeros(count, np.int64),
         kept_slope=np.zeros(states),
@@ -112,7 +127,11 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         clearance = plan.contacts[j].clearance
         assert clearance is not None
         made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
-    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts):
+        kernels = addresses(clearance.stiffness)
+        made.law[i], made.energy[i] = kernels["force"], kernels["energy"]
+        made.elastic[i] = row_of(clearance.stiffness, clearance.surfaces)
+        made.floor[i] = FLOOR * clearance.clearance
+    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap):
         part[:] = 0
     made.ahead[:] = -np.inf, np.inf
 

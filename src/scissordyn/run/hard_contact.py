@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.mechanics.monitored import INDENTATION
 from scissordyn.run.trajectory import Trajectory
 
 __all__ = ["hard_contact_warnings"]
 
 DEEP = 0.2
-"""Indentation over clearance above which the step is too long for the motion of a journal in its bearing."""
+"""Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing."""
 
 JAMMED = 1e-9
 """Speed of all coordinates, as a fraction of the largest in the run, below which the mechanism stands."""
@@ -48,10 +47,11 @@ def hard_contact_warnings(path: Trajectory) -> list[str]:
             "determines: their impulses are those of surfaces with the same small compliance, only their sums are determined"
         )
     clearance = path.system.content.parameters.contact["clearance"]
-    deepest = path.peaks(INDENTATION)["largest"] / clearance if clearance.size else clearance
+    overlap = counts["overlap"]
+    deepest = {j: overlap.get(path.plan.contacts[j].name, 0.0) / float(clearance[j]) for j in path.plan.hard_places}
     deep = [j for j in path.plan.hard_places if deepest[j] > DEEP]
     if deep:
-        worst = max(deep, key=lambda j: float(deepest[j]))
+        worst = max(deep, key=lambda j: deepest[j])
         others = f", and those of {len(deep) - 1} more" if len(deep) > 1 else ""
         found.append(
             f"joint '{path.plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} clearances{others}: "

@@ -19,7 +19,7 @@ from scissordyn.kinematics.assembly import (
     natural_state,
     placed_start,
 )
-from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
@@ -27,6 +27,7 @@ from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
 from scissordyn.plan.plan import Plan
+from scissordyn.plugin.element import addresses, row_of
 from scissordyn.run.cause import check_springs, full_coordinates
 from scissordyn.run.driver import make_system
 from scissordyn.run.options import StartKind
@@ -103,6 +104,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
     events = _touching(system, y, kind)
+    _store_energy(plan, system, y)
     return Prepared(y, tuple(events), tuple(warnings))
 
 
@@ -256,6 +258,19 @@ def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float
         row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
     return rows
+
+
+def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
+    """Write the elastic energy of hard contacts that are closed at the start, which is a state of theirs."""
+    content: System = system.content
+    depth, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
+    functions.guards(0.0, y, system.address, depth, rate)
+    for j in plan.hard_places:
+        clearance = plan.contacts[j].clearance
+        if content.state.mode[j] == 1 and clearance is not None:
+            law, row = addresses(clearance.stiffness), row_of(clearance.stiffness, clearance.surfaces)
+            stored = 2 * content.model.n + content.model.state_start[j] + 1
+            y[stored] = elastic_energy(law["energy"], law["force"], depth[j], row)
 
 
 def _hold_references(plan: Plan, system: System, held: Held) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stepping", "advance_stepping"]
 
-KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts")
+KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap")
 """What the next step depends on, and what has been counted."""
 
 
@@ -48,7 +48,15 @@ class Stepping:
         content.locate[0] = int(located)
         self.touching = Handle(
             Touching(
-                content.which, content.result, content.impact, content.locate, content.ahead, content.work, np.array([size])
+                content.which,
+                content.result,
+                content.impact,
+                content.locate,
+                content.ahead,
+                content.work,
+                np.array([size]),
+                content.ending,
+                np.array([plan.model.n if plan.model.nb else 0], np.int64),
             )
         )
 
@@ -78,7 +86,7 @@ class Stepping:
 
     def forget(self) -> None:
         """Begin anew from a state that was put back."""
-        for name in ("mode", "stuck", "slope"):
+        for name in ("mode", "stuck", "slope", "pressed"):
             getattr(self.content, name)[:] = 0
         self.content.ahead[:] = -np.inf, np.inf
 
@@ -89,9 +97,12 @@ class Stepping:
     def statistics(self, time: float) -> dict[str, Any]:
         """The step, the counters, and the part of the time for which each joint has stuck."""
         names = [contact.name for contact in self.plan.contacts]
-        stuck = zip(self.content.which.tolist(), self.content.stick.tolist(), strict=True)
+        which = self.content.which.tolist()
+        stuck = zip(which, self.content.stick.tolist(), strict=True)
         sticking = {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0}
-        return {"step": self.size, "impacts_located": bool(self.content.locate[0]), **self.counted(), "sticking": sticking}
+        deep = {names[j]: beyond for j, beyond in zip(which, self.content.overlap.tolist(), strict=True) if beyond > 0.0}
+        found = {"step": self.size, "impacts_located": bool(self.content.locate[0]), **self.counted()}
+        return {**found, "sticking": sticking, "overlap": deep}
 
     def counted(self) -> dict[str, int]:
         """Counters of the solver of impulses by name."""

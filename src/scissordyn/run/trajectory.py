@@ -13,7 +13,8 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import INDENTATION, monitored_rows
+from scissordyn.mechanics.monitored import monitored_rows
+from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
 from scissordyn.run.checkpoint import Keeper
@@ -30,6 +31,9 @@ __all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "ove
 
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
+
+HARD_CROSSED_FROM = 3
+"""The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
 
 INTERRUPTED = "interrupted"
 """Both how a run ended and why."""
@@ -134,9 +138,12 @@ def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]
 
 def crosses(plan: Plan, options: Options) -> bool:
     """Whether steps go across contacts that begin and end."""
-    if options.events == "auto":
+    if options.events != "auto":
+        return options.events == "crossed"
+    if not plan.hard_places:
         return len(plan.contacts) >= CROSSED_FROM
-    return options.events == "crossed"
+    loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
+    return len(loose) >= HARD_CROSSED_FROM or any(part.declaration.gap is not None for part in plan.acting)
 
 
 def compute(
@@ -237,12 +244,13 @@ def _advance(
 def overlapping(driver: Driver) -> str:
     """Which hard surfaces overlap by more than their clearance: the step was too long; empty if none do."""
     plan = driver.plan
-    deepest = driver.peak["largest"][driver.rows(INDENTATION)] if plan.hard_places else np.zeros(0)
+    if driver.stepping is None:
+        return ""
     clearance = driver.system.content.parameters.contact["clearance"]
-    for j in plan.hard_places:
-        if not deepest[j] <= clearance[j] and driver.stepping is not None:
+    for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=True):
+        if not overlap <= clearance[j]:
             return (
-                f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * deepest[j]:.3g} mm at a clearance of "
+                f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * overlap:.3g} mm at a clearance of "
                 f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; type: step = "
                 f"{0.25 * driver.stepping.size:.2g}"
             )

@@ -1,0 +1,103 @@
+"""Elasticity of hard contacts that stay closed: their stiffness law, taken implicitly.
+
+A contact that was closed before the step is pressed together by F(delta), with delta at a mean over the step, T the speed that
+the curvature of the surface asks for at its end, and K = dF/d delta:
+
+    P_N = h F(delta_mean),    delta_mean = delta_m - h T/4 - h (a (U+ - U- - 2 T) + f (U- + T)),
+    a = 1/4 + 3/4 f,    f = z^2/(1 + z^2),    z = K G_NN h^2.
+
+For z -> 0 this is the implicit midpoint rule, which loses nothing; for z -> infinity both eigenvalues of the vibration of the
+contact tend to zero. With the law linearised the contact's row of the equations has a compliance of its own,
+
+    0 <= U+ + c P_N + b _|_ P_N >= 0,    c = 1/(h^2 K a).
+"""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+from scissordyn.laws.evaluate import elastic_energy, elastic_force
+
+__all__ = ["FLOOR", "law_depth", "law_fits", "prepare_law", "stored_energy"]
+
+FLOOR = 1e-3
+"""Indentation, as a fraction of the clearance, below which the law is taken as linear."""
+
+MISFIT = 1e-2
+"""Part of a force by which the linearised law may miss the law."""
+
+NEGLIGIBLE = 1e-4
+"""And part of the largest force of the step."""
+
+
+@kernel(inline=True)
+def law_at(i, delta, H):
+    """Force [N] and its derivative [N/m] of hard contact i at an indentation."""
+    least = H.floor[i]
+    if delta <= least:
+        slope = elastic_force(H.law[i], least, H.elastic[i]) / least
+        return slope * delta, slope
+    force = elastic_force(H.law[i], delta, H.elastic[i])
+    small = 1e-5 * delta
+    slope = (elastic_force(H.law[i], delta + small, H.elastic[i]) - elastic_force(H.law[i], delta - small, H.elastic[i])) / (
+        2.0 * small
+    )
+    return force, slope
+
+
+@kernel(inline=True)
+def linearise_law(i, delta, H):
+    """Write compliance and offset of hard contact i with the law linearised at an indentation."""
+    force, slope = law_at(i, delta, H)
+    over = 1.0 / H.weight[i]
+    H.compliance[i] = over / (H.size[0] * slope)
+    H.offset[i] = -over * (force / slope + H.reached[i] - delta)
+
+
+@kernel(inline=True)
+def law_depth(i, at, H):
+    """Indentation [m] whose force hard contact i has had in the step."""
+    return H.reached[i] - H.weight[i] * H.velocity[at]
+
+
+@kernel(inline=True)
+def prepare_law(i, at, H):
+    """Write what the equations of a closed, elastic contact read; `HardContacts.turn` has T."""
+    h, turn, before = H.size[0], H.turn[i], H.before[at]
+    _, slope = law_at(i, H.pressed[i], H)
+    z = slope * H.gram[at, H.reach[0]] * h * h
+    f = z * z / (1.0 + z * z)
+    a = 0.25 + 0.75 * f
+    H.weight[i], H.faster[i] = h * a, f
+    H.reached[i] = H.depth[i] - 0.25 * h * turn + h * (a * (before + 2.0 * turn) - f * (before + turn))
+    linearise_law(i, H.pressed[i], H)
+
+
+@kernel(inline=True)
+def law_fits(m, H):
+    """Whether impulses agree with the law of all elastic contacts; where they do not it is linearised anew."""
+    fits, h, largest = True, H.size[0], 0.0
+    for i in range(H.which.size):
+        if H.closed[i] == 1:
+            largest = max(largest, H.impulse[H.place[m + 2 * i]])
+    for i in range(H.which.size):
+        if H.closed[i] == 0 or H.yields[i] == 0:
+            continue
+        at = H.place[m + 2 * i]
+        delta = law_depth(i, at, H)
+        force, _ = law_at(i, max(delta, 0.0), H)
+        if abs(h * force - H.impulse[at]) > MISFIT * max(h * force, H.impulse[at]) + NEGLIGIBLE * largest:
+            linearise_law(i, max(delta, 0.0), H)
+            fits = False
+    return fits
+
+
+@kernel(inline=True)
+def stored_energy(i, S, H):
+    """Elastic energy [J] of hard contact i at the end of a step, 0 if it is open.
+
+    Where its vibration is far faster than the step it is that of the indentation whose force it has had.
+    """
+    if S.state.mode[H.which[i]] == 0:
+        return 0.0
+    depth = (1.0 - H.faster[i]) * H.ending[i] + H.faster[i] * H.pressed[i] if H.yields[i] == 1 else H.ending[i]
+    return elastic_energy(H.energy[i], H.law[i], depth, H.elastic[i])

@@ -1,0 +1,60 @@
+"""Every example with all its contacts hard: a short run of each as part of every test run, and slowly until their ends."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.config.file import Case, read_case
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+SHORT = 0.1
+"""Part of the run of an example that is computed in every test run."""
+
+FARTHEST = 2.0
+"""Largest place of a journal in its bearing, in clearances: with more the run has failed."""
+
+
+def hard(path: Path) -> Case:
+    """The case of an example, each table of a clearance with ``contact = "hard"``."""
+    tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    joints = [f"clearance.{table['joint']}" for table in tables.get("clearance", [])]
+    guides = [f"guide_clearance.{table['guide']}" for table in tables.get("guide_clearance", [])]
+    return read_case(path, [f"{name}.contact=hard" for name in (*joints, *guides)])
+
+
+def check(case: Case, run: xr.Dataset) -> None:
+    """Complete, inside the bearings, in balance, and without impacts that give energy: within a hundredth of it."""
+    assert run.attrs["status"] == "complete", run.attrs["cause"]
+    loose = [joint for joint in case.mechanism.joints if joint.clearance is not None]
+    assert all(joint.clearance.contact == "hard" for joint in loose if joint.clearance is not None)
+    for joint in loose:
+        assert joint.clearance is not None
+        far = np.linalg.norm(run["eccentricity"].sel(joint=joint.name).values, axis=-1).max()
+        assert far <= FARTHEST * joint.clearance.clearance, joint.name
+    scale = 0.01 * max(float(run["kinetic_energy"].max()), 1.0)
+    loss = run["damping_loss"].values
+    assert float(np.abs(run["energy_residual"].values).max()) <= scale
+    assert float(np.max(np.maximum.accumulate(loss) - loss)) <= scale
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_begins_with_hard_contact(path: Path) -> None:
+    """Limit: surfaces that do not press into each other, and the energy balance."""
+    case = hard(path)
+    options = {**case.run.keywords, "until": SHORT * case.run.until, "samples": 51}
+    check(case, sd.simulate(case.mechanism, **options))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_ends_with_hard_contact(path: Path) -> None:
+    """Limit: surfaces that do not press into each other, and the energy balance, until the end of the example."""
+    case = hard(path)
+    check(case, sd.simulate(case.mechanism, **case.run.keywords))

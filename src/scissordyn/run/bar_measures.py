@@ -20,12 +20,14 @@ NEEDED = {"bar_largest_stress": "youngs_modulus", "bar_largest_utilisation": "yi
 """What bars have to know for a variable of a run."""
 
 
-def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
-    """Raise `InputError` for a measure of bars that bend where none does, or where none has the numbers that it needs."""
+def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure], *, several: bool) -> None:
+    """Raise `InputError` for a measure of bars that bend where none does, where one lacks a number, or of several members."""
     bars = bars_of(mechanism)
     for name, measure in measures.items():
         if not measure.samples:
             continue
+        if several:
+            raise InputError(f"measure '{name}' of several members", "a measure of the loop, or members = 0 alone")
         if not bars:
             raise InputError(f"measure '{name}' of a mechanism without bars that bend", "bars that bend", "with_bending(...)")
         needed = NEEDED.get(measure.samples, "")

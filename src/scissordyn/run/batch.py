@@ -108,7 +108,7 @@ def simulate_cases(
     """The same with the options of `simulate` together, and the perturbations of the starts."""
     values = _columns(mechanism, over)
     chosen, spread = _chosen(measures), Threads(threads)
-    check_bars(mechanism, chosen)
+    check_bars(mechanism, chosen, several=bool(np.any(perturbed.members)))
     batch = _Batch(mechanism, values, chosen, perturbed)
     began = clocks.perf_counter()
     interrupted = _run_all(batch, options, spread, progress) or _sample_all(batch, options)
@@ -262,21 +262,21 @@ def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callab
 def _sample_all(batch: _Batch, options: Options) -> bool:
     """Simulate complete cases once more for measures of their samples; returns whether the user stopped it."""
     wanted = {name: measure.samples for name, measure in batch.measures.items() if measure.samples}
-    if wanted and np.any(batch.members):
-        raise InputError(f"measure '{next(iter(wanted))}' of several members", "a measure of the loop, or members = 0 alone")
+    waiting = np.flatnonzero(batch.status == "complete").tolist() if wanted else []
     try:
-        for case in np.flatnonzero(batch.status == "complete").tolist() if wanted else ():
+        while waiting:
+            case = waiting[0]
             try:
                 found = of_samples(batch.mechanism(case), options, wanted.values())
+                for name, variable in wanted.items():
+                    batch.values[name][case] = found[variable]
             except ScissordynError as error:
                 batch.failed(case, str(error))
                 for values in batch.values.values():
                     values[case] = np.nan
-                continue
-            for name, variable in wanted.items():
-                batch.values[name][case] = found[variable]
+            waiting.pop(0)
     except KeyboardInterrupt:
-        batch.status[case:] = "pending"
+        batch.status[waiting] = "pending"
         return True
     return False
 

@@ -104,3 +104,5 @@ def test_command(arm, tmp_path, capsys):
     assert np.array([level["value"] for level in told["levels"]]) == pytest.approx([level.value for level in found.levels])
     assert status_of(["check", case, "--converge", "peak_force within 2 %"]) == 0
     assert f"--set run.rtol={found.setting:g}" in " ".join(capsys.readouterr().out.split())
+    assert status_of(["check", case, "--set", "A.clearance=0.2 mm", "--converge", "peak_force within 20 %"]) == 0
+    assert "--set 'A.clearance=0.2 mm' --set run.rtol=" in " ".join(capsys.readouterr().out.split())

@@ -80,7 +80,7 @@ def check(
 
         response, within = read_wanted(converge)
         converged = convergence(mechanism, read.run, response, within=within, over="modes" if modes else "accuracy")
-        lines += converged_lines(converged, str(case))
+        lines += converged_lines(converged, str(case), change or [])
     if as_json:
         print_json(
             {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from scissordyn.errors import command
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["converged_lines", "plain"]
 
 
-def converged_lines(found: Convergence, case: str) -> list[str]:
+def converged_lines(found: Convergence, case: str, changed: Sequence[str] = ()) -> list[str]:
     """What was found, a line each.
 
     Parameters
@@ -21,6 +22,8 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
     found : Convergence
     case : str
         The case file, for the command that runs it so.
+    changed : sequence of str
+        What of the case was changed.
     """
     import xarray as xr
 
@@ -48,7 +51,8 @@ def converged_lines(found: Convergence, case: str) -> list[str]:
     if found.varied == "modes":
         lines.append(f"To run it so: modes = {found.setting:.0f} in [[bending]] of {case}.")
         return lines
-    changes = [part for name in found.options for part in ("--set", f"run.{name}={_setting(found, found.setting)}")]
+    settings = [f"run.{name}={_setting(found, found.setting)}" for name in found.options]
+    changes = [part for change in (*changed, *settings) for part in ("--set", change)]
     lines.append(f"To run it so: {command('scissordyn', 'run', case, *changes)}")
     return lines
 

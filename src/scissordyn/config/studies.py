@@ -6,7 +6,7 @@ import os
 import tempfile
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
+from scissordyn.config.names import Reader, by_change, by_object, names_of, variants_of
 from scissordyn.config.study import StudyText, described_study, own_measure, read_study, study_of
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
@@ -33,7 +34,7 @@ __all__ = ["open_study", "study"]
 Address = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 
-RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), or '0.1..0.4 mm'"
+RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
 
 def study(
@@ -65,96 +66,86 @@ def study(
     progress: Callable[[Progress], None] | None = None,
     compute: bool = True,
 ) -> StudyResult:
-    """Vary numbers of a case, keep every result in a store, and say where requirements are met.
+    """Vary numbers and names of a case, keep every result in a store, and say where requirements are met.
 
     Parameters
     ----------
     case : Mechanism, Case or path
         A mechanism (with `until` or `options`), a case, a case file, or, without `factors` and `uncertain`, a study file.
-    factors : mapping of str to values
-        The numbers that are chosen, by address (`model.address`), in SI: a pair is a range, a list levels, a number one level;
-        or one of `Interval`, `Levels`, `Uniform`, `Normal`, `LogNormal`, `Empirical`. Or a text as in a study file, with its
-        unit: ``"0.05..0.4 mm, 20 values, log"``.
-    until : float, optional
-        End of the simulated time [s], in place of that of the case.
-    options : Options, optional
-        In place of those of the case.
+    factors, uncertain : mapping of str to values
+        What is chosen, and what nobody chooses, by address (`model.address`), in SI: a pair is a range, a list levels, a number
+        one level; or one of `Interval`, `Levels`, `Uniform`, `Normal`, `LogNormal`, `Empirical`; or a text as in a study file,
+        ``"0.05..0.4 mm, 20 values, log"``. Names: a list of texts, each put into the case file as by ``--set``, or what each
+        name stands for, a value or a mechanism: ``{"coulomb": sd.Coulomb(0.1), "lugre": sd.LuGre(0.1)}``.
+    until, options : float, Options, optional
+        End of the simulated time [s], and options of the runs, in place of those of the case.
     measures : sequence, or mapping of str to function
         Names of `run.measure.MEASURES`, ``"late [N] = mine.py:late"``, or functions of your own, which get the Dataset of a
         run; by name, with the unit in brackets: ``{"late [N]": late}``; ``"late [N] of accumulators"`` gets the batch's.
     requirements : sequence of str, or mapping of str to bound
         ``"peak_force < 500 N"``, or ``{"peak_force": 500.0}``, an upper bound in SI, or ``{"tip.error": "< 0.6 mm"}``.
-    uncertain : mapping of str to values
-        Numbers that nobody chooses, as `factors`.
-    design : str
+    design, points, seed : str, int, int
         "grid" (if no points are given), "zip", "one-at-a-time", "sobol" (if points are given), "random", "latin-hypercube",
         "saltelli", "morris".
-    points, seed : int
-        Of a sampled design.
-    samples : int
-        Of the uncertain numbers at each point.
-    sampling : {"sobol", "random", "latin-hypercube"}
-    common : bool
-        Whether all points have the same samples.
-    members : int
-        Runs of each sample from starts that differ by round-off.
-    goals : str or sequence of str
-        ``"minimise peak_force"``: the points are then searched for, by CMA-ES, or with several goals by NSGA-II.
-    risk, population, generations
-        See `StudyResult.optimise`.
-    screen : mapping of str to value, or Case, optional
-        What makes runs cheap: other options, ``{"rtol": 1e-3, "atol": 1e-3}``, or another case with the same numbers at the
-        addresses that vary. All points are then run so, and some of them accurately too: see `StudyResult.estimates`.
-    verify : int
-        Points that are run accurately too, the first ones; of an optimisation the best ones.
-    budget : float, optional
-        Time for the runs of both kinds [s]: decides how many there are of each, in place of `points` and `verify`.
-    store : path, optional
-        A folder, in which the results stay; what it holds of this study already is not computed again. A temporary one, which
-        ends with the result, if not given.
-    engine : Engine or int, optional
-        `Processes(8)`, `Cluster("tls://host:8786")`, `Cluster("cluster.yaml")`, `Threads(4)`, or a number of threads; one
-        thread per processor if not given.
-    block : int, optional
-        Cases of a block of a new store.
-    progress : callable, optional
-        Called after each block with a `study.execute.Progress`.
+    samples, sampling, common, members : int, str, bool, int
+        See `Sampling`; runs of each sample from starts that differ by round-off.
+    goals, risk, population, generations : str or sequence of str, str, int, int
+        ``"minimise peak_force"``: the points are then searched for; see `StudyResult.optimise`.
+    screen, verify, budget : mapping of str to value or Case, int, float, optional
+        What makes runs cheap, other options, ``{"rtol": 1e-3}``, or another case with the same addresses; points that are run
+        accurately too; time [s] for the runs of both kinds, in place of `points` and `verify`: see `StudyResult.estimates`.
+    store, engine, block, progress : optional
+        A folder, in which the results stay: what it holds of this study already is not computed again. For the others see
+        `study.execute.execute`.
     compute : bool
         Without it what the store holds is only read.
 
     Returns
     -------
     StudyResult
-
-    Raises
-    ------
-    InputError
-        For whatever does not fit: an address, a unit, a range, a measure, a requirement, a store of another study.
-    KeyboardInterrupt
-        After Ctrl-C; what is complete is in the store, and the same call goes on.
     """
     if factors is None and uncertain is None and isinstance(case, (str, os.PathLike)):
         described = study_of(read_study(Path(case)))
     else:
-        mechanism, chosen = _case(case, until, options)
-        own = _measures(measures)
-        asked = StudyText(
-            case=Path("case"),
-            vary=_varied(factors or {}),
-            uncertain=_varied(uncertain or {}),
-            measures=own,
-            require=_requirements(requirements, {each.name: each.units for each in own if isinstance(each, OwnMeasure)}),
-            design=Design(design or ("sobol" if points else "grid"), points, seed),
-            sampling=Sampling(samples, sampling, seed, common),
-            members=members,
-            goals=(goals,) if isinstance(goals, str) else tuple(goals),
-            optimise={"risk": risk, "population": population, "generations": generations, "seed": seed},
-        )
-        cheap, quick = (mechanism, chosen) if screen is None else _screen(screen, mechanism, chosen)
-        described = described_study(cheap, quick, asked)
-        if screen is not None:
-            described = replace(described, accurate=Accurate(mechanism, chosen, verify))
+        search = {"risk": risk, "population": population, "generations": generations, "seed": seed}
+        asked = _asked(factors or {}, uncertain or {}, measures, requirements)
+        asked = replace(asked, design=Design(design or ("sobol" if points else "grid"), points, seed), members=members)
+        asked = replace(asked, goals=(goals,) if isinstance(goals, str) else tuple(goals), optimise=search)
+        asked = replace(asked, sampling=Sampling(samples, sampling, seed, common))
+        described = _described(asked, _case(case, until, options), screen, verify, _meant(factors, uncertain))
     return _result(described, store, engine, block, progress, compute, budget)
+
+
+def _asked(factors: Varied, uncertain: Varied, measures: Any, requirements: Any) -> StudyText:
+    own = _measures(measures)
+    units = {each.name: each.units for each in own if isinstance(each, OwnMeasure)}
+    varied, drawn = _varied(factors), _varied(uncertain)
+    return StudyText(Path("case"), vary=varied, uncertain=drawn, measures=own, require=_requirements(requirements, units))
+
+
+@dataclass(frozen=True)
+class _Given:
+    """A mechanism, the options of its runs, and the case file that it is from."""
+
+    mechanism: Mechanism
+    options: Options
+    file: Path | None = None
+
+    def reader(self, meant: Mapping[str, Mapping[str, Any]]) -> Reader | None:
+        """What makes it with other names; None where nobody knows what they stand for."""
+        if self.file is None:
+            return by_object(self.mechanism, meant) if meant else None
+        return by_change(self.file, [], read_case(self.file).run, meant)
+
+
+def _described(asked: StudyText, given: _Given, screen: Any, verify: int, meant: Mapping[str, Mapping[str, Any]]) -> Study:
+    """The study, with accurate runs beside its own where these are cheap."""
+    read = given.reader(meant)
+    if screen is None:
+        return described_study(given.mechanism, given.options, asked, read)
+    cheap = _screen(screen, given)
+    found = described_study(cheap.mechanism, cheap.options, asked, cheap.reader(meant))
+    return replace(found, accurate=Accurate(given.mechanism, given.options, verify, variants_of(found.named, read)))
 
 
 def _result(
@@ -218,20 +209,21 @@ def open_study(
     return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=own))
 
 
-def _screen(screen: Any, mechanism: Mechanism, options: Options) -> tuple[Mechanism, Options]:
+def _screen(screen: Any, given: _Given) -> _Given:
     """The mechanism and the options of cheap runs."""
     if isinstance(screen, Case):
-        return screen.mechanism, screen.run
+        return _Given(screen.mechanism, screen.run)
     known = [each.name for each in fields(Options)]
     if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(known):
         raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(known)}", "{'rtol': 1e-3}")
-    return mechanism, replace(options, **screen)
+    return replace(given, options=replace(given.options, **screen))
 
 
-def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> tuple[Mechanism, Options]:
+def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> _Given:
     """The mechanism, and the options of its runs."""
-    if isinstance(case, (str, os.PathLike)):
-        case = read_case(Path(case))
+    file = Path(case) if isinstance(case, (str, os.PathLike)) else None
+    if file is not None:
+        case = read_case(file)
     if isinstance(case, Case):
         given, mechanism = options or Options(**case.run.keywords), case.mechanism
     elif isinstance(case, Mechanism):
@@ -243,7 +235,7 @@ def _case(case: Mechanism | Case | Address, until: float | None, options: Option
         raise InputError(
             f"a study of {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')"
         )
-    return mechanism, given if until is None else replace(given, until=until)
+    return _Given(mechanism, given if until is None else replace(given, until=until), file)
 
 
 def _varied(given: Varied) -> dict[str, str | Variation]:
@@ -253,9 +245,19 @@ def _varied(given: Varied) -> dict[str, str | Variation]:
     return {address: _variation(address, values) for address, values in given.items()}
 
 
+def _meant(*given: Varied | None) -> dict[str, Mapping[str, Any]]:
+    """What each name stands for, by address, where that is given."""
+    every = (pair for varied in given for pair in (varied or {}).items())
+    return {address: values for address, values in every if isinstance(values, Mapping)}
+
+
 def _variation(address: str, values: Any) -> str | Variation:
     if isinstance(values, (str, Variation)):
         return values
+    if isinstance(values, Mapping):
+        return names_of(list(values))
+    if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
+        return names_of(values)
     try:
         numbers = tuple(float(value) for value in np.ravel(values))
     except (TypeError, ValueError):

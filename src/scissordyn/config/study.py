@@ -14,6 +14,7 @@ from pydantic import Field, PlainValidator, ValidationInfo
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
 from scissordyn.config.motor import POINT, read_motor
+from scissordyn.config.names import NAMES_SAMPLE, Reader, by_change, listed, names_of, variants_of
 from scissordyn.config.quantity import unit_factor
 from scissordyn.config.shape import Shape, accepting
 from scissordyn.config.table import Call, PlacedError, Table, described, instance, table_of, table_of_call, toml
@@ -34,7 +35,7 @@ from scissordyn.run.options import Options
 from scissordyn.study.accurate import Accurate
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
-from scissordyn.study.distribution import Variation
+from scissordyn.study.distribution import Names, Variation
 from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response, read_response
 
@@ -78,7 +79,7 @@ class StudyText:
     case : Path
     changes : tuple of str
         Of the case, as with ``--set``.
-    vary, uncertain : mapping of str to str
+    vary, uncertain : mapping of str to str or Variation
         By address.
     measures : tuple of str
         Names, or ``name [unit] = file.py:function``.
@@ -129,23 +130,28 @@ def _optimisation() -> type[Table]:
     return table_of(Optimisation, (("goals", goals),))
 
 
+NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}
+
+
 def _addresses(deeper: int = 6) -> Shape:
-    """Texts by address; without quotes TOML makes tables of the parts of an address."""
-    each = {"properties": {"values": {"type": "string"}, "each": {"type": "boolean"}}, "required": ["values"]}
-    inner = [{"type": "string"}, {"type": "object", **each, "additionalProperties": False}]
+    """Texts and lists of names by address; without quotes TOML makes tables of the parts of an address."""
+    over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
+    weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
+    tables = [{"type": "object", "properties": each, "required": ["values"], "additionalProperties": False} for each in (over, weighed)]
+    inner = [{"type": "string"}, NAMES, *tables]
     inner += [_addresses(deeper - 1)] if deeper else []
     return {"type": "object", "additionalProperties": {"anyOf": inner}}
 
 
 @accepting(_addresses)
-def _read_addresses(given: Any) -> dict[str, str]:
-    """Texts by address; without quotes TOML makes tables of the parts of an address."""
+def _read_addresses(given: Any) -> dict[str, str | Variation]:
+    """Texts and names by address; without quotes TOML makes tables of the parts of an address."""
     if not isinstance(given, Mapping):
         raise InputError("not a table of addresses", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
     found = dict(_flat(given))
     for address, value in found.items():
-        if not isinstance(value, str):
-            raise InputError(f"'{address}' = {toml(value)}", f"text such as {FORMS}")
+        if not isinstance(value, str | Names):
+            raise InputError(f"'{address}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
     return found
 
 
@@ -189,8 +195,8 @@ class StudyTable(Table):
 
     case: Annotated[str, Field(description="the case file that is varied", examples=["case.toml"])]
     set: Annotated[list[str], TEXTS, Field(description="changes of the case", default_factory=list)]
-    vary: Annotated[dict[str, str], ADDRESSES, Field(description="numbers to vary, by address", default_factory=dict)]
-    uncertain: Annotated[dict[str, str], ADDRESSES, Field(description="uncertain numbers, by address", default_factory=dict)]
+    vary: Annotated[dict[str, Any], ADDRESSES, Field(description="numbers and names to vary, by address", default_factory=dict)]
+    uncertain: Annotated[dict[str, Any], ADDRESSES, Field(description="uncertain ones, by address", default_factory=dict)]
     measures: Annotated[list[str], TEXTS, Field(description="what is kept of each run", default_factory=list)]
     require: Annotated[list[str], TEXTS, Field(description="what a design has to meet", default_factory=list)]
     design: Annotated[Design, described(Design), Field(description="how points are chosen", default_factory=Design)]
@@ -248,15 +254,22 @@ def read_study(path: Path) -> StudyText:
 def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
     """Addresses of a table; without quotes TOML makes tables of their parts."""
     for key, value in tree.items():
-        if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each"}:
-            each = value.get("each", False)
-            if not isinstance(each, bool) or not isinstance(value["values"], str):
-                raise InputError(f"'{before}{key}' = {toml(value)}", "values, a text, and each = true or false", EACH_SAMPLE)
-            yield f"{before}{key}", f"{value['values']}, each" if each else value["values"]
+        if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each", "probabilities"}:
+            yield f"{before}{key}", _valued(value, f"'{before}{key}' = {toml(value)}")
         elif isinstance(value, dict):
             yield from _flat(value, f"{before}{key}.")
         else:
-            yield f"{before}{key}", value
+            yield f"{before}{key}", names_of(value) if isinstance(value, list) else value
+
+
+def _valued(table: Mapping[str, Any], said: str) -> str | Names:
+    """Values that each place of a pattern has for itself, or names with their probabilities."""
+    values, each = table["values"], table.get("each", False)
+    if isinstance(values, list) and "each" not in table:
+        return names_of(values, table.get("probabilities", ()))
+    if not isinstance(each, bool) or not isinstance(values, str) or "probabilities" in table:
+        raise InputError(said, "values, a text, and each = true or false; or a list of names and probabilities", EACH_SAMPLE)
+    return f"{values}, each" if each else values
 
 
 def _beside(path: Path, measure: str) -> str:
@@ -281,16 +294,22 @@ def study_of(text: StudyText) -> Study:
     InputError
         For an address, a unit, a range or a requirement that does not fit.
     """
-    case = read_case(text.case, list(text.changes))
-    options = Options(**case.run.keywords)
+    own, read = _read_case(text, ())
     if text.screen is None:
-        return described_study(case.mechanism, options, text)
-    cheap = read_case(text.case, [*text.changes, *text.screen.set])
-    accurate = Accurate(case.mechanism, options, text.screen.verify)
-    return replace(described_study(cheap.mechanism, Options(**cheap.run.keywords), text), accurate=accurate)
+        return described_study(*own, text, read)
+    cheap, read_cheap = _read_case(text, text.screen.set)
+    found = described_study(*cheap, text, read_cheap)
+    return replace(found, accurate=Accurate(*own, text.screen.verify, variants_of(found.named, read)))
 
 
-def described_study(mechanism: Mechanism, options: Options, asked: StudyText) -> Study:
+def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism, Options], Reader]:
+    """The case of a study with some changes, and what reads it with names."""
+    every = [*text.changes, *changes]
+    case = read_case(text.case, every)
+    return (case.mechanism, Options(**case.run.keywords)), by_change(text.case, every, case.run)
+
+
+def described_study(mechanism: Mechanism, options: Options, asked: StudyText, read: Reader | None = None) -> Study:
     """The study of a mechanism.
 
     Parameters
@@ -299,6 +318,8 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
     options : Options
     asked : StudyText
         Of texts, or of what they stand for. Names of files start at the folder of its case, which is not read.
+    read : callable, optional
+        Makes the mechanism with other names: see `config.names`.
 
     Returns
     -------
@@ -318,7 +339,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
     names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
     optimisation = Optimisation(goals, **asked.optimise) if goals else None
     folder = asked.case.parent
-    factors = factors_of(mechanism, asked.vary, folder)
+    factors, uncertain = (factors_of(mechanism, given, folder) for given in (asked.vary, asked.uncertain))
     return Study(
         mechanism=mechanism,
         options=options,
@@ -326,17 +347,18 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
         design=asked.design if optimisation is None else optimisation.design(1, len(factors)),
         measures=tuple(dict.fromkeys(names)) or ("peak_force", "peak_drive_torque"),
         own_measures=own,
-        uncertain=factors_of(mechanism, asked.uncertain, folder),
+        uncertain=uncertain,
         sampling=asked.sampling,
         members=asked.members,
         requirements=requirements,
         optimisation=optimisation,
         responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
+        variants=variants_of((*factors, *uncertain), read),
     )
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
-    """The numbers that vary, with the units in which the user wrote them.
+    """The numbers that vary, with the units in which the user wrote them, and the names.
 
     Parameters
     ----------
@@ -351,7 +373,11 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
     tuple of Factor
     """
     factors = []
-    for address, text in given.items():
+    for address, asked in given.items():
+        text = _numbers(mechanism, address, asked)
+        if isinstance(text, Names):
+            factors.append(Factor(address, text))
+            continue
         quantity = number(mechanism, address).quantity
         assert quantity is not None
         if not isinstance(text, str):
@@ -370,6 +396,18 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
         places = single(mechanism, address) if each else [address]
         factors.extend(Factor(place, variation, unit, scale, of, relative) for place in places)
     return tuple(factors)
+
+
+def _numbers(mechanism: Mechanism, address: str, given: str | Variation) -> str | Variation:
+    """What an address varies over; of a list at the address of a number, the levels."""
+    names = listed(given) if isinstance(given, str) else given
+    if not isinstance(names, Names):
+        return given
+    try:
+        number(mechanism, address)
+    except InputError:
+        return names
+    return ", ".join(names.values)
 
 
 def _parted(measure: str) -> tuple[str, str]:

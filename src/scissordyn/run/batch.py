@@ -90,6 +90,9 @@ def simulate_many(
     InputError
         If an address, a measure or an option is wrong.
     """
+    if not isinstance(over, Mapping) or not over:
+        given = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
+        raise InputError(given, "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events, step=step)
     perturbed = Perturbed(members, perturbation, seed)
     return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
@@ -105,7 +108,7 @@ def simulate_cases(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """The same with the options of `simulate` together, and the perturbations of the starts."""
+    """The same with the options of `simulate` together, and the perturbations of the starts; nothing has to vary."""
     values = _columns(mechanism, over)
     chosen, spread = _chosen(measures), Threads(threads)
     check_bars(mechanism, chosen, several=bool(np.any(perturbed.members)))
@@ -117,9 +120,6 @@ def simulate_cases(
 
 def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     """Values by address, all of one length."""
-    if not isinstance(over, Mapping) or not over:
-        given = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
-        raise InputError(given, "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
     found = {address: np.atleast_1d(np.asarray(given, float)) for address, given in over.items()}
     for address, column in found.items():
         number(mechanism, address)
@@ -188,7 +188,7 @@ class _Batch:
     ) -> None:
         self.base, self.columns, self.perturbed = mechanism, columns, perturbed
         self.places = {address: find(mechanism, address) for address in columns}
-        cases = len(next(iter(columns.values())))
+        cases = len(next(iter(columns.values()))) if columns else np.size(perturbed.members)
         self.members = perturbed.member_of_each(cases)
         self.sizes = parts_of(mechanism)
         self.measures = measures

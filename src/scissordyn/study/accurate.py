@@ -15,7 +15,7 @@ from scissordyn.model.record import to_plain
 from scissordyn.run.configuration import Configuration
 from scissordyn.run.options import Options
 
-__all__ = ["PILOT", "Accurate"]
+__all__ = ["PILOT", "Accurate", "read_mechanism"]
 
 PILOT = 8
 """Points of both kinds of runs that a budget is split by, and the least number of points that are verified."""
@@ -32,22 +32,33 @@ class Accurate:
     options : Options
     points : int
         First points of the design that are run accurately too; of an optimisation, the most points of its front.
+    variants : tuple of Mechanism
+        With each combination of names, as those of the study.
     """
 
     mechanism: Mechanism
     options: Options
     points: int = 32
+    variants: tuple[Mechanism, ...] = ()
 
     def __post_init__(self) -> None:
         whole_number("verify", self.points, PILOT)
 
     def to_plain(self) -> dict[str, Any]:
         """As plain data for JSON."""
-        return {"mechanism": to_plain(self.mechanism), "options": to_plain(self.options), "points": self.points}
+        variants = {"variants": [to_plain(each) for each in self.variants]} if self.variants else {}
+        return {"mechanism": to_plain(self.mechanism), "options": to_plain(self.options), "points": self.points, **variants}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], *, allow_code: Sequence[Path] = (), reading: bool = False) -> Accurate:
         """What `to_plain` wrote; see `Study.from_plain`."""
-        read = parse(plain["mechanism"], Mechanism)
-        mechanism = read if reading else Configuration(read, plain["mechanism"]).build_mechanism(allow_code)
-        return cls(mechanism, described(plain["options"], Options), plain["points"])
+        mechanism, *variants = (
+            read_mechanism(each, allow_code, reading=reading) for each in (plain["mechanism"], *plain.get("variants", ()))
+        )
+        return cls(mechanism, described(plain["options"], Options), plain["points"], tuple(variants))
+
+
+def read_mechanism(plain: Any, allow_code: Sequence[Path] = (), *, reading: bool = False) -> Mechanism:
+    """A mechanism of plain data, or its description if it is only read."""
+    read: Mechanism = parse(plain, Mechanism)
+    return read if reading else Configuration(read, plain).build_mechanism(allow_code)

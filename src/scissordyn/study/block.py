@@ -14,13 +14,14 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.model.address import changed_all, find, number
+from scissordyn.model.address import number
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column, program_digest
+from scissordyn.study.variant import by_variant, made
 
 __all__ = ["Block", "BlockResult", "ProgramError", "give_up", "pilot", "run_block"]
 
@@ -147,20 +148,31 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
 
 
 def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
-    """The cases as one batch on one thread: engines run several blocks beside each other."""
+    """The cases as one batch on one thread, or one for each mechanism of names: engines run several blocks beside each other."""
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    perturbed = Perturbed(numbers.members, study.perturbation)
-    applied = study.applied(numbers.values)
-    found = pass_on(simulate_cases(study.mechanism, applied, study.options, measures, perturbed, threads=1))
-    found = found.assign({name: ("case", numbers.values[name], about) for name, about in _deviations(study).items()})
+    found, order = [], []
+    for mechanism, cases in by_variant(study, numbers.values):
+        perturbed = Perturbed(numbers.members[cases], study.perturbation)
+        applied = {address: values[cases] for address, values in study.applied(numbers.values).items()}
+        found.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
+        order.append(cases)
+    seconds = sum(each.attrs["integration_seconds"] for each in found)
+    every = found[0] if len(found) == 1 else _in_order(found, np.concatenate(order))
+    every = every.assign({name: ("case", numbers.values[name], about) for name, about in _described(study).items()})
     own = [each for each in study.own_measures if each.of == "dataset"]
-    return _of_datasets(study, numbers, found, own) if own else found
+    return (_of_datasets(study, numbers, every, own) if own else every).assign_attrs(integration_seconds=seconds)
 
 
-def _deviations(study: Study) -> dict[str, dict[str, str]]:
-    """Attributes of deviations, and of the chosen values from which places of a pattern deviate one by one."""
-    found = {}
+def _in_order(found: list[xr.Dataset], order: np.ndarray) -> xr.Dataset:
+    """Batches as one, whose cases stand at these places."""
+    together = xr.concat(found, "case", coords="minimal", compat="override", combine_attrs="override")
+    return together.isel(case=np.argsort(order))
+
+
+def _described(study: Study) -> dict[str, dict[str, Any]]:
+    """Attributes of names, of deviations, and of the chosen values from which places of a pattern deviate one by one."""
+    found: dict[str, dict[str, Any]] = {factor.name: {"units": "1", **factor.shown} for factor in study.named}
     for factor in study.uncertain:
         if factor.of:
             quantity = number(study.mechanism, factor.of).quantity
@@ -185,17 +197,15 @@ def _accumulated(own: OwnMeasure) -> Measure:
 def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[OwnMeasure]) -> xr.Dataset:
     """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
     functions = {each.name: each.callable() for each in own}
-    applied = study.applied(numbers.values)
-    places = {address: find(study.mechanism, address) for address in applied}
     values = {name: np.full(found.sizes["case"], np.nan) for name in functions}
     status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
     options = {**study.options.keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look()
-        changes = {address: float(column[case]) for address, column in applied.items()}
         name = ""
         try:
-            run = pass_on(simulate(changed_all(study.mechanism, changes, places), **options))
+            mechanism = made(study, {address: float(column[case]) for address, column in numbers.values.items()})
+            run = pass_on(simulate(mechanism, **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))
         except Exception as error:

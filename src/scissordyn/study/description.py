@@ -1,4 +1,4 @@
-"""What a study computes: the numbers that vary, the design, the uncertain numbers, members, measures and requirements."""
+"""What a study computes: what varies, the design, what is uncertain, members, measures and requirements."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.address import number
-from scissordyn.model.description import Description, parse
+from scissordyn.model.description import Description
 from scissordyn.model.description import from_plain as described
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
-from scissordyn.run.configuration import Configuration
 from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.options import Options
-from scissordyn.study.accurate import Accurate
+from scissordyn.study.accurate import Accurate, read_mechanism
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.factor import Factor, Sampling, plain_factor, read_factor
 from scissordyn.study.goal import Optimisation
 from scissordyn.study.part_unit import check_unit
 from scissordyn.study.requirement import Requirement, Response
+from scissordyn.study.variant import check_names, own_names
 
 __all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
 
@@ -148,6 +148,8 @@ class Study:
         Of single joints, drives, components or tracked points: answers in place of the largest value of all of them.
     accurate : Accurate or None
         The runs that verify those of this study, which are cheap: see `study.screening`.
+    variants : tuple of Mechanism
+        The mechanism with each combination of names, those of the last factor fastest; empty if only numbers vary.
     """
 
     mechanism: Mechanism
@@ -164,6 +166,7 @@ class Study:
     optimisation: Optimisation | None = None
     responses: tuple[Response, ...] = ()
     accurate: Accurate | None = None
+    variants: tuple[Mechanism, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
@@ -192,15 +195,17 @@ class Study:
                     ", ".join(known),
                 )
         if not isinstance(self.mechanism, Description):
-            self._check_mechanism()
+            for mechanism in self.variants or (self.mechanism,):
+                self._check_mechanism(mechanism)
+        check_names(self)
         self._check_size()
 
-    def _check_mechanism(self) -> None:
-        """Raise `InputError` for what the mechanism does not have, or not in that range."""
+    def _check_mechanism(self, mechanism: Mechanism) -> None:
+        """Raise `InputError` for what a mechanism does not have, or not in that range."""
         addresses = self.addresses
         chosen = {factor.address: factor.variation for factor in self.factors}
-        for factor in (*self.factors, *self.uncertain):
-            quantity = number(self.mechanism, factor.address).quantity
+        for factor in (each for each in (*self.factors, *self.uncertain) if not each.labels):
+            quantity = number(mechanism, factor.address).quantity
             assert quantity is not None
             if factor.of and factor.of not in chosen:
                 raise InputError(
@@ -217,13 +222,13 @@ class Study:
                     f"'{factor.address}' varies twice", "each address once, or a tolerance of the chosen value", "'+- 20 %'"
                 )
         for requirement in self.requirements:
-            check_part(self.mechanism, requirement.response)
-            check_unit(self.mechanism, requirement.response)
+            check_part(mechanism, requirement.response)
+            check_unit(mechanism, requirement.response)
         for goal in self.optimisation.goals if self.optimisation is not None else ():
-            check_part(self.mechanism, goal.response)
-            check_unit(self.mechanism, goal.response)
+            check_part(mechanism, goal.response)
+            check_unit(mechanism, goal.response)
         for response in self.responses:
-            check_part(self.mechanism, response)
+            check_part(mechanism, response)
 
     def _check_size(self) -> None:
         """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
@@ -257,9 +262,17 @@ class Study:
         """Cases in all."""
         return self.points * self.per_point
 
+    @property
+    def named(self) -> tuple[Factor, ...]:
+        """The factors that are names, chosen and uncertain."""
+        return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.labels)
+
     def base(self) -> np.ndarray:
-        """The numbers of the mechanism at the addresses of the factors."""
-        return np.array([float(number(self.mechanism, factor.address).value) for factor in self.factors])
+        """The numbers of the mechanism at the addresses of the factors, and the places of its names."""
+        names = own_names(self)
+        return np.array(
+            [names[each.name] if each.labels else number(self.mechanism, each.address).value for each in self.factors], float
+        )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
         """The numbers of some cases; each depends on the number of its case only.
@@ -292,7 +305,7 @@ class Study:
         return Cases(values, member)
 
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The numbers that the mechanism gets: chosen values with their deviations.
+        """The numbers that the mechanism gets beside its names: chosen values with their deviations.
 
         Parameters
         ----------
@@ -305,7 +318,7 @@ class Study:
             By address.
         """
         deviations = [factor for factor in self.uncertain if factor.of]
-        left_out = {factor.name for factor in deviations} | {factor.of for factor in deviations}
+        left_out = {factor.name for factor in (*deviations, *self.named)} | {factor.of for factor in deviations}
         found = {name: value for name, value in values.items() if name not in left_out}
         for factor in deviations:
             chosen, deviation = values[factor.of], values[factor.name]
@@ -329,6 +342,7 @@ class Study:
             "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
             "responses": [vars(response).copy() for response in self.responses],
             **({} if self.accurate is None else {"accurate": self.accurate.to_plain()}),
+            **({"variants": [plain_description(each) for each in self.variants]} if self.variants else {}),
         }
 
     @classmethod
@@ -357,8 +371,9 @@ class Study:
         InputError
             If a function of the user is neither given nor in an allowed file, or the file has changed since then.
         """
-        read = parse(plain["mechanism"], Mechanism)
-        mechanism = read if reading else Configuration(read, plain["mechanism"]).build_mechanism(allow_code)
+        mechanism, *variants = (
+            read_mechanism(each, allow_code, reading=reading) for each in (plain["mechanism"], *plain.get("variants", ()))
+        )
         given = {own.name: own for own in own_measures}
         own = []
         for each in plain["own_measures"]:
@@ -404,6 +419,7 @@ class Study:
             None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
             tuple(Response(**each) for each in plain.get("responses", ())),
             Accurate.from_plain(plain["accurate"], allow_code=allow_code, reading=reading) if "accurate" in plain else None,
+            tuple(variants),
         )
 
     def fingerprint(self) -> dict[str, str]:
@@ -417,7 +433,7 @@ class Study:
         if search is not None:  # these decide which points there are
             search["requirements"] = plain["requirements"]
         parts = {
-            "mechanism": plain["mechanism"],
+            "mechanism": [plain["mechanism"], plain["variants"]] if self.variants else plain["mechanism"],
             "options": plain["options"],
             "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
             "measures": [plain["measures"], plain["own_measures"]],

@@ -1,4 +1,4 @@
-"""What a number of a study varies over: levels, an interval, or a distribution, each given by its quantile function."""
+"""What a factor of a study varies over: levels, an interval, a distribution, or names, each given by its quantile function."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ __all__ = [
     "Interval",
     "Levels",
     "LogNormal",
+    "Names",
     "Normal",
     "Trapezoid",
     "Triangular",
@@ -101,6 +102,52 @@ class Levels:
     def ends(self) -> tuple[float, float]:
         """Smallest and largest level."""
         return min(self.values), max(self.values)
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names, such as those of materials, of which a study holds the places 0, 1, ... in the order given.
+
+    Parameters
+    ----------
+    values : tuple of str
+        All different.
+    probabilities : tuple of float
+        Of each, with the sum 1; all the same if empty.
+    """
+
+    kind: ClassVar[str] = "names"
+    values: tuple[str, ...]
+    probabilities: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.values:
+            raise InputError("an empty list of names", "at least one name")
+        twice = next((name for name in self.values if self.values.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"the name '{twice}' twice", "each name once")
+        given = self.probabilities
+        if given and not (len(given) == self.count and min(given) > 0.0 and math.isclose(sum(given), 1.0, abs_tol=1e-9)):
+            raise InputError(f"probabilities {list(given)} of {self.count} names", f"{self.count} numbers > 0 with the sum 1")
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """The place of the name in whose share of [0, 1) u is."""
+        shares = np.asarray(self.probabilities or [1.0 / self.count] * self.count)
+        return np.searchsorted(np.cumsum(shares)[:-1], u, side="right").astype(float)
+
+    def levels(self) -> np.ndarray:
+        """The places of all names."""
+        return np.arange(float(self.count))
+
+    @property
+    def count(self) -> int:
+        """Number of names."""
+        return len(self.values)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """First and last place."""
+        return 0.0, float(self.count - 1)
 
 
 @dataclass(frozen=True)
@@ -421,7 +468,7 @@ class Empirical(_Distribution):
         return self.values[0], self.values[-1]
 
 
-KINDS = (Levels, Interval, Uniform, Normal, LogNormal, Trapezoid, Triangular, Beta, Weibull, Empirical)
+KINDS = (Levels, Names, Interval, Uniform, Normal, LogNormal, Trapezoid, Triangular, Beta, Weibull, Empirical)
 
 VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({each.kind: each for each in KINDS})
 """Variations by kind."""

@@ -1,4 +1,4 @@
-"""The numbers of a study that vary, and how the uncertain ones are sampled."""
+"""The numbers and names of a study that vary, and how the uncertain ones are sampled."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.study.design import check_seed
-from scissordyn.study.distribution import Variation, from_plain, to_plain
+from scissordyn.study.distribution import Names, Variation, from_plain, to_plain
 
 __all__ = ["Factor", "Sampling", "plain_factor", "read_factor"]
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A number that varies.
+    """A number that varies, or a name.
 
     Parameters
     ----------
     address : str
-        See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value.
+        See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value. Of a name, what it is
+        the name of.
     variation : Variation
-        Values in SI.
+        Values in SI; of names, their places in `Names`.
     unit : str
         In which pictures and tables show it; empty for SI.
     scale : float
@@ -56,8 +57,15 @@ class Factor:
         return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends for by in deviations]
 
     @property
-    def shown(self) -> dict[str, str | float]:
-        """Attributes that tell pictures the unit."""
+    def labels(self) -> tuple[str, ...]:
+        """The names, by their places; empty for a number."""
+        return self.variation.values if isinstance(self.variation, Names) else ()
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """Attributes that tell pictures the unit, or the names."""
+        if self.labels:
+            return {"labels": list(self.labels)}
         return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
 
 

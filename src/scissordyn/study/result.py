@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.model.address import changed_all
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
@@ -40,6 +39,7 @@ from scissordyn.study.screening import screened, verified_address
 from scissordyn.study.store import Store, column
 from scissordyn.study.summary import design_size
 from scissordyn.study.trend import Trend, trends
+from scissordyn.study.variant import labelled, made
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -216,12 +216,15 @@ class StudyResult:
         return numbered.isel(point=np.flatnonzero(points["front"].values)).to_dataframe()
 
     @property
-    def best(self) -> dict[str, float]:
-        """The numbers of the best point, in SI.
+    def best(self) -> dict[str, float | str]:
+        """The numbers of the best point, in SI, and its names.
 
         Of one goal the best point that meets the requirements (the least violation if none does); without a goal the point
         most of whose cases meet the requirements, of several that whose worst case has the largest margin.
         """
+        return labelled(self.study, self._best())
+
+    def _best(self) -> dict[str, float]:
         if self.study.optimisation is None:
             self._need_requirements()
             points, place = self.points, recommended_point(self.study, self.dataset)
@@ -239,7 +242,7 @@ class StudyResult:
     @property
     def design(self) -> Mechanism:
         """The mechanism with the numbers of the best point."""
-        return changed_all(self.built().mechanism, self.best)
+        return made(self.built(), self._best(), nominal=True)
 
     @property
     def plot(self) -> StudyPictures:
@@ -254,8 +257,8 @@ class StudyResult:
         """The mechanism with the numbers of a case."""
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
-        changes = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
-        return changed_all(self.built().mechanism, self.study.applied(changes))
+        numbers = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
+        return made(self.built(), numbers)
 
     def replay(self, case: int) -> xr.Dataset:
         """Simulate a case again, with histories.

@@ -66,6 +66,7 @@ def verified_study(study: Study, points: int) -> Study:
     return replace(
         study,
         mechanism=accurate.mechanism,
+        variants=accurate.variants,
         options=accurate.options,
         accurate=None,
         optimisation=None,

@@ -75,7 +75,7 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
         return ()
     if read is None:
         what = f"'{named[0].address}' over names, of a mechanism without a case file"
-        raise InputError(what, "a case file, or what each name stands for", "{'A.friction': {'coulomb': sd.Coulomb(0.1)}}")
+        raise InputError(what, "a case file, or what each name stands for", "{'A.friction': {'lugre': sd.LuGre(kinetic=0.1)}}")
     count = math.prod(len(factor.labels) for factor in named)
     if count > MOST:
         raise InputError(f"{count} combinations of names", f"at most {MOST}; a study for each of some names")
@@ -85,7 +85,9 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
     )
 
 
-def by_change(case: Path, changes: Sequence[str], options: Options, meant: Mapping[str, Mapping[str, Any]] | None = None) -> Reader:
+def by_change(
+    case: Path, changes: Sequence[str], options: Options, meant: Mapping[str, Mapping[str, Any]] | None = None
+) -> Reader:
     """Reads a case with names as ``--set`` changes.
 
     Parameters
@@ -128,7 +130,9 @@ def by_object(mechanism: Mechanism, meant: Mapping[str, Mapping[str, Any]]) -> R
         unknown = next((address for address in names if address not in meant), None)
         if unknown is not None:
             sample = f"{{'{unknown}': {{'{names[unknown]}': ...}}}}"
-            raise InputError(f"'{unknown}' = '{names[unknown]}' of a mechanism without a case file", "what it stands for", sample)
+            raise InputError(
+                f"'{unknown}' = '{names[unknown]}' of a mechanism without a case file", "what it stands for", sample
+            )
         values = {address: meant[address][name] for address, name in names.items()}
         found = next((value for value in values.values() if isinstance(value, Mechanism)), mechanism)
         for address, value in values.items():

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from scissordyn.config.names import listed
 from scissordyn.config.study import factors_of
 from scissordyn.errors import InputError
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import SAMPLED, Design
 from scissordyn.study.goal import Optimisation, read_goal
+from scissordyn.study.variant import with_names
 
 __all__ = ["refined"]
 
@@ -51,7 +53,11 @@ def refined(
     InputError
         For what does not fit.
     """
-    vary, uncertain = dict(vary or {}), dict(uncertain or {})
+    named = {each.name for each in study.named}
+    names, vary = _parted(vary or {}, named)
+    study, uncertain = with_names(study, names), dict(uncertain or {})
+    if given := named & uncertain.keys():
+        raise InputError(f"'{min(given)}' as an uncertain number", "some of its names", f"--vary {min(given)}='[NAME, NAME]'")
     chosen = {each.address: each for each in study.factors}
     chosen |= {each.address: each for each in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
@@ -66,6 +72,7 @@ def refined(
     if goals:
         units = {own.name: own.units for own in study.own_measures}
         search = Optimisation(tuple(read_goal(goal, units, list(chosen)) for goal in goals), seed=seed_now)
+        search = search.over([each.variation for each in factors])
     measures = tuple(dict.fromkeys([*study.measures, *_needed(search, study, chosen)]))
     return replace(
         study,
@@ -76,6 +83,14 @@ def refined(
         optimisation=search,
         measures=measures,
     )
+
+
+def _parted(given: Mapping[str, str], named: Collection[str]) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
+    """Names that the study has, and texts of numbers, by address."""
+    lists = {address: names for address, text in given.items() if address in named and (names := listed(text)) is not None}
+    return {address: names.values for address, names in lists.items()}, {
+        address: text for address, text in given.items() if address not in lists
+    }
 
 
 def _needed(search: Optimisation | None, study: Study, chosen: Mapping[str, object]) -> list[str]:

@@ -76,7 +76,7 @@ def study(
         What is chosen, and what nobody chooses, by address (`model.address`), in SI: a pair is a range, a list levels, a number
         one level; or one of `Interval`, `Levels`, `Uniform`, `Normal`, `LogNormal`, `Empirical`; or a text as in a study file,
         ``"0.05..0.4 mm, 20 values, log"``. Names: a list of texts, each put into the case file as by ``--set``, or what each
-        name stands for, a value or a mechanism: ``{"coulomb": sd.Coulomb(0.1), "lugre": sd.LuGre(0.1)}``.
+        name stands for, a value or a mechanism: ``{"none": sd.NoFriction(), "lugre": sd.LuGre(kinetic=0.1)}``.
     until, options : float, Options, optional
         End of the simulated time [s], and options of the runs, in place of those of the case.
     measures : sequence, or mapping of str to function

@@ -137,7 +137,10 @@ def _addresses(deeper: int = 6) -> Shape:
     """Texts and lists of names by address; without quotes TOML makes tables of the parts of an address."""
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
     weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
-    tables = [{"type": "object", "properties": each, "required": ["values"], "additionalProperties": False} for each in (over, weighed)]
+    tables = [
+        {"type": "object", "properties": each, "required": ["values"], "additionalProperties": False}
+        for each in (over, weighed)
+    ]
     inner = [{"type": "string"}, NAMES, *tables]
     inner += [_addresses(deeper - 1)] if deeper else []
     return {"type": "object", "additionalProperties": {"anyOf": inner}}
@@ -337,9 +340,8 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText, re
     requirements = tuple(read_requirement(each, units) if isinstance(each, str) else each for each in asked.require)
     needed = [one.measure for one in requirements] + [goal.measure for goal in goals if goal.measure not in asked.vary]
     names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
-    optimisation = Optimisation(goals, **asked.optimise) if goals else None
-    folder = asked.case.parent
-    factors, uncertain = (factors_of(mechanism, given, folder) for given in (asked.vary, asked.uncertain))
+    factors, uncertain = (factors_of(mechanism, given, asked.case.parent) for given in (asked.vary, asked.uncertain))
+    optimisation = Optimisation(goals, **asked.optimise).over([one.variation for one in factors]) if goals else None
     return Study(
         mechanism=mechanism,
         options=options,

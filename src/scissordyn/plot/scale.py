@@ -34,21 +34,28 @@ class Scale:
         Shown number per number in SI units.
     unit : str
         Unit of the shown numbers; "" for pure numbers.
+    labels : tuple of str
+        Names that are shown in place of the numbers 0, 1, ...
     """
 
     factor: float
     unit: str
+    labels: tuple[str, ...] = ()
 
     def label(self, quantity: str) -> str:
         """A quantity with its unit, for an axis."""
         return f"{quantity} [{self.unit}]" if self.unit else quantity
 
     def text(self, value: float, digits: int = 4) -> str:
-        """A number in SI units as a shown number, without the unit."""
+        """A number in SI units as a shown number, without the unit; or the name in its place."""
+        if self.labels:
+            return self.labels[round(value)] if math.isfinite(value) else "-"
         return f"{value * self.factor:.{digits}g}"
 
     def cells(self, *values: float, digits: int = 4) -> list[str]:
-        """Numbers in SI units as the cells of a table, see `numeral.numerals`."""
+        """Numbers in SI units, or names, as the cells of a table, see `numeral.numerals`."""
+        if self.labels:
+            return [self.text(value) for value in values]
         return numerals([value * self.factor for value in values], digits)
 
     def cell(self, value: float, digits: int = 4) -> str:
@@ -107,12 +114,15 @@ def scale_of(values: xr.DataArray) -> Scale:
     Parameters
     ----------
     values : DataArray
-        With its SI unit as the attribute `units`; `shown_unit` and `shown_scale`, such a unit in SI, if the user chose one.
+        With its SI unit as the attribute `units`; `shown_unit` and `shown_scale`, such a unit in SI, if the user chose one;
+        `labels` of names.
 
     Returns
     -------
     Scale
     """
+    if "labels" in values.attrs:
+        return Scale(1.0, "", tuple(values.attrs["labels"]))
     if values.attrs.get("shown_unit"):
         return Scale(1.0 / float(values.attrs["shown_scale"]), _printed(str(values.attrs["shown_unit"])))
     unit = str(values.attrs.get("units", "1"))

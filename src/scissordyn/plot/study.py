@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis, XAxis
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -43,6 +44,9 @@ DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
 MET = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
 """From none to all: without the darkest ends, on which marks do not show."""
+
+LEVEL = 30
+"""Characters of all names at an axis up to which they stand level."""
 
 DECADES = 30.0
 """Ratio of largest to smallest value from which colours and axes are logarithmic."""
@@ -125,7 +129,7 @@ def feasibility_map(
     if on_grid:
         table = _means(a, b, c, ua, ub)
         drawn: Any = one.pcolormesh(ua, ub, table, shading="nearest", **look)
-        if limit is not None and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
+        if limit is not None and not (sx.labels or sy.labels) and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
             lines = one.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
             one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
     else:
@@ -137,6 +141,8 @@ def feasibility_map(
         one.set_yscale("log")
     one.set_xlabel(sx.label(literal(x)))
     one.set_ylabel(sy.label(literal(y)))
+    _named_ticks(one.xaxis, sx)
+    _named_ticks(one.yaxis, sy)
     figure = one.get_figure(root=True)
     assert figure is not None
     label = "fraction that meets the requirements" if colour == "met" else sc.label(literal(colour))
@@ -234,8 +240,11 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             x = points[factor].values * sx.factor
             dot = float(np.clip(200.0 / np.sqrt(x.size), 1.0, 6.0))
             one.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
-            middle, low, high, at = _binned(x, values)
-            if len(factors) == 1 and np.unique(x).size == x.size:
+            middle, low, high, at = _binned(x, values, each=bool(sx.labels))
+            if sx.labels:
+                one.vlines(at, low, high, color=BLUE, alpha=0.4, linewidth=4.0 * LINE, label=literal("middle 80 %"))
+                one.plot(at, middle, linestyle="", marker="_", markersize=12.0, color=BLUE, label="median")
+            elif len(factors) == 1 and np.unique(x).size == x.size:
                 order = np.argsort(x)
                 one.plot(x[order], values[order], color=BLUE, linewidth=LINE)
             elif at.size > 1:
@@ -254,6 +263,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 one.set_yscale("log")
             elif _is_whole(finite):
                 one.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
+            _named_ticks(one.xaxis, sx)
             if row == len(names) - 1:
                 one.set_xlabel(sx.label(literal(factor)))
             if place == 0:
@@ -262,12 +272,25 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
     return found
 
 
-def _binned(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Median, 10 % and 90 % quantile for each level or part of x, and where; linear between the sorted values."""
+def _named_ticks(axis: Axis, scale: Scale) -> None:
+    """A tick for each name, if the axis has names; long ones are turned where they stand side by side."""
+    if not scale.labels:
+        return
+    across = isinstance(axis, XAxis)
+    axis.set_ticks(range(len(scale.labels)), [literal(label) for label in scale.labels])
+    if across and sum(map(len, scale.labels)) > LEVEL:
+        axis.set_tick_params(rotation=25)
+        for label in axis.get_ticklabels():
+            label.set(ha="right", rotation_mode="anchor")
+    (axis.axes.set_xlim if across else axis.axes.set_ylim)(-0.5, len(scale.labels) - 0.5)
+
+
+def _binned(x: np.ndarray, values: np.ndarray, *, each: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Median, 10 % and 90 % quantile for each level or part of x, or `each` level, and where; linear between sorted values."""
     known = np.isfinite(values)
     x, values = x[known], values[known]
     levels = np.unique(x)
-    if levels.size <= MOST_LEVELS and x.size >= EACH * levels.size:
+    if each or (levels.size <= MOST_LEVELS and x.size >= EACH * levels.size):
         parts, at = [values[x == level] for level in levels], levels
     else:
         count = min(BINS, x.size // EACH)

@@ -219,6 +219,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
         "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
         **{name: _energy(name) for name in POWERS},
+        "mass": Measure("kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies))),
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
         "end": Measure("s", "time reached", (), lambda e: e.time),
     }

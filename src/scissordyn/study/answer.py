@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -76,8 +77,8 @@ class Worst:
         Of the value.
     margin : float
         As a fraction of the bound; negative where it is not met.
-    numbers : dict of str to float
-        The chosen and the uncertain numbers of the case, in SI, by address.
+    numbers : dict of str to float or str
+        The chosen and the uncertain numbers and names of the case, in SI, by address.
     """
 
     case: int
@@ -85,7 +86,7 @@ class Worst:
     value: float
     units: str
     margin: float
-    numbers: dict[str, float] = field(default_factory=dict)
+    numbers: dict[str, Any] = field(default_factory=dict)
 
 
 def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:

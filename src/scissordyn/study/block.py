@@ -148,7 +148,7 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
 
 
 def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
-    """The cases as one batch on one thread, or one for each mechanism of names: engines run several blocks beside each other."""
+    """The cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
     found, order = [], []

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,7 +17,7 @@ from scissordyn.study.next_step import next_steps
 from scissordyn.study.recommendation import Recommendation, recommended
 from scissordyn.study.store import column
 from scissordyn.study.summary import Table, meaning
-from scissordyn.study.trend import Need, Trend, needed, trends
+from scissordyn.study.trend import Need, Trend, needed, trends, with_indicators
 
 __all__ = ["Conclusion", "conclude", "numbers_text", "trend_table"]
 
@@ -70,7 +71,7 @@ def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
     needs: list[Need] = []
     if one is not None:
         numbers = {**one.numbers, **{each.name: _middle(results, each.name) for each in study.uncertain}}
-        needs = needed(study, found, numbers)
+        needs = needed(study, found, with_indicators(study, numbers))
     sentences = [_trend_sentence(results, both[0], study) for both in found.values()]
     sentences += [_need_sentence(results, study, need, found) for need in needs]
     steps = next_steps(study, results, address, one, needs)
@@ -112,8 +113,12 @@ def _verdict(study: Study, results: xr.Dataset) -> str:
 
 
 def _region(results: xr.Dataset, there: xr.Dataset, points: xr.Dataset, address: str) -> str:
-    """Over what range of a number requirements are met."""
+    """Over what range of a number, or with which names, requirements are met."""
     scale = scale_of(points[address])
+    if scale.labels:
+        found = (np.unique(each[address].values) for each in (there, points))
+        met, tried = (", ".join(scale.text(float(place)) for place in places) for places in found)
+        return f"{address} = {met}" + ("" if met == tried else f" (of {tried})")
     ends = [float(each) for each in (there[address].min(), there[address].max())]
     low, high = (scale.text(end) for end in ends)
     unit = f" {scale.unit}" if scale.unit else ""
@@ -140,7 +145,7 @@ def _point(study: Study, results: xr.Dataset, one: Recommendation) -> tuple[str,
     return tuple(said)
 
 
-def numbers_text(study: Study, results: xr.Dataset, numbers: dict[str, float]) -> str:
+def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
     """Numbers with their units: ``A.clearance = 0.12 mm, drive.speed = 100 rpm``.
 
     Parameters
@@ -148,8 +153,8 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: dict[str, float]) -
     study : Study
     results : Dataset
         Which has their units.
-    numbers : dict of str to float
-        In SI, by address.
+    numbers : mapping of str to float or str
+        In SI, by address; names, or where they stand.
     """
     return ", ".join(f"{address} = {_value(results, study, address, value)}" for address, value in numbers.items())
 
@@ -160,8 +165,8 @@ def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> S
     return scale_of(xr.DataArray(list(values), attrs={"units": found.attrs.get("units", "1"), **shown}))
 
 
-def _value(results: xr.Dataset, study: Study, address: str, value: float) -> str:
-    return _scale(results, study, address, value).said(value)
+def _value(results: xr.Dataset, study: Study, address: str, value: float | str) -> str:
+    return value if isinstance(value, str) else _scale(results, study, address, value).said(value)
 
 
 def _margins(study: Study, results: xr.Dataset, one: Recommendation) -> Table:
@@ -215,7 +220,10 @@ def _line(results: xr.Dataset, study: Study) -> Callable[[Trend, int], str]:
     def words(trend: Trend, k: int) -> str:
         name, change = trend.numbers[k], float(trend.effects[k])
         low, high = (float(end) for end in trend.ranges[k])
-        scale, over = scale_of(xr.DataArray(change, attrs={"units": trend.units})), _scale(results, study, name, low, high)
+        scale = scale_of(xr.DataArray(change, attrs={"units": trend.units}))
+        if name not in study.addresses:
+            return f"{'rises' if change > 0.0 else 'falls'} by {scale.said(abs(change), 3)} with {name}"
+        over = _scale(results, study, name, low, high)
         unit = f" {over.unit}" if over.unit else ""
         return (
             f"{'rises' if change > 0.0 else 'falls'} linearly with {name}, by {scale.text(abs(change), 3)} {scale.unit} "

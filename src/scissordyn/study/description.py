@@ -197,7 +197,7 @@ class Study:
         if not isinstance(self.mechanism, Description):
             for mechanism in self.variants or (self.mechanism,):
                 self._check_mechanism(mechanism)
-        check_names(self)
+            check_names(self)
         self._check_size()
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:

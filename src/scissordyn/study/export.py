@@ -38,6 +38,12 @@ def table(results: xr.Dataset) -> pd.DataFrame:
             if variable.attrs.get("role") != role:
                 continue
             units = units_of_parts(results, str(name))
+            if "labels" in variable.attrs:
+                labels = [*variable.attrs["labels"], ""]  # of a damaged block the last
+                columns[str(variable.attrs["address"])] = np.array(
+                    [labels[int(each)] for each in np.nan_to_num(variable.values, nan=-1.0)]
+                )
+                continue
             if variable.ndim == 1:
                 columns[_headed(str(variable.attrs.get("address", name)), units[0])] = variable.values
                 continue

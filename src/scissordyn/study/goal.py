@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.study.design import Design
+from scissordyn.study.distribution import Levels, Names, Variation
 from scissordyn.study.requirement import Response, read_response
 
 __all__ = ["Goal", "Optimisation", "read_goal", "risk_value"]
@@ -48,7 +50,7 @@ class Goal:
 
 @dataclass(frozen=True)
 class Optimisation:
-    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several.
+    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several, all combinations where names are chosen.
 
     Parameters
     ----------
@@ -60,6 +62,8 @@ class Optimisation:
         Candidates of a generation; 0 for the method's own choice.
     generations : int
     seed : int
+    every : bool
+        Whether all combinations of what is listed are tried, as one generation.
     """
 
     goals: tuple[Goal, ...]
@@ -67,6 +71,7 @@ class Optimisation:
     population: int = 0
     generations: int = 20
     seed: int = 0
+    every: bool = False
 
     def __post_init__(self) -> None:
         if not self.goals:
@@ -74,9 +79,28 @@ class Optimisation:
         risk_value(np.zeros((1, 1)), self.risk)
         for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
             whole_number(name, getattr(self, name), least)
+        if self.every and self.generations > 1:
+            raise InputError("more generations of a search that tries all combinations", "generations = 1")
+
+    def over(self, variations: Sequence[Variation]) -> Optimisation:
+        """The same search; where names are chosen, the one that tries all combinations.
+
+        Raises
+        ------
+        InputError
+            If a number beside names is no list.
+        """
+        if not any(isinstance(one, Names) for one in variations):
+            return self
+        if not all(isinstance(one, Names | Levels) for one in variations):
+            what = "a search over names, which tries all combinations, and over a range"
+            raise InputError(what, "lists of all that is chosen", '"A.clearance" = "0.1, 0.2, 0.3 mm"')
+        return dataclasses.replace(self, population=math.prod(one.count for one in variations), generations=1, every=True)
 
     def size(self, factors: int) -> int:
         """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
+        if self.every:
+            return self.population
         if self.population:
             return max(self.population, 4)
         return 4 + int(3 * np.log(max(factors, 2))) if len(self.goals) == 1 else 40

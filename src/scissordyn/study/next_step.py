@@ -80,7 +80,10 @@ def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -
     else:
         loose = []
         for each in study.factors:
-            loose += ["--uncertain", f"{each.address}={typed(results, each, one.numbers[each.address])} {TOLERANCE}"]
+            value = typed(results, each, one.numbers[each.address])
+            loose += (
+                ["--vary", f"{each.address}={value}"] if each.labels else ["--uncertain", f"{each.address}={value} {TOLERANCE}"]
+            )
         steps.append(("To check the recommended point with tolerances", _refine(address, *loose, "--samples", str(CHECKED))))
     fraction = feasible_fraction(study, results)[-1]
     if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
@@ -132,7 +135,7 @@ def _number(results: xr.Dataset, factor: Factor, value: float) -> str:
 
 
 def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
-    """A number as it is typed in a study: in the unit in which the user wrote it, or in SI.
+    """A number as it is typed in a study: in the unit in which the user wrote it, or in SI; a name in brackets.
 
     Parameters
     ----------
@@ -141,5 +144,7 @@ def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
     value : float
         In SI.
     """
+    if factor.labels:
+        return f"[{factor.labels[int(value)]}]"
     unit = factor.unit or str(results[column(factor.address)].attrs.get("units", "1"))
     return f"{_number(results, factor, value)} {'' if unit == '1' else unit}".rstrip()

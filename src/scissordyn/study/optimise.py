@@ -14,6 +14,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.run.engine import Engine, opened
 from scissordyn.study.description import Study
+from scissordyn.study.design import Design, design_values
 from scissordyn.study.execute import Progress, execute
 from scissordyn.study.goal import Goal, Optimisation, risk_value
 from scissordyn.study.requirement import response_unit, response_values
@@ -164,11 +165,15 @@ def _search(
     progress: Callable[[Progress], None] | None,
 ) -> Store:
     """One generation after the other."""
-    method, width = proposer(plan, len(study.factors)), plan.size(len(study.factors))
+    method, width = None if plan.every else proposer(plan, len(study.factors)), plan.size(len(study.factors))
+    variations = [factor.variation for factor in study.factors]
     points = np.empty((0, len(study.factors)))
     for generation in range(plan.generations):
-        u = method.ask()
-        new = np.stack([factor.variation.quantile(u[:, k]) for k, factor in enumerate(study.factors)], axis=1)
+        if method is None:
+            new = design_values(Design("grid"), variations, study.base(), np.arange(width))
+        else:
+            u = method.ask()
+            new = np.stack([variation.quantile(u[:, k]) for k, variation in enumerate(variations)], axis=1)
         points = np.concatenate([points, new])
         here = replace(study, design=plan.design(generation + 1, len(study.factors)))
         there = store.cases // study.per_point if store.exists() else 0
@@ -184,7 +189,8 @@ def _search(
         _same_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))
         goals = np.stack([tried[goal.label].values for goal in plan.goals], axis=1)
-        method.tell(*_finite(goals, tried["violation"].values))
+        if method is not None:
+            method.tell(*_finite(goals, tried["violation"].values))
     return store
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -45,8 +46,8 @@ class Recommendation:
     Parameters
     ----------
     point : int
-    numbers : dict of str to float
-        The numbers that are chosen, in SI.
+    numbers : dict of str to float or str
+        The numbers and names that are chosen, in SI.
     feasible : bool
         Whether all its cases meet all requirements.
     margins : tuple of Margin
@@ -61,7 +62,7 @@ class Recommendation:
     """
 
     point: int
-    numbers: dict[str, float]
+    numbers: dict[str, Any]
     feasible: bool
     margins: tuple[Margin, ...]
     probability: float

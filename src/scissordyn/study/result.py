@@ -121,7 +121,8 @@ class StudyResult:
     def worst(self, count: int = 5) -> list[Worst]:
         """The cases that are farthest beyond a requirement, or nearest to it; the worst first."""
         self._need_requirements()
-        return worst_cases(self.study, self.dataset, count)
+        found = worst_cases(self.study, self.dataset, count)
+        return [replace(one, numbers=labelled(self.study, one.numbers)) for one in found]
 
     def recommend(self) -> Recommendation:
         """The point that meets the requirements most often, or is nearest to meeting them.
@@ -141,7 +142,7 @@ class StudyResult:
         found = recommended(self.study, self.dataset)
         if found is None:
             raise InputError("a recommendation of points that all failed", "a study with complete cases", "result.causes")
-        return found
+        return replace(found, numbers=labelled(self.study, found.numbers))
 
     @property
     def trends(self) -> dict[str, Trend]:
@@ -332,7 +333,8 @@ class StudyResult:
         Parameters
         ----------
         *goals : str
-            ``"minimise peak_force"``, ``"maximise A.clearance"``. One is searched by CMA-ES, several by NSGA-II.
+            ``"minimise peak_force"``, ``"maximise A.clearance"``. One is searched by CMA-ES, several by NSGA-II; all
+            combinations are tried where names are chosen, which have no order.
         store : path
             Of the search; one that was begun goes on.
         risk : str
@@ -350,7 +352,7 @@ class StudyResult:
         study = self.built()
         units = {own.name: own.units for own in study.own_measures}
         wanted = tuple(read_goal(goal, units, [one.address for one in study.factors]) for goal in goals)
-        search = Optimisation(wanted, risk, population, generations, seed)
+        search = Optimisation(wanted, risk, population, generations, seed).over([one.variation for one in study.factors])
         needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
         study = replace(
             study,

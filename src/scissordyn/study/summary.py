@@ -12,7 +12,7 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.measure import MEASURES
 from scissordyn.study.answer import AGREEMENT, Worst, feasible_fraction
 from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Beta, Interval, Levels, LogNormal, Normal, Uniform, Weibull
+from scissordyn.study.distribution import Beta, Interval, Levels, LogNormal, Names, Normal, Uniform, Weibull
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import column
@@ -88,8 +88,8 @@ def _over(results: xr.Dataset, factor: Factor) -> str:
     scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
     unit = f" {scale.unit}" if scale.unit else ""
     match variation:
-        case Levels():
-            values = [scale.text(value, 6) for value in variation.values]
+        case Levels() | Names():
+            values = [scale.text(value, 6) for value in variation.levels()]
             return ", ".join(values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]) + unit
         case Interval() | Uniform():
             low, high = (scale.text(end, 6) for end in variation.ends)

@@ -107,6 +107,8 @@ class Surfaces:
         return self._known[response]
 
     def _fitted(self, response: str) -> Kriging | None:
+        if any(factor.labels for factor in self._study.factors):  # between names there is nothing
+            return None
         table, values = self._table(), self._points[response].values
         known = np.isfinite(values) & np.all(np.isfinite(table), axis=1)
         sizes = [np.unique(table[known, place]).size for place in range(table.shape[1])]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,7 +16,7 @@ from scissordyn.study.description import Study
 from scissordyn.study.requirement import response_unit, response_values
 from scissordyn.study.store import COMPLETE, column
 
-__all__ = ["CLEAR", "Need", "Trend", "fitted", "needed", "trends"]
+__all__ = ["CLEAR", "Need", "Trend", "fitted", "needed", "trends", "with_indicators"]
 
 CLEAR = 0.5
 """Predicted share of the variance, each point left out in turn, from which a trend is stated."""
@@ -38,7 +40,7 @@ class Trend:
     form : {"power", "linear"}
         Constant times powers of the numbers (those that are not positive enter as an exponential), or constant plus multiples.
     numbers : tuple of str
-        Addresses.
+        Addresses; of a name but the first of a list, "ADDRESS = NAME in place of FIRST", a number that is 1 or 0.
     constant : float
         Of the logarithm of the response, or of the response.
     slopes : ndarray
@@ -152,7 +154,10 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     per_point, members = study.per_point, study.members
     rows = (results.sizes["case"] // per_point) * per_point
     complete = (results["status"].values[:rows] == COMPLETE).reshape(-1, members)
-    x = np.stack([results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.addresses], axis=1)
+    numbers = with_indicators(
+        study, {name: results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.addresses}
+    )
+    x = np.stack(list(numbers.values()), axis=1)
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
     found = {}
     for one in answered(study, results):
@@ -161,9 +166,26 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
         if np.isin(cells[known], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
             continue
         values = np.where(known, cells, 0.0).sum(axis=1) / np.where(known.any(axis=1), known.sum(axis=1), np.nan)
-        both = fitted(x, values, groups, study.addresses, one.name, response_unit(results, one))
+        both = fitted(x, values, groups, tuple(numbers), one.name, response_unit(results, one))
         if both:
             found[one.name] = both
+    return found
+
+
+def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """The same numbers, with 1 or 0 for each name but the first in place of where it stands.
+
+    Parameters
+    ----------
+    study : Study
+    numbers : mapping of str to float or ndarray
+        By `Study.addresses`.
+    """
+    found = {name: value for name, value in numbers.items() if name not in {factor.name for factor in study.named}}
+    for factor in study.named:
+        first, *others = factor.labels
+        for place, label in enumerate(others, 1):
+            found[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)
     return found
 
 

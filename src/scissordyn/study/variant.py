@@ -92,7 +92,9 @@ def with_names(study: Study, given: Mapping[str, Sequence[str]]) -> Study:
     kept = np.arange(len(study.variants)).reshape(_counts(study))[np.ix_(*places)].ravel()
 
     def fewer(factors: tuple[Factor, ...]) -> tuple[Factor, ...]:
-        return tuple(replace(each, variation=Names(tuple(given[each.name]))) if each.name in given else each for each in factors)
+        return tuple(
+            replace(each, variation=Names(tuple(given[each.name]))) if each.name in given else each for each in factors
+        )
 
     variants = tuple(study.variants[place] for place in kept)
     return replace(study, factors=fewer(study.factors), uncertain=fewer(study.uncertain), variants=variants)
@@ -105,6 +107,9 @@ def check_names(study: Study) -> None:
     what = f"'{study.named[0].address}': names, which have no order, in a"
     if study.design.kind == "morris":
         raise InputError(f"{what} Morris design", "a design for Sobol indices", 'kind = "saltelli"')
+    chosen = [goal.measure for goal in study.optimisation.goals] if study.optimisation is not None else []
+    if any(factor.address in chosen for factor in study.named):
+        raise InputError(f"a goal about {what.removesuffix(' in a')}", "a goal about a measure or a number", "'minimise mass'")
     if study.design.kind == "one-at-a-time" and study.mechanism not in study.variants:
         raise InputError(f"{what} one-at-a-time design, without those of the case", "the names of the case among them")
     for factor in (each for each in (*study.factors, *study.uncertain) if not each.labels):

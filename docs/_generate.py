@@ -95,6 +95,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Uniform",
         "Normal",
         "LogNormal",
+        "Names",
         "Triangular",
         "Trapezoid",
         "Beta",

@@ -60,5 +60,5 @@ class Accurate:
 
 def read_mechanism(plain: Any, allow_code: Sequence[Path] = (), *, reading: bool = False) -> Mechanism:
     """A mechanism of plain data, or its description if it is only read."""
-    read: Mechanism = parse(plain, Mechanism)
+    read: Any = parse(plain, Mechanism)
     return read if reading else Configuration(read, plain).build_mechanism(allow_code)

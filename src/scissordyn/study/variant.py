@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple
         Their places in the values.
     """
     count = len(next(iter(values.values())))
-    places = {**own_names(study), **values}
+    places: dict[str, Any] = {**own_names(study), **values}
     chosen = [np.broadcast_to(places[factor.name], count).astype(int) for factor in study.named]
     which = np.ravel_multi_index(chosen, _counts(study)) if chosen else np.zeros(count, int)
     for one in np.unique(which):
@@ -70,7 +70,8 @@ def labelled(study: Study, values: Mapping[str, float]) -> dict[str, float | str
 def own_names(study: Study) -> dict[str, int]:
     """The places of the names of the mechanism itself, of the first ones if it is none of the variants."""
     own = study.variants.index(study.mechanism) if study.mechanism in study.variants else 0
-    return dict(zip((each.name for each in study.named), np.unravel_index(own, _counts(study)), strict=True))
+    places = map(int, np.unravel_index(own, _counts(study)))
+    return dict(zip((each.name for each in study.named), places, strict=True))
 
 
 def with_names(study: Study, given: Mapping[str, Sequence[str]]) -> Study:
@@ -82,6 +83,8 @@ def with_names(study: Study, given: Mapping[str, Sequence[str]]) -> Study:
     given : mapping of str to sequence of str
         By address.
     """
+    if not given:
+        return study
     places = []
     for factor in study.named:
         for name in given.get(factor.name, ()):

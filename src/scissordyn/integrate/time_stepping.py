@@ -81,6 +81,8 @@ class Touching(NamedTuple):
     work: F1  # (1,) of the drives in the last impact
     size: F1  # (1,) of a step
     ending: F1  # (k,) indentations at the end of the step
+    longest: F1  # (1,) step that may come
+    sudden: I1  # (guards,) whether velocities may jump as it is crossed
     smooth: I1  # (1,) leading coordinates of the state that do not jump: positions, beside drives that move on
 
 
@@ -153,7 +155,7 @@ def choose_size(t, s, w, K):
     clock, h = s.clock[0], K.size[0]
     if w.delays.size > 0:
         h = up_to_multiple(t, h, w.delays)
-    h = min(h, clock.longest)
+    h = min(h, clock.longest, K.longest[0])
     if K.ahead[1] < h:  # not across the next impact of what rebounds and the one after it
         h = 1.2 * K.ahead[1]
     K.ahead[1] = math.inf
@@ -368,7 +370,7 @@ def follow(t, h, s, w):
 
 @kernel(inline=True)
 def pass_guards(problem, now, s, w, S, K, log):
-    """Take events of other guards than those of what jumps, at the end of the step that crosses them; returns whether any."""
+    """Take events of other guards than those of what jumps, at the end of the step that crosses them; returns whether the state jumps."""
     if s.mode.size == K.which.size:
         return False
     problem.guards(now, s.y, S, w.value, w.rate)
@@ -378,7 +380,7 @@ def pass_guards(problem, now, s, w, S, K, log):
     for k in range(s.mode.size):
         if w.value[k] > -math.inf and sign_of(s.mode[k]) * w.value[k] > 0.0:
             take_event(problem, now, k, s, w, S, log)
-            found = True
+            found = found or K.sudden[k] == 1
     return found
 
 

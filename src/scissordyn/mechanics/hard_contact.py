@@ -23,6 +23,7 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.compliant_contact import take_compliant, too_long_for_laws
 from scissordyn.mechanics.component import linearise_component
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
@@ -74,7 +75,7 @@ def hard_step(t, h, y, new, S, H):
     for i in range(count):
         H.was[i], H.kept_mode[i], H.kept_stuck[i] = C.mode[H.which[i]], H.mode[i], H.stuck[i]
         C.mode[H.which[i]] = 0  # contact forces of the last step do not act
-        H.load[i] = C.memory[H.which[i]]
+        H.load[i] = C.memory[H.which[i]] if H.compliant[i] == 0 else 0.0
     predict(h, y, S, H)
     accelerate(t + 0.5 * h, H.middle, S, new)
     for i in range(y.size):
@@ -93,6 +94,7 @@ def hard_step(t, h, y, new, S, H):
     if acts_now:
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
+        take_compliant(y, new, S, H)
     for i in range(n):
         new[i] = y[i] + 0.5 * h * (y[n + i] + new[n + i])
         # what the next step begins with: forces, not impacts
@@ -100,6 +102,8 @@ def hard_step(t, h, y, new, S, H):
     for i in range(count):
         j = H.which[i]
         C.mode[j] = H.closed[i]
+        if H.compliant[i] == 1:
+            continue
         if H.closed[i] == 0:
             C.memory[j] = 0.0
             new[2 * n + M.state_start[j]] = 0.0
@@ -107,6 +111,8 @@ def hard_step(t, h, y, new, S, H):
             share_of_force(i, j, h, new, S, H)
         y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
     look_ahead(h, new, S, H)
+    if too_long_for_laws(S, H) and H.impact[1] == 0:
+        H.impact[1] = 1
     if H.impact[1] == 1:
         take_back(S, H)
         return
@@ -121,6 +127,8 @@ def keep_pressed(h, y, new, S, H):
     place_at_end(h, new, S)
     m = S.work.multiplier.size
     for i in range(H.which.size):
+        if H.compliant[i] == 1:
+            continue
         H.overlap[i] = max(H.overlap[i], beyond_law(i, S, H))
         acts = H.yields[i] == 1 and H.closed[i] == 1
         H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
@@ -168,6 +176,16 @@ def close_gaps(h, S, H):
         H.closed[i], H.depth[i] = 0, depth
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
+        if H.compliant[i] == 1:
+            H.closed[i] = H.was[i]
+            H.rebound[i] = H.bias[i] = 0.0
+            H.yields[i] = H.was[i]
+            if H.was[i] == 1:
+                kinematics(j, S)
+                contact_rows(i, S, H)
+                H.turn[i] = 0.5 * h * convective(j, S)
+                found = True
+            continue
         least = -(STAYS if H.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
         if depth >= least if H.was[i] == 1 or H.locate[0] == 0 else False:
             kinematics(j, S)
@@ -239,7 +257,7 @@ def solve_step(t, h, y, S, H):
     leave_out_open(m, S, H)
     assemble(h, S, H)
     turn_normals(h, m, S, H)
-    solve_impulses(m, H)
+    solve_impulses(m, y, S, H)
 
 
 @kernel(inline=True)
@@ -265,7 +283,7 @@ def turn_normals(h, m, S, H):
     """
     for i in range(H.which.size):
         H.turning_mass[i] = H.lag[i] = 0.0
-        if H.closed[i] == 0:
+        if H.closed[i] == 0 or H.compliant[i] == 1:
             continue
         j = H.which[i]
         at, other = H.place[m + 2 * i], H.place[m + 2 * i + 1]
@@ -331,6 +349,8 @@ def look_ahead(h, new, S, H):
     place_at_end(h, new, S)
     H.ahead[0] = -math.inf
     for i in range(H.which.size):
+        if H.compliant[i] == 1:
+            continue
         depth, _ = gap(H.which[i], S)
         H.ending[i] = depth
         if H.closed[i] == 0:

@@ -17,7 +17,7 @@ from __future__ import annotations
 from scissordyn.jit import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 
-__all__ = ["FLOOR", "law_depth", "law_fits", "prepare_law", "stored_energy"]
+__all__ = ["FLOOR", "law_at", "law_depth", "law_fits", "prepare_law", "stored_energy"]
 
 FLOOR = 1e-3
 """Indentation, as a fraction of the clearance, below which the law is taken as linear."""
@@ -80,7 +80,7 @@ def law_fits(m, H):
         if H.closed[i] == 1:
             largest = max(largest, H.impulse[H.place[m + 2 * i]])
     for i in range(H.which.size):
-        if H.closed[i] == 0 or H.yields[i] == 0:
+        if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1:
             continue
         at = H.place[m + 2 * i]
         delta = law_depth(i, at, H)

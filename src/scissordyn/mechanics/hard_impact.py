@@ -30,7 +30,8 @@ def hard_impact(t, h, y, S, H):
     n, m = M.n, W.multiplier.size
     for i in range(H.which.size):
         H.was[i] = C.mode[H.which[i]]
-        C.mode[H.which[i]] = 0
+        if H.compliant[i] == 0:
+            C.mode[H.which[i]] = 0
     for i in range(y.size):
         H.scratch[i] = y[i]
     accelerate(t, y, S, H.middle)
@@ -41,6 +42,9 @@ def hard_impact(t, h, y, S, H):
         depth, rate = gap(j, S)
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
+        if H.compliant[i] == 1:  # its force is finite
+            H.closed[i] = H.yields[i] = 0
+            continue
         reach = STAYS if H.was[i] == 1 else STRIKES
         H.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
         if H.closed[i] == 1:
@@ -59,13 +63,15 @@ def hard_impact(t, h, y, S, H):
     for a in range(H.place.size):
         H.before[a] = H.free[a]
     assemble(0.0, S, H)
-    solve_impulses(m, H)
+    solve_impulses(m, y, S, H)
     for a in range(m + 2 * H.which.size):
         if H.impulse[H.place[a]] != 0.0:
             add_row(a, m, H.impulse[H.place[a]], y, n, S, H)
     take_impacts(h, y, S, H)
     H.work[0] = drive_work(y, S, H)
     for i in range(H.which.size):
+        if H.compliant[i] == 1:
+            continue
         C.mode[H.which[i]] = 1 if H.closed[i] == 1 and H.result[i, CLOSED] == 1.0 else 0
         C.memory[H.which[i]] = 0.0
 

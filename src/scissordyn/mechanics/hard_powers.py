@@ -19,6 +19,8 @@ def hard_monitor(t, h, y, S, H, power, rows):
     M, guards = S.model, S.state.mode.size
     monitor(t, y, S, power, rows)
     for i in range(H.which.size):
+        if H.compliant[i] == 1:
+            continue
         j, out = H.which[i], H.result[i]
         if H.stuck[i] == 1:
             H.stick[i] += h

@@ -36,7 +36,7 @@ def take_results(h, S, H):
     """Write what each closed contact has done, and whether one of them was an impact."""
     m = S.work.multiplier.size
     for i in range(H.which.size):
-        if H.closed[i] == 0:
+        if H.closed[i] == 0 or H.compliant[i] == 1:
             continue
         found, out = S.work.contact[H.which[i]], H.result[i]
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]

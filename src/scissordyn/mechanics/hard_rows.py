@@ -34,7 +34,13 @@ OPEN, STICK, SLIP = range(3)
 class HardContacts(NamedTuple):
     """Hard contacts of a mechanism, their numbers, and scratch of a thread."""
 
-    which: I1  # (k,) number among the contacts
+    which: I1  # (k,) number among the contacts; hard ones, then compliant ones
+    compliant: I1  # (k,) whether it is compliant, see `compliant_contact`
+    later: F1  # (k,) theta of a compliant contact along N
+    later_slip: F1  # (k,) and along T
+    rubbed: F1  # (k,) slip speed at which its friction was linearised [m/s]
+    bristle: F1  # (states of a contact,) scratch
+    longest: F1  # (1,) step for compliant contacts [s]
     restitution: F1  # (k,)
     kinetic: F1  # (k,)
     static: F1  # (k,)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.pivoting import pivot
@@ -41,6 +42,9 @@ then on the last of these contacts alone changes its mode, until they are fewer,
 LAWS = 4
 """Times that laws of elastic contacts are linearised anew in a step."""
 
+COMPLIANT_LAWS = 12
+"""The same beside compliant contacts, whose damping and friction are less smooth."""
+
 BORDER = 1e-10
 """Part of the largest impulse of a step that is round-off."""
 
@@ -60,13 +64,17 @@ _factorize, _solve = band.factorize, band.solve
 
 
 @kernel()
-def solve_impulses(m, H):
+def solve_impulses(m, y, S, H):
     """Write impulses and velocities of the rows; modes of the last step are where it begins."""
-    count = H.which.size
+    count, most_laws = H.which.size, LAWS
     for i in range(count):
         if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
             H.rebound[i] = 0.0
         H.compliance[i] = 0.0
+        if H.compliant[i] == 1 and H.closed[i] == 1:
+            begin_laws(i, m, y, S, H)
+            most_laws = COMPLIANT_LAWS
+            continue
         if H.yields[i] == 1:
             prepare_law(i, H.place[m + 2 * i], H)
         else:
@@ -85,7 +93,11 @@ def solve_impulses(m, H):
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
         if asking == 0:
-            if laws == LAWS or law_fits(m, H):
+            fits = laws == most_laws
+            if not fits:
+                elastic, compliant = law_fits(m, H), laws_fit(m, y, S, H)
+                fits = elastic and compliant
+            if fits:
                 solved = True
                 break
             laws, fewest, tries = laws + 1, 3 * count + 1, TRIES
@@ -189,6 +201,8 @@ def ask_for_modes(m, H):
             limit = H.friction[i] * max(p_n, 0.0)
             wanted = p_t - H.lag[i] + (H.turning_mass[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
             new = SLIP if wanted > (near if old == SLIP + 1 else -near) else SLIP + 1
+            if H.compliant[i] == 1:
+                new = SLIP
             if H.friction[i] > 0.0 and abs(wanted) <= limit + (near if old == STICK else -near):
                 new = STICK
         H.asked[i] = new

@@ -38,13 +38,19 @@ def hard_contacts(plan: Plan) -> HardContacts:
     -------
     HardContacts
     """
-    model, which = plan.model, plan.hard_places
+    model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
     rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
     place, pairs, reach = _ordering(plan, which, damped)
     made = HardContacts(
         which=np.array(which, np.int64),
+        compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
+        later=np.zeros(count),
+        later_slip=np.zeros(count),
+        rubbed=np.zeros(count),
+        bristle=np.zeros(int(np.max(np.diff(model.state_start), initial=0))),
+        longest=np.full(1, np.inf),
         restitution=np.zeros(count),
         kinetic=np.zeros(count),
         static=np.zeros(count),
@@ -126,7 +132,8 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
     for i, j in enumerate(made.which.tolist()):
         clearance = plan.contacts[j].clearance
         assert clearance is not None
-        made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
+        if made.compliant[i] == 0:
+            made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
         kernels = addresses(clearance.stiffness)
         made.law[i], made.energy[i] = kernels["force"], kernels["energy"]
         made.elastic[i] = row_of(clearance.stiffness, clearance.surfaces)
@@ -134,6 +141,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
     for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap):
         part[:] = 0
     made.ahead[:] = -np.inf, np.inf
+    made.longest[:] = np.inf
 
 
 def _ordering(plan: Plan, which: list[int], damped: list[int]) -> tuple[np.ndarray, np.ndarray, int]:

@@ -172,6 +172,11 @@ class Plan:
         return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact == "hard"]
 
     @property
+    def compliant_places(self) -> list[int]:
+        """Which of them are compliant."""
+        return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact != "hard"]
+
+    @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
         """The joints with a film of oil, each with its clearance and its oil."""
         return self.mechanism.lubricated

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stepping", "advance_stepping"]
 
-KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap")
+KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap", "longest")
 """What the next step depends on, and what has been counted."""
 
 
@@ -48,7 +48,7 @@ class Stepping:
         content.locate[0] = int(located)
         self.touching = Handle(
             Touching(
-                content.which,
+                content.which[content.compliant == 0],
                 content.result,
                 content.impact,
                 content.locate,
@@ -56,6 +56,8 @@ class Stepping:
                 content.work,
                 np.array([size]),
                 content.ending,
+                content.longest,
+                (np.arange(plan.model.guard_component.size) >= len(plan.contacts)).astype(np.int64),
                 np.array([plan.model.n if plan.model.nb else 0], np.int64),
             )
         )
@@ -89,6 +91,7 @@ class Stepping:
         for name in ("mode", "stuck", "slope", "pressed"):
             getattr(self.content, name)[:] = 0
         self.content.ahead[:] = -np.inf, np.inf
+        self.content.longest[:] = np.inf
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays that the way onwards depends on."""

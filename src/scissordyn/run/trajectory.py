@@ -247,7 +247,7 @@ def overlapping(driver: Driver) -> str:
     if driver.stepping is None:
         return ""
     clearance = driver.system.content.parameters.contact["clearance"]
-    for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=True):
+    for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=False):
         if not overlap <= clearance[j]:
             return (
                 f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * overlap:.3g} mm at a clearance of "

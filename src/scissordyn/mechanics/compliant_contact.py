@@ -1,0 +1,187 @@
+"""Compliant contacts beside hard ones: their laws, taken implicitly in a step of time stepping.
+
+The rows N and T of a compliant contact that acts are those of an elastic hard contact with its damping and friction law too,
+
+    P_N = h F_n(delta_mean, delta'_mean),    P_T = h F_t(v_mean, F_n, z),
+
+delta_mean as in `hard_elastic`, rates at theta U+ + (1 - theta) U-, theta = 1/2 but near 1 where the damping is far stiffer than
+the step, and the internal states z of friction by implicit Euler. Laws are linearised until impulses agree with them. A step
+resolves the vibration of the contact: its size times the angular frequency is at most `RESOLVED`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.laws.evaluate import elastic_force, friction_force
+from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
+from scissordyn.mechanics.hard_result import CLOSED
+from scissordyn.mechanics.hard_rows import SLIP, effective_mass
+from scissordyn.plugin.address import call_at
+
+__all__ = ["begin_laws", "laws_fit", "take_compliant", "too_long_for_laws"]
+
+RESOLVED = 0.2
+"""Step times the angular frequency of a compliant contact."""
+
+LONGER = 1.5
+"""A step that is this many times longer than that is made anew."""
+
+MISFIT, NEGLIGIBLE = 1e-4, 1e-7
+"""Part of a force, and of the largest of the step, by which the linearised laws may miss the laws."""
+
+DIFFERENCE, LEAST_SLIP = 1e-5, 1e-9
+"""Part of an argument by which a law is differentiated, and the least one of slip speeds [m/s]."""
+
+CORRECTIONS = 3
+"""Of an internal state of friction, by Newton's method."""
+
+
+@kernel()
+def normal_at(i, delta, rate, S, H):
+    """Normal force [N] of compliant contact i; negative where its surfaces part so fast that the law would pull."""
+    j = H.which[i]
+    if delta <= H.floor[i]:
+        force, _ = law_at(i, delta, H)
+        return force
+    elastic = elastic_force(H.law[i], delta, H.elastic[i])
+    return call_at(S.parameters.law[j].damping, (elastic, delta, rate, S.state.memory[j]), (), (), (), S.parameters.damping[j], ())
+
+
+@kernel()
+def friction_at(i, slip, normal, y, S, H):
+    """Friction force [N] of compliant contact i at the end of a step; its states then stand in `HardContacts.bristle`."""
+    M, P, j = S.model, S.parameters, H.which[i]
+    states = M.state_start[j + 1] - M.state_start[j]
+    z, dz, first, h = H.bristle[:states], S.work.state_work[0, :states], 2 * M.n + M.state_start[j], H.size[0]
+    for k in range(states):
+        z[k] = y[first + k]
+    for _ in range(CORRECTIONS if states > 0 else 0):
+        for k in range(states):
+            friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])
+            here, rate = z[k], dz[k]
+            apart = DIFFERENCE * abs(here) + 1e-12 * max(1.0, P.state_scale[M.state_start[j] + k])
+            z[k] = here + apart
+            friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])
+            slope = min((dz[k] - rate) / apart, 0.0)
+            z[k] = here - (here - y[first + k] - h * rate) / (1.0 - h * slope)
+    return friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])
+
+
+@kernel(inline=True)
+def rate_of(i, at, u, H):
+    """Rate of the indentation [m/s] at which the laws are evaluated, for U_N+ = u."""
+    later = H.later[i]
+    return -later * (u - H.turn[i]) - (1.0 - later) * (H.before[at] + H.turn[i])
+
+
+@kernel(inline=True)
+def slip_of(i, at, u, H):
+    """And the slip speed [m/s], for U_T+ = u."""
+    return -H.later_slip[i] * u - (1.0 - H.later_slip[i]) * H.before[at]
+
+
+@kernel(inline=True)
+def later_part(stiff):
+    """Theta from damping times step over mass."""
+    return 0.5 + 0.5 * stiff * stiff / (1.0 + stiff * stiff)
+
+
+@kernel(inline=True)
+def normal_slopes(i, delta, rate, S, H):
+    """Derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
+    small, slow = DIFFERENCE * max(delta, H.floor[i]), DIFFERENCE * (abs(rate) + S.state.memory[H.which[i]])
+    by_depth = (normal_at(i, delta + small, rate, S, H) - normal_at(i, delta - small, rate, S, H)) / (2.0 * small)
+    by_rate = (normal_at(i, delta, rate + slow, S, H) - normal_at(i, delta, rate - slow, S, H)) / (2.0 * slow)
+    return by_depth, max(by_rate, 0.0)
+
+
+@kernel(inline=True)
+def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
+    """Write the equations of compliant contact i with its laws linearised at U_N+ = u_n, a slip speed and a normal force."""
+    h = H.size[0]
+    delta, rate = H.reached[i] - H.weight[i] * u_n, rate_of(i, a, u_n, H)
+    force = normal_at(i, delta, rate, S, H)
+    by_depth, by_rate = normal_slopes(i, delta, rate, S, H)
+    _, least = law_at(i, H.floor[i], H)
+    slope = max(by_depth, least) * H.weight[i] + by_rate * H.later[i]
+    H.compliance[i], H.offset[i] = 1.0 / (h * slope), -u_n - force / slope
+    small = DIFFERENCE * abs(slip) + LEAST_SLIP
+    up, down = friction_at(i, slip + small, normal, y, S, H), friction_at(i, slip - small, normal, y, S, H)
+    by_slip = max((up - down) / (2.0 * small), 0.0)
+    later = later_part(h * by_slip * H.gram[b, H.reach[0]]) if H.later_slip[i] == 0.0 else H.later_slip[i]
+    H.later_slip[i] = later
+    u_t = -(slip + (1.0 - later) * H.before[b]) / later
+    H.turning_mass[i] = h * by_slip * later
+    H.lag[i] = h * friction_at(i, slip, normal, y, S, H) + H.turning_mass[i] * u_t
+    H.rubbed[i] = slip
+
+
+@kernel()
+def begin_laws(i, m, y, S, H):
+    """Write the equations of compliant contact i with its laws linearised at the velocities before the step."""
+    a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+    H.pressed[i] = max(H.pressed[i], H.depth[i], 0.0)
+    prepare_law(i, a, H)
+    rate = -H.before[a] - H.turn[i]
+    _, by_rate = normal_slopes(i, max(H.pressed[i], H.floor[i]), rate, S, H)
+    H.later[i], H.later_slip[i] = later_part(H.size[0] * by_rate * H.gram[a, H.reach[0]]), 0.0
+    normal = max(normal_at(i, H.pressed[i], rate, S, H), 0.0)
+    linearise_laws(i, a, b, H.before[a], -H.before[b], normal, y, S, H)
+    H.friction[i], H.mode[i] = 0.0, SLIP
+
+
+@kernel()
+def laws_fit(m, y, S, H):
+    """Whether impulses agree with the laws of all compliant contacts; where they do not these are linearised anew."""
+    fits, h, largest = True, H.size[0], 0.0
+    for i in range(H.which.size):
+        if H.closed[i] == 1:
+            largest = max(largest, H.impulse[H.place[m + 2 * i]])
+    for i in range(H.which.size):
+        if H.closed[i] == 0 or H.compliant[i] == 0:
+            continue
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        u, p_n, slip = H.velocity[a], H.impulse[a], slip_of(i, b, H.velocity[b], H)
+        force = max(normal_at(i, H.reached[i] - H.weight[i] * u, rate_of(i, a, u, H), S, H), 0.0)
+        friction = friction_at(i, slip, p_n / h, y, S, H) if p_n > 0.0 else 0.0
+        near = MISFIT * max(h * force, p_n) + NEGLIGIBLE * largest
+        if max(abs(h * force - p_n), abs(h * friction - H.impulse[b])) > near:
+            across = slip * H.rubbed[i] < 0.0
+            linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)
+            fits = False
+    return fits
+
+
+@kernel()
+def take_compliant(y, new, S, H):
+    """Write what compliant contacts that act have done in the step, and the states of their friction."""
+    M, h, m = S.model, H.size[0], S.work.multiplier.size
+    for i in range(H.which.size):
+        if H.compliant[i] == 0 or H.closed[i] == 0:
+            continue
+        j = H.which[i]
+        a, b, found = H.place[m + 2 * i], H.place[m + 2 * i + 1], S.work.contact[j]
+        delta = law_depth(i, a, H)
+        H.pressed[i] = max(delta, 0.0)
+        found.depth = delta
+        found.rate, found.slip = -0.5 * (H.before[a] + H.velocity[a]), -0.5 * (H.before[b] + H.velocity[b])
+        found.elastic = elastic_force(H.law[i], delta, H.elastic[i]) if delta > 0.0 else 0.0
+        found.normal, found.tangential = H.impulse[a] / h, H.impulse[b] / h
+        friction_at(i, slip_of(i, b, H.velocity[b], H), found.normal, y, S, H)
+        first = M.state_start[j]
+        for k in range(M.state_start[j + 1] - first):
+            new[2 * M.n + first + k] = H.bristle[k]
+        H.result[i, CLOSED] = 1.0
+
+
+@kernel()
+def too_long_for_laws(S, H):
+    """Write how long a step may be for the compliant contacts that act; returns whether the present one is too long."""
+    H.longest[0] = math.inf
+    for i in range(H.which.size):
+        if H.compliant[i] == 1 and H.closed[i] == 1:
+            _, slope = law_at(i, H.pressed[i], H)
+            H.longest[0] = min(H.longest[0], RESOLVED * math.sqrt(effective_mass(i, S, H) / slope))
+    return H.size[0] > LONGER * H.longest[0]

@@ -370,7 +370,7 @@ def follow(t, h, s, w):
 
 @kernel(inline=True)
 def pass_guards(problem, now, s, w, S, K, log):
-    """Take events of other guards than those of what jumps, at the end of the step that crosses them; returns whether the state jumps."""
+    """Take events of other guards than those of what jumps, at the end of the step; returns whether the state jumps."""
     if s.mode.size == K.which.size:
         return False
     problem.guards(now, s.y, S, w.value, w.rate)

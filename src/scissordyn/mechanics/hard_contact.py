@@ -133,7 +133,7 @@ def keep_pressed(h, y, new, S, H):
         acts = H.yields[i] == 1 and H.closed[i] == 1
         H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
         H.ending[i], _ = gap(H.which[i], S)
-        stored = 2 * S.model.n + S.model.state_start[H.which[i]] + 1
+        stored = S.model.elastic_state[H.which[i]]
         new[stored] = stored_energy(i, S, H)
         H.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
     place_at_middle(S, H)

@@ -101,7 +101,7 @@ def take_impacts(h, y, S, H):
         back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
         out[CLOSED] = 1.0 if back < ZENO * h else 0.0
         if out[CLOSED] == 0.0:
-            stored = 2 * n + S.model.state_start[H.which[i]] + 1
+            stored = S.model.elastic_state[H.which[i]]
             out[RESTITUTION_LOSS] += y[stored]
             y[stored] = 0.0
             H.ahead[1] = min(H.ahead[1], back)

@@ -228,8 +228,8 @@ def write_energies(at, t, y, S, R):
             kinetic += 0.5 * W.basis[1, i] * M.inertia_b[i, k] * W.basis[1, k]
     for j in range(S.parameters.contact.size):
         law = S.parameters.law[j]
-        if law.stiffness == 0:  # of a hard contact: a state
-            elastic += y[2 * n + M.state_start[j] + 1]
+        if M.elastic_state[j] >= 0:
+            elastic += y[M.elastic_state[j]]
         elif S.state.mode[j] == 1:
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):

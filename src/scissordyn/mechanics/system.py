@@ -94,6 +94,7 @@ class Model(NamedTuple):
     rotation_column: I1
     rotation_row: F2  # (2, entries)
     state_start: I1  # (force elements + 1,) internal states
+    elastic_state: I1  # (contacts,) where y has the elastic energy of a hard contact, or -1
     component_port: I1  # (components,) codes of `component.port`
     component_sense: F1  # -1 for a tension, which pulls against its coordinate
     component_coordinates: I1

@@ -15,7 +15,16 @@ if TYPE_CHECKING:
     from scissordyn.model.clearance import Clearance
     from scissordyn.model.guide_clearance import GuideClearance
 
-__all__ = ["MEAN_FRICTION", "STORED", "ContactKind", "HardNumbers", "check_hard", "contact_states", "hard_numbers"]
+__all__ = [
+    "HARD_STATES",
+    "MEAN_FRICTION",
+    "STORED",
+    "ContactKind",
+    "HardNumbers",
+    "check_hard",
+    "contact_states",
+    "hard_numbers",
+]
 
 ContactKind = Literal["compliant", "hard"]
 
@@ -24,6 +33,9 @@ MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
 
 STORED = State("stored_energy", "J", scale=1.0)
 """And the elastic energy of its surfaces at the end of that step."""
+
+HARD_STATES = (MEAN_FRICTION, STORED)
+"""In their order."""
 
 _TAKEN = ("kinetic", "static")
 
@@ -89,4 +101,4 @@ def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
 
 def contact_states(clearance: Clearance | GuideClearance) -> tuple[State, ...]:
     """Internal states of a contact: those of its friction law, or mean friction and elastic energy of a hard contact."""
-    return (MEAN_FRICTION, STORED) if clearance.contact == "hard" else clearance.friction.states
+    return HARD_STATES if clearance.contact == "hard" else clearance.friction.states

@@ -12,11 +12,24 @@ from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.hard_contact import hard_numbers
+from scissordyn.plan.elastic_law import elastic_law
 from scissordyn.plan.plan import Plan
-from scissordyn.plugin.element import PARAMETERS, addresses, row_of
+from scissordyn.plugin.element import PARAMETERS
 
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 """Components whose force does not depend on a speed, and bars that bend, whose damping is weak."""
+
+NUMBERS = (
+    *("restitution", "kinetic", "static", "rebound", "bias", "turn", "load", "turning_mass", "lag", "offset", "floor"),
+    *("pressed", "reached", "weight", "faster", "compliance", "later", "later_slip", "rubbed"),
+    *("friction", "depth", "ending", "overlap", "stick"),
+)
+CHOICES = ("law", "energy", "yields", "closed", "was", "mode", "asked", "stuck", "kept_mode", "kept_stuck", "active")
+"""Fields of `HardContacts` with a number, or an integer, of each contact."""
+
+OF_ROWS = ("free", "before", "impulse", "velocity", "shift")
+OF_STATES = ("kept_slope", "slope", "middle", "scratch")
+"""Fields with a number of each row, or of each state."""
 
 __all__ = ["hard_contacts", "put_hard_numbers"]
 
@@ -46,31 +59,9 @@ def hard_contacts(plan: Plan) -> HardContacts:
     made = HardContacts(
         which=np.array(which, np.int64),
         compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
-        later=np.zeros(count),
-        later_slip=np.zeros(count),
-        rubbed=np.zeros(count),
+        elastic=np.zeros((count, PARAMETERS)),
         bristle=np.zeros(int(np.max(np.diff(model.state_start), initial=0))),
         longest=np.full(1, np.inf),
-        restitution=np.zeros(count),
-        kinetic=np.zeros(count),
-        static=np.zeros(count),
-        rebound=np.zeros(count),
-        bias=np.zeros(count),
-        turn=np.zeros(count),
-        load=np.zeros(count),
-        turning_mass=np.zeros(count),
-        lag=np.zeros(count),
-        offset=np.zeros(count),
-        law=np.zeros(count, np.int64),
-        energy=np.zeros(count, np.int64),
-        elastic=np.zeros((count, PARAMETERS)),
-        floor=np.zeros(count),
-        yields=np.zeros(count, np.int64),
-        pressed=np.zeros(count),
-        reached=np.zeros(count),
-        weight=np.zeros(count),
-        faster=np.zeros(count),
-        compliance=np.zeros(count),
         size=np.zeros(1),
         damped=np.array(damped, np.int64),
         damping=np.zeros(len(damped), np.int64),
@@ -78,43 +69,25 @@ def hard_contacts(plan: Plan) -> HardContacts:
         pairs=pairs,
         reach=np.array([reach], np.int64),
         normal=np.zeros((2, model.element_column.size)),
-        closed=np.zeros(count, np.int64),
-        was=np.zeros(count, np.int64),
         impact=np.zeros(2, np.int64),
-        mode=np.zeros(count, np.int64),
-        asked=np.zeros(count, np.int64),
-        stuck=np.zeros(count, np.int64),
         gram=np.zeros((rows, 2 * reach + 1)),
         band=np.zeros((rows, 3 * reach + 1)),
         pivots=np.zeros(rows, np.int64),
-        free=np.zeros(rows),
-        before=np.zeros(rows),
-        impulse=np.zeros(rows),
-        velocity=np.zeros(rows),
-        shift=np.zeros(rows),
-        friction=np.zeros(count),
         row=np.zeros(n),
-        depth=np.zeros(count),
-        ending=np.zeros(count),
-        overlap=np.zeros(count),
-        kept_mode=np.zeros(count, np.int64),
-        kept_stuck=np.zeros(count, np.int64),
-        kept_slope=np.zeros(states),
-        slope=np.zeros(states),
-        middle=np.zeros(states),
-        scratch=np.zeros(states),
         mass_row=np.zeros(m),
         result=np.zeros((count, RESULTS)),
-        stick=np.zeros(count),
         locate=np.zeros(1, np.int64),
         ahead=np.array([-np.inf, np.inf]),
         work=np.zeros(1),
-        active=np.zeros(count, np.int64),
         units=np.zeros((2 * count + 1, rows)),
         table=np.zeros(table_shape(count)),
         basic=np.zeros(3 * count, np.int64),
         beside=np.zeros(3 * count + 1, np.int64),
         counts=np.zeros(COUNTS, np.int64),
+        **{name: np.zeros(count) for name in NUMBERS},
+        **{name: np.zeros(count, np.int64) for name in CHOICES},
+        **{name: np.zeros(rows) for name in OF_ROWS},
+        **{name: np.zeros(states) for name in OF_STATES},
     )
     put_hard_numbers(made, plan)
     return made
@@ -134,9 +107,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
         assert clearance is not None
         if made.compliant[i] == 0:
             made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
-        kernels = addresses(clearance.stiffness)
-        made.law[i], made.energy[i] = kernels["force"], kernels["energy"]
-        made.elastic[i] = row_of(clearance.stiffness, clearance.surfaces)
+        made.law[i], made.energy[i], made.elastic[i] = elastic_law(clearance)
         made.floor[i] = FLOOR * clearance.clearance
     for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap):
         part[:] = 0

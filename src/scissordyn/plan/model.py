@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,9 @@ from scissordyn.mechanics.monitored import (
     TRACK_DEVIATION,
 )
 from scissordyn.mechanics.system import RESULTS, Model
+from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.hard_contact import HARD_STATES, STORED
+from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import bar_table, flexible_maps, held_table, mode_columns
@@ -114,6 +117,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         rotation_column=rotation_column,
         rotation_row=rotation_row,
         state_start=offsets(states),
+        elastic_state=_elastic_states(n, contacts, offsets(states)),
         monitor=_monitors(mechanism),
         track_start=track_start,
         track_column=track_column,
@@ -255,6 +259,12 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
         "recorder": numbered(recorded, 0),
         "guard_component": _integers([*(-1 for _ in range(contacts)), *guarded]),
     }
+
+
+def _elastic_states(free: int, contacts: Sequence[Revolute | ContactPoint], start: np.ndarray) -> np.ndarray:
+    """Where the state y has the elastic energy of each hard contact, -1 for a compliant one."""
+    hard = [each.clearance is not None and each.clearance.contact == "hard" for each in contacts]
+    return np.where(hard, 2 * free + start[: len(hard)] + HARD_STATES.index(STORED), -1).astype(np.int64)
 
 
 def _travel(component: Any) -> tuple[float, float]:

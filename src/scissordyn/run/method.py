@@ -97,6 +97,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
         raise InputError(f"method = '{options.method}' with {what}", f"auto, {TIME_STEPPING}" if hard else "auto")
     if hard:
         step, why = time_step(plan, system, y, options, tolerances)
+        if plan.compliant_places:
+            why += ", and shorter ones the vibration of compliant contacts that are closed"
         return Choice(TIME_STEPPING, f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}", step)
     if options.method != "auto":
         return Choice(options.method, "asked for")
@@ -193,7 +195,11 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
     if tolerances.time_scale / PARTS_OF_A_FALL < step:
         step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
     if plan.components and y.size <= MOST_EIGENVALUES:
+        modes = system.content.state.mode
+        closed = modes[plan.compliant_places]
+        modes[plan.compliant_places] = 0  # steps adapt to these
         decay, oscillation = fastest_modes(plan, system, y, tolerances)
+        modes[plan.compliant_places] = closed
         if decay * step > DECAY_STEP:
             step, why = max(DECAY_STEP / decay, step / FINEST), f"the step resolves the fastest decay, {decay:.3g} 1/s"
         if oscillation * step > OSCILLATION_STEP:

@@ -26,8 +26,8 @@ from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
+from scissordyn.plan.elastic_law import elastic_law
 from scissordyn.plan.plan import Plan
-from scissordyn.plugin.element import addresses, row_of
 from scissordyn.run.cause import check_springs, full_coordinates
 from scissordyn.run.driver import make_system
 from scissordyn.run.options import StartKind
@@ -268,9 +268,8 @@ def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
     for j in plan.hard_places:
         clearance = plan.contacts[j].clearance
         if content.state.mode[j] == 1 and clearance is not None:
-            law, row = addresses(clearance.stiffness), row_of(clearance.stiffness, clearance.surfaces)
-            stored = 2 * content.model.n + content.model.state_start[j] + 1
-            y[stored] = elastic_energy(law["energy"], law["force"], depth[j], row)
+            law = elastic_law(clearance)
+            y[content.model.elastic_state[j]] = elastic_energy(law.energy, law.force, depth[j], law.row)
 
 
 def _hold_references(plan: Plan, system: System, held: Held) -> None:

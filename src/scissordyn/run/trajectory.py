@@ -247,11 +247,12 @@ def overlapping(driver: Driver) -> str:
     if driver.stepping is None:
         return ""
     clearance = driver.system.content.parameters.contact["clearance"]
+    crossed = 'events = "crossed", or ' if driver.stepping.content.locate[0] else ""
     for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=False):
         if not overlap <= clearance[j]:
             return (
                 f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * overlap:.3g} mm at a clearance of "
-                f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; type: step = "
+                f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; type: {crossed}step = "
                 f"{0.25 * driver.stepping.size:.2g}"
             )
     return ""

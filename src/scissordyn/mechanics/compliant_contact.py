@@ -5,8 +5,8 @@ The rows N and T of a compliant contact that acts are those of an elastic hard c
     P_N = h F_n(delta_mean, delta'_mean),    P_T = h F_t(v_mean, F_n, z),
 
 delta_mean as in `hard_elastic`, rates at theta U+ + (1 - theta) U-, theta = 1/2 but near 1 where the damping is far stiffer
-than the step, and the internal states z of friction by implicit Euler. Laws are linearised until impulses agree with them. A step
-resolves the vibration of the contact: its size times the angular frequency is at most `RESOLVED`.
+than the step, and the internal states z of friction by implicit Euler. Laws are linearised until impulses agree with them. A
+step resolves the vibration of the contact: its size times the angular frequency is at most `RESOLVED`.
 """
 
 from __future__ import annotations

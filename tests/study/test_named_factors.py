@@ -164,6 +164,43 @@ def test_names_may_stand_for_objects() -> None:
         assert found.mechanism(row) == made
 
 
+def test_a_wall_is_the_text_of_its_section(case: Path) -> None:
+    """Identity, bit for bit: mass and stress of each wall and material are those of ``tube 60x60xW mm``; it stays a number."""
+    wall = f"{SECTION}.wall"
+    found = sd.study(
+        case,
+        {wall: "1..3 mm, 3 values", MATERIAL: MATERIALS[:2], SECTION: [SECTIONS[0], "tube 70x60x9 mm"]},
+        measures=["peak_bar_stress", "mass"],
+        goals="minimise mass",
+        requirements=["peak_bar_stress < 1 MPa"],
+    )
+    table = found.table
+    assert list(table[f"{wall} [m]"].unique()) == [1e-3, 2e-3, 3e-3]
+    for row in (0, 3, 6, 11):
+        text = table[SECTION][row].rpartition("x")[0] + f"x{1e3 * table[f'{wall} [m]'][row]:g} mm"
+        made = read_case(case, [f"{SECTION}={text}", f"{MATERIAL}={table[MATERIAL][row]}"]).mechanism
+        run = sd.simulate(made, until=2e-3)
+        bars = [str(bar) for bar in run["bar"].values]
+        assert [table[f"{bar}.peak_bar_stress [Pa]"][row] for bar in bars] == list(np.abs(run["bar_largest_stress"].values))
+        assert table["mass [kg]"][row] == sum(body.mass for body in made.bodies)
+    assert found.best == {wall: 1e-3, MATERIAL: "aluminium", SECTION: SECTIONS[0]}
+    assert found.trends["mass"].numbers[0] == wall
+    fewer = refined(found.built(), vary={wall: "2 mm", SECTION: f"[{SECTIONS[0]}]"})
+    assert [each.components[0].axial_stiffness for each in fewer.variants] == pytest.approx(  # type: ignore[attr-defined]
+        [modulus * (60e-3**2 - 56e-3**2) for modulus in (210e9, 70e9)], rel=1e-12
+    )
+    with pytest.raises(InputError, match="values of the study: 1 mm, 2 mm, 3 mm"):
+        refined(found.built(), vary={wall: "2.5 mm"})
+
+
+def test_numbers_of_the_structure_vary(case: Path) -> None:
+    """Closed form: the bars of an array are as long as their number in the case file says, and their mass goes with it."""
+    found = sd.study(case, {"structure.bar_length": "1, 2, 4 m"}, measures="mass")
+    mass = found.table["mass [kg]"].values
+    assert (mass[2] - mass[1]) == pytest.approx(2.0 * (mass[1] - mass[0]), rel=1e-12)
+    assert list(found.table["structure.bar_length [m]"]) == [1.0, 2.0, 4.0]
+
+
 def test_names_by_probability() -> None:
     """Closed form: equal parts, or those of the probabilities."""
     u = np.linspace(0.0, 1.0, 10, endpoint=False) + 0.05
@@ -180,9 +217,14 @@ def test_names_by_probability() -> None:
         ({MATERIAL: []}, {}, "at least one"),
         ({"run.method": ["auto", "dopri5"]}, {}, "other options of the runs"),
         ({MATERIAL: MATERIALS}, {"design": "morris", "points": 8}, "names, which have no order"),
-        ({MATERIAL: MATERIALS[1:]}, {"design": "one-at-a-time"}, "the names of the case among them"),
+        ({MATERIAL: MATERIALS[1:]}, {"design": "one-at-a-time"}, "names and levels of the case among them"),
         ({MATERIAL: MATERIALS, "A.clearance": (1e-4, 2e-4)}, {"goals": "minimise mass"}, "lists of all that is chosen"),
         ({MATERIAL: MATERIALS}, {"goals": f"minimise {MATERIAL}"}, "a goal about"),
+        ({f"{SECTION}.wal": "1..3 mm"}, {}, "no 'wal' .did you mean 'wall'"),
+        ({f"{SECTION}.wall": "1..40 mm"}, {}, "a wall below 30 mm"),
+        ({f"{SECTION}.wall": "1..3 K"}, {}, "section.wall"),
+        ({f"{SECTION}.wall": "normal(1, 0.1) mm"}, {}, "a range of which the levels are taken"),
+        ({f"{SECTION}.wall": "1..3 mm, 65 values"}, {}, "65 combinations of"),
         ({"structure.units": list("12")}, {"measures": "peak_bar_stress"}, "measures of each bar"),
     ],
 )

@@ -8,11 +8,15 @@ from collections.abc import Iterable
 from typing import Any
 
 from scissordyn.config.line import handle
+from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.model.section import with_dimension
+from scissordyn.units import Quantity
 
 __all__ = ["changed"]
 
 SAMPLE = "--set drive.speed='250 rpm'"
+DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
 LAW_KEYS = ("stiffness", "damping", "friction")
 
 
@@ -25,7 +29,8 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
         Left as it is.
     changes : iterable of str
         Each ``path=value``. The path names tables and keys, and tables of a list by index or by their joint, guide, name or
-        body (``clearance.A.friction.kinetic``). The value is TOML if it can be parsed, otherwise text.
+        body (``clearance.A.friction.kinetic``); behind a section stands a dimension of it (``structure.bars.section.wall``).
+        The value is TOML if it can be parsed, otherwise text.
 
     Returns
     -------
@@ -61,6 +66,9 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
             place = _item(place, key, change)
             continue
         inner = place.setdefault(key, {})
+        if key == "section" and isinstance(inner, str) and depth == len(keys) - 2:
+            place[key] = with_dimension(inner, keys[-1], read_quantity(value, DIMENSION, f"--set {change!r}"))
+            return
         if key in LAW_KEYS and isinstance(inner, str):  # "lugre" and { law = "lugre" } are the same
             inner = place[key] = {"law": inner}
         if not isinstance(inner, dict | list):

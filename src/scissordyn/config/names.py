@@ -1,4 +1,4 @@
-"""Names that vary in a study, such as materials and laws: each combination of them makes a mechanism of its own."""
+"""What varies in a study at addresses of its case file, names and dimensions: each combination makes a mechanism of its own."""
 
 from __future__ import annotations
 
@@ -11,15 +11,34 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.config.file import read_case
+from scissordyn.config.quantity import unit_factor
 from scissordyn.config.table import toml
+from scissordyn.config.variation import read_variation, unit_of
 from scissordyn.errors import InputError
 from scissordyn.model.address import changed
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
-from scissordyn.study.distribution import Names
+from scissordyn.study.distribution import Interval, Levels, Names, Variation
 from scissordyn.study.factor import Factor
+from scissordyn.units import Quantity
 
-__all__ = ["NAMES_SAMPLE", "Reader", "by_change", "by_object", "listed", "names_of", "variants_of"]
+__all__ = [
+    "NAMES_SAMPLE",
+    "OF_FILE",
+    "Reader",
+    "by_change",
+    "by_object",
+    "listed",
+    "names_of",
+    "number_of_file",
+    "variants_of",
+]
+
+OF_FILE = ("structure", "bending", "panels", "payload")
+"""Tables of a case file that make parts of a mechanism, which has their numbers no more."""
+
+SI = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")
+"""Units of their numbers."""
 
 NAMES_SAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
 
@@ -56,8 +75,39 @@ def listed(text: str) -> Names | None:
     return names_of([each.strip() for each in inside[1:-1].split(",")])
 
 
+def number_of_file(address: str, given: str | Variation, folder: Path) -> Factor:
+    """A number that only the case file has, which takes the levels of a list or a range.
+
+    Parameters
+    ----------
+    address : str
+    given : str or Variation
+    folder : Path
+        Where names of files start.
+    """
+    unit = unit_of(given) if isinstance(given, str) else ""
+    fitting = (si for si in SI if not unit or _fits(unit, si))
+    si = next(fitting, "") if unit else "1"
+    if not si:
+        raise InputError(f"'{address}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
+    variation = read_variation(given, Quantity(si), address=address, folder=folder) if isinstance(given, str) else given
+    if not isinstance(variation, Levels | Interval):
+        what = f"'{address}' over a {variation.kind} distribution: each of its values makes a mechanism of its own"
+        raise InputError(what, "a list, or a range of which the levels are taken", '"1..3 mm, 5 values"')
+    levels = Levels(tuple(variation.levels().tolist()))
+    return Factor(address, levels, unit, unit_factor(unit, si) if unit else 1.0, si=si)
+
+
+def _fits(unit: str, si: str) -> bool:
+    try:
+        unit_factor(unit, si)
+    except InputError:
+        return False
+    return True
+
+
 def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechanism, ...]:
-    """The mechanism with each combination of names, those of the last factor fastest; none where only numbers vary.
+    """The mechanism with each combination of names and levels, those of the last factor fastest; none without such factors.
 
     Parameters
     ----------
@@ -70,18 +120,19 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
     InputError
         For a name that the case does not take, or too many combinations.
     """
-    named = [factor for factor in factors if factor.labels]
-    if not named:
+    apart = [factor for factor in factors if factor.texts]
+    if not apart:
         return ()
     if read is None:
-        what = f"'{named[0].address}' over names, of a mechanism without a case file"
+        what = f"'{apart[0].address}' of a mechanism without a case file"
         raise InputError(what, "a case file, or what each name stands for", "{'A.friction': {'lugre': sd.LuGre(kinetic=0.1)}}")
-    count = math.prod(len(factor.labels) for factor in named)
+    count = math.prod(len(factor.texts) for factor in apart)
     if count > MOST:
-        raise InputError(f"{count} combinations of names", f"at most {MOST}; a study for each of some names")
+        what = f"{count} combinations of {' and '.join(factor.address for factor in apart)}"
+        raise InputError(what, f"at most {MOST}; fewer names or levels, or a study for each of some", '"1..3 mm, 5 values"')
     return tuple(
-        read(dict(zip((factor.address for factor in named), names, strict=True)))
-        for names in itertools.product(*(factor.labels for factor in named))
+        read(dict(zip((factor.address for factor in apart), texts, strict=True)))
+        for texts in itertools.product(*(factor.texts for factor in apart))
     )
 
 
@@ -104,7 +155,8 @@ def by_change(
 
     def read(names: Mapping[str, str]) -> Mechanism:
         said = ", ".join(f"'{address}' = '{name}'" for address, name in names.items())
-        written = [f"{address}={name}" for address, name in names.items() if address not in meant]
+        ordered = sorted(names, key=lambda address: address.count("."))  # a section before its wall
+        written = [f"{address}={names[address]}" for address in ordered if address not in meant]
         try:
             found = read_case(case, [*changes, *written])
         except InputError as error:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from scissordyn.config.names import listed
 from scissordyn.config.study import factors_of
-from scissordyn.errors import InputError
+from scissordyn.config.variation import read_variation
+from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import SAMPLED, Design
 from scissordyn.study.goal import Optimisation, read_goal
-from scissordyn.study.variant import with_names
+from scissordyn.study.variant import with_places
+from scissordyn.units import Quantity
 
 __all__ = ["refined"]
 
@@ -53,11 +58,15 @@ def refined(
     InputError
         For what does not fit.
     """
-    named = {each.name for each in study.named}
-    names, vary = _parted(vary or {}, named)
-    study, uncertain = with_names(study, names), dict(uncertain or {})
-    if given := named & uncertain.keys():
-        raise InputError(f"'{min(given)}' as an uncertain number", "some of its names", f"--vary {min(given)}='[NAME, NAME]'")
+    apart = {each.name: each for each in study.apart}
+    places = {address: _places(apart[address], text) for address, text in (vary or {}).items() if address in apart}
+    study, vary, uncertain = (
+        with_places(study, places),
+        {address: text for address, text in (vary or {}).items() if address not in places},
+        dict(uncertain or {}),
+    )
+    if given := apart.keys() & uncertain.keys():
+        raise InputError(f"'{min(given)}' as an uncertain number", "some of its values", command("--vary", f"{min(given)}=..."))
     chosen = {each.address: each for each in study.factors}
     chosen |= {each.address: each for each in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
@@ -85,12 +94,21 @@ def refined(
     )
 
 
-def _parted(given: Mapping[str, str], named: Collection[str]) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
-    """Names that the study has, and texts of numbers, by address."""
-    lists = {address: names for address, text in given.items() if address in named and (names := listed(text)) is not None}
-    return {address: names.values for address, names in lists.items()}, {
-        address: text for address, text in given.items() if address not in lists
-    }
+def _places(factor: Factor, text: str) -> list[int]:
+    """Places of some names or levels of a study."""
+    every: Any = factor.variation
+    names = listed(text)
+    if factor.labels:
+        given: Sequence[Any] = (text,) if names is None else names.values
+        other = next((one for one in given if one not in factor.labels), None)
+        near = did_you_mean(str(other), factor.labels)
+    else:
+        given = read_variation(text, Quantity(factor.si), address=factor.address).levels().tolist()
+        other = next((one for one in given if not np.isclose(every.values, one, rtol=1e-5, atol=0.0).any()), None)
+        near = ""
+    if other is not None:
+        raise InputError(f"'{factor.address}' = '{text}'{near}", f"values of the study: {', '.join(factor.texts)}")
+    return [factor.labels.index(one) if factor.labels else int(factor.places(one)) for one in given]
 
 
 def _needed(search: Optimisation | None, study: Study, chosen: Mapping[str, object]) -> list[str]:

@@ -145,7 +145,7 @@ def _described(asked: StudyText, given: _Given, screen: Any, verify: int, meant:
         return described_study(given.mechanism, given.options, asked, read)
     cheap = _screen(screen, given)
     found = described_study(cheap.mechanism, cheap.options, asked, cheap.reader(meant))
-    return replace(found, accurate=Accurate(given.mechanism, given.options, verify, variants_of(found.named, read)))
+    return replace(found, accurate=Accurate(given.mechanism, given.options, verify, variants_of(found.apart, read)))
 
 
 def _result(

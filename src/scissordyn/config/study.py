@@ -14,7 +14,7 @@ from pydantic import Field, PlainValidator, ValidationInfo
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
 from scissordyn.config.motor import POINT, read_motor
-from scissordyn.config.names import NAMES_SAMPLE, Reader, by_change, listed, names_of, variants_of
+from scissordyn.config.names import NAMES_SAMPLE, OF_FILE, Reader, by_change, listed, names_of, number_of_file, variants_of
 from scissordyn.config.quantity import unit_factor
 from scissordyn.config.shape import Shape, accepting
 from scissordyn.config.table import Call, PlacedError, Table, described, instance, table_of, table_of_call, toml
@@ -302,7 +302,7 @@ def study_of(text: StudyText) -> Study:
         return described_study(*own, text, read)
     cheap, read_cheap = _read_case(text, text.screen.set)
     found = described_study(*cheap, text, read_cheap)
-    return replace(found, accurate=Accurate(*own, text.screen.verify, variants_of(found.named, read)))
+    return replace(found, accurate=Accurate(*own, text.screen.verify, variants_of(found.apart, read)))
 
 
 def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism, Options], Reader]:
@@ -379,6 +379,9 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
         text = _numbers(mechanism, address, asked)
         if isinstance(text, Names):
             factors.append(Factor(address, text))
+            continue
+        if address.partition(".")[0] in OF_FILE:
+            factors.append(number_of_file(address, text, folder))
             continue
         quantity = number(mechanism, address).quantity
         assert quantity is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -12,7 +13,7 @@ from typing import Annotated
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["MATERIALS", "SECTIONS", "Section", "StructuralMaterial", "read_material", "read_section"]
+__all__ = ["MATERIALS", "SECTIONS", "Section", "StructuralMaterial", "read_material", "read_section", "with_dimension"]
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,30 @@ def read_section(text: str | Section) -> Section:
     """
     if isinstance(text, Section):
         return text
+    maker, numbers, unit = _parted(text)
+    return maker(*(each * UNITS[unit] for each in numbers))
+
+
+def with_dimension(text: str, name: str, value: float) -> str:
+    """The text of a section with another dimension, such as its wall [m].
+
+    Raises
+    ------
+    InputError
+        If it has no dimension of that name.
+    """
+    maker, numbers, unit = _parted(text)
+    known = list(inspect.signature(maker).parameters)
+    if name not in known:
+        raise InputError(
+            f"section '{text}' has no '{name}'{did_you_mean(name, known)}", ", ".join(known), f"section.{known[-1]}"
+        )
+    numbers[known.index(name)] = value / UNITS[unit]
+    return f"{text.split()[0]} {'x'.join(f'{each:.12g}' for each in numbers)} {unit}"
+
+
+def _parted(text: str) -> tuple[Callable[..., Section], list[float], str]:
+    """What makes a section of the dimensions that its text has, these, and their unit."""
     found = PATTERN.fullmatch(str(text))
     kind = found[1] if found else str(text).split(" ")[0]
     allowed = "; ".join(sample for _, sample in SECTIONS.values())
@@ -152,7 +177,7 @@ def read_section(text: str | Section) -> Section:
         numbers = []
     if found is None or len(numbers) not in makers or found[3] not in UNITS or not all(0.0 < each < 1e6 for each in numbers):
         raise InputError(f"section = {text!r}", sample, f'section = "{sample.split(" (")[0]}"')
-    return makers[len(numbers)](*(each * UNITS[found[3]] for each in numbers))
+    return makers[len(numbers)], numbers, found[3]
 
 
 def read_material(name: str | StructuralMaterial) -> StructuralMaterial:

@@ -171,8 +171,8 @@ def _in_order(found: list[xr.Dataset], order: np.ndarray) -> xr.Dataset:
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:
-    """Attributes of names, of deviations, and of the chosen values from which places of a pattern deviate one by one."""
-    found: dict[str, dict[str, Any]] = {factor.name: {"units": "1", **factor.shown} for factor in study.named}
+    """Attributes of what makes other mechanisms, of deviations, and of chosen values from which single places deviate."""
+    found: dict[str, dict[str, Any]] = {each.name: {"units": each.si or "1", **each.shown} for each in study.apart}
     for factor in study.uncertain:
         if factor.of:
             quantity = number(study.mechanism, factor.of).quantity

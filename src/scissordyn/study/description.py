@@ -30,7 +30,7 @@ from scissordyn.study.factor import Factor, Sampling, plain_factor, read_factor
 from scissordyn.study.goal import Optimisation
 from scissordyn.study.part_unit import check_unit
 from scissordyn.study.requirement import Requirement, Response
-from scissordyn.study.variant import check_names, own_names
+from scissordyn.study.variant import check_variants, own_values
 
 __all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
 
@@ -149,7 +149,7 @@ class Study:
     accurate : Accurate or None
         The runs that verify those of this study, which are cheap: see `study.screening`.
     variants : tuple of Mechanism
-        The mechanism with each combination of names, those of the last factor fastest; empty if only numbers vary.
+        The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none.
     """
 
     mechanism: Mechanism
@@ -197,14 +197,14 @@ class Study:
         if not isinstance(self.mechanism, Description):
             for mechanism in self.variants or (self.mechanism,):
                 self._check_mechanism(mechanism)
-            check_names(self)
+            check_variants(self)
         self._check_size()
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
         """Raise `InputError` for what a mechanism does not have, or not in that range."""
         addresses = self.addresses
         chosen = {factor.address: factor.variation for factor in self.factors}
-        for factor in (each for each in (*self.factors, *self.uncertain) if not each.labels):
+        for factor in (each for each in (*self.factors, *self.uncertain) if not each.texts):
             quantity = number(mechanism, factor.address).quantity
             assert quantity is not None
             if factor.of and factor.of not in chosen:
@@ -263,15 +263,15 @@ class Study:
         return self.points * self.per_point
 
     @property
-    def named(self) -> tuple[Factor, ...]:
-        """The factors that are names, chosen and uncertain."""
-        return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.labels)
+    def apart(self) -> tuple[Factor, ...]:
+        """The factors each of whose names or levels makes a mechanism of its own, chosen and uncertain."""
+        return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.texts)
 
     def base(self) -> np.ndarray:
-        """The numbers of the mechanism at the addresses of the factors, and the places of its names."""
-        names = own_names(self)
+        """The numbers of the mechanism at the addresses of the factors, and of its case file; places of its names."""
+        own = own_values(self)
         return np.array(
-            [names[each.name] if each.labels else number(self.mechanism, each.address).value for each in self.factors], float
+            [own[each.name] if each.texts else number(self.mechanism, each.address).value for each in self.factors], float
         )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
@@ -305,7 +305,7 @@ class Study:
         return Cases(values, member)
 
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The numbers that the mechanism gets beside its names: chosen values with their deviations.
+        """The numbers that a mechanism gets: chosen values with their deviations.
 
         Parameters
         ----------
@@ -318,7 +318,7 @@ class Study:
             By address.
         """
         deviations = [factor for factor in self.uncertain if factor.of]
-        left_out = {factor.name for factor in (*deviations, *self.named)} | {factor.of for factor in deviations}
+        left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
         found = {name: value for name, value in values.items() if name not in left_out}
         for factor in deviations:
             chosen, deviation = values[factor.of], values[factor.name]

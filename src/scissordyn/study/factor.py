@@ -35,6 +35,8 @@ class Factor:
         itself, or a pattern of which `address` is one place.
     relative : bool
         Whether the deviation is a fraction of the chosen value.
+    si : str
+        SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own; else empty.
     """
 
     address: str
@@ -43,6 +45,7 @@ class Factor:
     scale: float = 1.0
     of: str = ""
     relative: bool = False
+    si: str = ""
 
     @property
     def name(self) -> str:
@@ -60,6 +63,17 @@ class Factor:
     def labels(self) -> tuple[str, ...]:
         """The names, by their places; empty for a number."""
         return self.variation.values if isinstance(self.variation, Names) else ()
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What the case file has at the address, of each name or level; empty if mechanisms themselves have the number."""
+        if not self.si:
+            return self.labels
+        return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())
+
+    def places(self, values: Any) -> np.ndarray:
+        """Places of values in the list of names or levels."""
+        return np.asarray(np.abs(np.subtract.outer(values, self.variation.levels())).argmin(axis=-1))
 
     @property
     def shown(self) -> dict[str, Any]:
@@ -100,6 +114,7 @@ class Sampling:
 def plain_factor(factor: Factor) -> dict[str, Any]:
     """A number that varies as plain data for JSON."""
     plain = {"address": factor.address, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
+    plain |= {"si": factor.si} if factor.si else {}
     return {**plain, "of": factor.of, "relative": factor.relative} if factor.of else plain
 
 

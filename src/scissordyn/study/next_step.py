@@ -82,7 +82,7 @@ def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -
         for each in study.factors:
             value = typed(results, each, one.numbers[each.address])
             loose += (
-                ["--vary", f"{each.address}={value}"] if each.labels else ["--uncertain", f"{each.address}={value} {TOLERANCE}"]
+                ["--vary", f"{each.address}={value}"] if each.texts else ["--uncertain", f"{each.address}={value} {TOLERANCE}"]
             )
         steps.append(("To check the recommended point with tolerances", _refine(address, *loose, "--samples", str(CHECKED))))
     fraction = feasible_fraction(study, results)[-1]

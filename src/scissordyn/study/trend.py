@@ -181,8 +181,9 @@ def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
     numbers : mapping of str to float or ndarray
         By `Study.addresses`.
     """
-    found = {name: value for name, value in numbers.items() if name not in {factor.name for factor in study.named}}
-    for factor in study.named:
+    named = [factor for factor in study.apart if factor.labels]
+    found = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
+    for factor in named:
         first, *others = factor.labels
         for place, label in enumerate(others, 1):
             found[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)

@@ -1,4 +1,4 @@
-"""The mechanisms that names make: of sections, materials, oils, laws, whatever a case has a word for."""
+"""The mechanisms that names and dimensions make: sections, materials, oils, laws, whatever only a case file has."""
 
 from __future__ import annotations
 
@@ -8,27 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError
 from scissordyn.model.address import changed_all, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.measure import MEASURES, parts_of
-from scissordyn.study.distribution import Names
 from scissordyn.study.factor import Factor
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
 
-__all__ = ["by_variant", "check_names", "labelled", "made", "own_names", "with_names"]
+__all__ = ["by_variant", "check_variants", "labelled", "made", "own_values", "with_places"]
 
 
 def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
-    """The cases of each mechanism that names make, of those that have any.
+    """The cases of each mechanism, of those that have any.
 
     Parameters
     ----------
     study : Study
     values : mapping of str to ndarray
-        By `Study.addresses`; names that are missing are those of the mechanism itself.
+        By `Study.addresses`; what is missing is as in the mechanism itself.
 
     Yields
     ------
@@ -37,8 +36,8 @@ def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple
         Their places in the values.
     """
     count = len(next(iter(values.values())))
-    places: dict[str, Any] = {**own_names(study), **values}
-    chosen = [np.broadcast_to(places[factor.name], count).astype(int) for factor in study.named]
+    every: dict[str, Any] = {**own_values(study), **values}
+    chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in study.apart]
     which = np.ravel_multi_index(chosen, _counts(study)) if chosen else np.zeros(count, int)
     for one in np.unique(which):
         yield study.variants[one] if chosen else study.mechanism, np.flatnonzero(which == one)
@@ -56,66 +55,68 @@ def made(study: Study, values: Mapping[str, float], *, nominal: bool = False) ->
         Whether what is chosen alone is given: all else is as in the mechanism itself.
     """
     ((mechanism, _),) = by_variant(study, {name: np.array([value]) for name, value in values.items()})
-    names = {factor.name for factor in study.named}
-    numbers = {name: value for name, value in values.items() if name not in names} if nominal else study.applied(values)
+    apart = {factor.name for factor in study.apart}
+    numbers = {name: value for name, value in values.items() if name not in apart} if nominal else study.applied(values)
     return changed_all(mechanism, numbers)
 
 
 def labelled(study: Study, values: Mapping[str, float]) -> dict[str, float | str]:
     """Numbers by address, with the names in place of what stands for them."""
-    labels = {factor.name: factor.labels for factor in study.named}
+    labels = {factor.name: factor.labels for factor in study.apart if factor.labels}
     return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
 
 
-def own_names(study: Study) -> dict[str, int]:
-    """The places of the names of the mechanism itself, of the first ones if it is none of the variants."""
+def own_values(study: Study) -> dict[str, float]:
+    """Values of the factors apart in the mechanism itself, the first ones if it is none of the variants."""
     own = study.variants.index(study.mechanism) if study.mechanism in study.variants else 0
-    places = map(int, np.unravel_index(own, _counts(study)))
-    return dict(zip((each.name for each in study.named), places, strict=True))
+    places = np.unravel_index(own, _counts(study))
+    return {each.name: float(each.variation.levels()[place]) for each, place in zip(study.apart, places, strict=True)}
 
 
-def with_names(study: Study, given: Mapping[str, Sequence[str]]) -> Study:
-    """The study with some of its names only.
+def with_places(study: Study, given: Mapping[str, Sequence[int]]) -> Study:
+    """The study with some names and levels of its factors apart only.
 
     Parameters
     ----------
     study : Study
-    given : mapping of str to sequence of str
-        By address.
+    given : mapping of str to sequence of int
+        Their places, by address.
     """
     if not given:
         return study
-    places = []
-    for factor in study.named:
-        for name in given.get(factor.name, ()):
-            if name not in factor.labels:
-                what = f"'{factor.name}' = '{name}'{did_you_mean(name, factor.labels)}"
-                raise InputError(what, f"names of the study: {', '.join(factor.labels)}")
-        places.append([factor.labels.index(name) for name in given.get(factor.name, factor.labels)])
+    places = [given.get(factor.name, range(factor.variation.count)) for factor in study.apart]
     kept = np.arange(len(study.variants)).reshape(_counts(study))[np.ix_(*places)].ravel()
 
-    def fewer(factors: tuple[Factor, ...]) -> tuple[Factor, ...]:
-        return tuple(
-            replace(each, variation=Names(tuple(given[each.name]))) if each.name in given else each for each in factors
-        )
+    def fewer(factor: Factor) -> Factor:
+        if factor.name not in given:
+            return factor
+        kind: Any = type(factor.variation)
+        every: Any = factor.variation
+        return replace(factor, variation=kind(tuple(every.values[place] for place in given[factor.name])))
 
-    variants = tuple(study.variants[place] for place in kept)
-    return replace(study, factors=fewer(study.factors), uncertain=fewer(study.uncertain), variants=variants)
+    return replace(
+        study,
+        factors=tuple(map(fewer, study.factors)),
+        uncertain=tuple(map(fewer, study.uncertain)),
+        variants=tuple(study.variants[place] for place in kept),
+    )
 
 
-def check_names(study: Study) -> None:
+def check_variants(study: Study) -> None:
     """Raise `InputError` for a design that needs an order of names, or variants that measures cannot be compared of."""
-    if not study.named:
+    if not study.apart:
         return
-    what = f"'{study.named[0].address}': names, which have no order, in a"
-    if study.design.kind == "morris":
-        raise InputError(f"{what} Morris design", "a design for Sobol indices", 'kind = "saltelli"')
-    chosen = [goal.measure for goal in study.optimisation.goals] if study.optimisation is not None else []
-    if any(factor.address in chosen for factor in study.named):
-        raise InputError(f"a goal about {what.removesuffix(' in a')}", "a goal about a measure or a number", "'minimise mass'")
+    named = [factor.address for factor in study.apart if factor.labels]
+    goals = [goal.measure for goal in study.optimisation.goals] if study.optimisation is not None else []
+    if named and study.design.kind == "morris":
+        what = f"'{named[0]}': names, which have no order, in a Morris design"
+        raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
+    if any(address in goals for address in named):
+        raise InputError(f"a goal about names, '{named[0]}'", "a goal about a measure or a number", "'minimise mass'")
     if study.design.kind == "one-at-a-time" and study.mechanism not in study.variants:
-        raise InputError(f"{what} one-at-a-time design, without those of the case", "the names of the case among them")
-    for factor in (each for each in (*study.factors, *study.uncertain) if not each.labels):
+        what = f"'{study.apart[0].address}' in a one-at-a-time design, without what the case has"
+        raise InputError(what, "the names and levels of the case among them")
+    for factor in (each for each in (*study.factors, *study.uncertain) if not each.texts):
         units = {quantity.unit for each in study.variants if (quantity := number(each, factor.address).quantity) is not None}
         if len(units) > 1:
             raise InputError(f"'{factor.address}' in [{'] and ['.join(sorted(units))}], by name", "a number of one unit")
@@ -123,9 +124,9 @@ def check_names(study: Study) -> None:
     first, *others = (parts_of(variant) for variant in study.variants)
     differs = next((dim for parts in others for dim in dims if parts[dim] != first[dim]), None)
     if differs is not None:
-        what = f"measures of each {differs}, of which names make different ones"
-        raise InputError(what, f"names with which each {differs} stays, or other measures")
+        what = f"measures of each {differs}, of which the mechanisms have different ones"
+        raise InputError(what, f"names and dimensions with which each {differs} stays, or other measures")
 
 
 def _counts(study: Study) -> list[int]:
-    return [factor.variation.count for factor in study.named]
+    return [factor.variation.count for factor in study.apart]

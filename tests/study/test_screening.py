@@ -6,6 +6,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.study.control_variate import fraction_estimate, mean_estimate
+from scissordyn.study.margin_estimate import fraction_by_margins
 from scissordyn.study.screening import verified_address
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
@@ -174,12 +175,17 @@ def test_two_hundred_studies_cover():
     cheap, accurate = force[1e-3], force[1e-8]
     assert 0.9 < np.corrcoef(cheap.ravel(), accurate.ravel())[0, 1] < 1.0 - 1e-9
     bound = 40e3
-    held = {"mean": 0, "fraction": 0}
+    held = {"mean": 0, "fraction": 0, "margins": 0}
+    widths = []
     for here, there in zip(cheap, accurate[:, :accurate_runs], strict=True):
         pairs = here[:accurate_runs]
         mean = mean_estimate(there, pairs, here)
         fraction = fraction_estimate(there < bound, pairs < bound, here < bound)
+        margins = fraction_by_margins(1.0 - there / bound, 1.0 - pairs / bound, 1.0 - here / bound)
         held["mean"] += mean.low <= accurate.mean() <= mean.high
-        held["fraction"] += fraction.low <= (accurate < bound).mean() <= fraction.high
+        for name, found in (("fraction", fraction), ("margins", margins)):
+            held[name] += found.low <= (accurate < bound).mean() <= found.high
+        widths.append(margins.width / fraction.width)
+    assert np.median(widths) < 0.8
     least = 200 * (0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200))
     assert min(held.values()) >= least

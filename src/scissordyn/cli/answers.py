@@ -52,16 +52,16 @@ def show_answers(result: StudyResult) -> None:
 
 def _fidelity(result: StudyResult) -> None:
     """What cheap and accurate runs say together."""
-    from scissordyn.study.fidelity import cost_note, fidelity_sentences, fidelity_tables
+    from scissordyn.study.fidelity import fidelity_text
 
     if (verified := result.verified) is None:
         return
-    for line in fidelity_sentences(result.study, result.dataset, verified.dataset):
+    sentences, table, cost = fidelity_text(result.study, result.dataset, verified.dataset, (result.store, verified.store))
+    for line in sentences:
         _line(line)
-    for table in fidelity_tables(result.study, result.dataset, verified.dataset):
-        print(table.title)
-        _show(table)
-    print(cost_note(result.study, result.store, verified.store))
+    print(table.title)
+    _show(table)
+    print(cost)
 
 
 def _conclusion(result: StudyResult) -> None:

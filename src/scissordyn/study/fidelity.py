@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -11,10 +11,11 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.study.answer import answered, meets_all
+from scissordyn.study.answer import answered
 from scissordyn.study.control_variate import Estimate, fraction_estimate, mean_estimate, quantile_estimates
 from scissordyn.study.description import Study
 from scissordyn.study.goal import risk_value
+from scissordyn.study.margin_estimate import fraction_by_margins
 from scissordyn.study.optimise import candidates, nondominated
 from scissordyn.study.requirement import Requirement, response_unit, response_values
 from scissordyn.study.store import COMPLETE, Store, column
@@ -23,10 +24,13 @@ from scissordyn.study.summary import Table
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Corrected", "confirmed", "cost_note", "estimates", "fidelity_sentences", "fidelity_tables"]
+__all__ = ["Corrected", "confirmed", "estimates", "fidelity_text"]
 
 LEVELS = (0.5, 0.95)
 """Of the quantiles."""
+
+TINY = 1e-9
+"""Margin of a case that stands at the bound."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +77,14 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         here, there = by_trial(cheap, values(cheap)), by_trial(accurate, values(accurate))
         return there[pairs], here[:size][pairs], here[complete]
 
-    def met(requirement: Requirement) -> Callable[[xr.Dataset], np.ndarray]:
-        return lambda runs: requirement.met(response_values(runs, requirement.response))
+    def met(requirements: Sequence[Requirement]) -> Estimate:
+        if trials.shape[1] == 1:
+            return fraction_by_margins(*both(partial(_margins, requirements)))
+        return fraction_estimate(*both(lambda runs: np.all([_met(one, runs) for one in requirements], axis=0)))
 
-    found = [Corrected(one.label, "fraction", "1", fraction_estimate(*both(met(one)))) for one in study.requirements]
+    found = [Corrected(one.label, "fraction", "1", met([one])) for one in study.requirements]
     if study.requirements:
-        every = fraction_estimate(*both(lambda runs: meets_all(study, runs)))
-        found.append(Corrected("all requirements", "fraction", "1", every))
+        found.append(Corrected("all requirements", "fraction", "1", met(study.requirements)))
     for one in answered(study, cheap):
         three = both(partial(response_values, response=one))
         if not all(np.all(np.isfinite(each)) for each in three):
@@ -90,6 +95,20 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
             both_ends = zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True)
             found += [Corrected(f"{level:.0%} quantile of {one.name}", "quantile", units, each) for level, each in both_ends]
     return found
+
+
+def _met(requirement: Requirement, runs: xr.Dataset) -> np.ndarray:
+    """Whether each case meets a requirement."""
+    return requirement.met(response_values(runs, requirement.response))
+
+
+def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarray:
+    """The least margin of each case, positive where it meets all requirements."""
+    each = []
+    for one in requirements:
+        margin = one.margin(response_values(runs, one.response))
+        each.append(np.where(margin == 0.0, np.where(_met(one, runs), TINY, -TINY), margin))
+    return np.asarray(np.min(each, axis=0))
 
 
 def _trials(study: Study, results: xr.Dataset) -> np.ndarray:
@@ -149,38 +168,67 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     return pd.DataFrame({**table, "front": front}, index=pd.Index(places, name="point"))
 
 
-def fidelity_sentences(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[str]:
-    """What both kinds of runs say together, a sentence each; the first is the answer."""
+def fidelity_text(
+    study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]
+) -> tuple[list[str], Table, str]:
+    """What both kinds of runs say together.
+
+    Parameters
+    ----------
+    study : Study
+    cheap, accurate : Dataset
+        Results of both stores.
+    stores : tuple of Store
+        Of the cheap and of the accurate runs, which know their times.
+
+    Returns
+    -------
+    sentences : list of str
+        The first is the answer.
+    table : Table
+        The numbers of both kinds side by side.
+    cost : str
+        How many cases of each kind there are, and what they cost.
+    """
+    times = [_seconds(store) for store in stores]
     if study.optimisation is not None:
-        table = confirmed(study, accurate, cheap)
-        stays = int(table["front"].sum())
-        said = [
-            f"Of {len(table)} points of the search that were run accurately, {stays} meet all requirements and are best there"
-            if len(study.optimisation.goals) > 1
-            else f"Of the best {len(table)} points of the search, {int((table['accurate violation'] <= 0.0).sum())} meet all "
-            "requirements in accurate runs"
-        ]
-        return [f"{said[0]}; all other numbers of the search are of cheap runs."]
+        points = confirmed(study, accurate, cheap)
+        return [_confirmation(study, points)], _confirmed_table(study, cheap, points), _cost(study, stores, times)
     found = estimates(study, cheap, accurate)
-    every = next((one for one in found if one.label == "all requirements"), None)
-    said = []
-    if every is not None:
-        one = every.estimate
-        points = f"{one.screened} points with cheap runs and {one.verified} with accurate ones"
-        saved = f"; accurate runs alone would take {one.saved:.1f} times as many" if np.isfinite(one.saved) else ""
-        met = f"{one.value:.1%} of the range ({one.low:.1%} to {one.high:.1%}, 95 %)"
-        said.append(f"All requirements are met by {met}, from {points}{saved}.")
-    return [*said, "Points, maps, trends and worst cases are of the cheap runs; the table of both kinds corrects its numbers."]
-
-
-def fidelity_tables(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Table]:
-    """The numbers of both kinds of runs side by side."""
-    if study.optimisation is not None:
-        return [_confirmed_table(study, cheap, accurate)]
-    rows = [_row(one) for one in estimates(study, cheap, accurate)]
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
-    return [Table(head, rows, "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))]
+    table = Table(head, [_row(one) for one in found], "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))
+    every = next((one.estimate for one in found if one.label == "all requirements"), None)
+    sentences = [] if every is None else [_met_by(every, times)]
+    sentences.append(
+        "Points, maps, trends and worst cases are of the cheap runs; the table of both kinds corrects its numbers."
+    )
+    return sentences, table, _cost(study, stores, times)
+
+
+def _confirmation(study: Study, points: pd.DataFrame) -> str:
+    """How many points of a search accurate runs confirm."""
+    assert study.optimisation is not None
+    met = int((points["accurate violation"] <= 0.0).sum())
+    said = (
+        f"Of {len(points)} points of the search that were run accurately, {int(points['front'].sum())} meet all requirements "
+        "and are best there"
+        if len(study.optimisation.goals) > 1
+        else f"Of the best {len(points)} points of the search, {met} meet all requirements in accurate runs"
+    )
+    return f"{said}; all other numbers of the search are of cheap runs."
+
+
+def _met_by(one: Estimate, times: Sequence[tuple[float, float]]) -> str:
+    """The fraction that meets all requirements, and what accurate runs alone would take for it."""
+    points = f"{one.screened} points with cheap runs and {one.verified} with accurate ones"
+    said = f"All requirements are met by {one.value:.1%} of the range ({one.low:.1%} to {one.high:.1%}, 95 %), from {points}"
+    (_, cheap), (cases, accurate) = times
+    if not np.isfinite(one.saved) or not cases:
+        return f"{said}."
+    spent = cheap + accurate
+    longer = f" and {one.saved * accurate / spent:.1f} times the time of both" if spent > 0.0 else ""
+    return f"{said}; accurate runs alone would take {one.saved:.1f} times as many{longer}."
 
 
 def _row(one: Corrected) -> tuple[str, ...]:
@@ -204,9 +252,9 @@ def _shown(value: float, scale: Scale | None) -> str:
     return f"{value:.1%}" if scale is None else scale.cells(value)[0]
 
 
-def _confirmed_table(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> Table:
+def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame) -> Table:
     assert study.optimisation is not None
-    table, points = confirmed(study, accurate, cheap), candidates(study, cheap).points
+    points = candidates(study, cheap).points
     labels = [goal.label for goal in study.optimisation.goals]
     signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
     names = [factor.address for factor in study.factors]
@@ -225,19 +273,18 @@ def _confirmed_table(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> T
     return Table((*head, "requirements, accurate", "best there"), rows, "Search by cheap runs, confirmed by accurate ones")
 
 
-def cost_note(study: Study, cheap: Store, accurate: Store) -> str:
-    """How many cases of each kind there are, and what they cost.
+def _seconds(store: Store) -> tuple[float, float]:
+    """Cases whose time is known, and their time [s]."""
+    times = store.times()
+    return float(times["cases"].sum()), float(times["seconds"].sum())
 
-    Parameters
-    ----------
-    study : Study
-    cheap, accurate : Store
-    """
+
+def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float, float]]) -> str:
+    """How many cases of each kind there are, and what they cost."""
     said = []
     assert study.accurate is not None
-    for name, store, options in (("cheap", cheap, study.options), ("accurate", accurate, study.accurate.options)):
-        times = store.times()
-        cases, seconds = float(times["cases"].sum()), float(times["seconds"].sum())
+    kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)
+    for name, store, (cases, seconds), options in kinds:
         each = f"{seconds / cases:.3g} s each" if cases else "not yet timed"
         said.append(f"{store.cases} {name} runs ({each}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
     return " and ".join(said) + "."

@@ -22,7 +22,7 @@ from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bar
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
 from scissordyn.study.conclusion import conclude, numbers_text, trend_table
 from scissordyn.study.description import Study
-from scissordyn.study.fidelity import cost_note, fidelity_sentences, fidelity_tables
+from scissordyn.study.fidelity import fidelity_text
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
 from scissordyn.study.screening import verified_address, verified_results
@@ -255,11 +255,9 @@ def _fidelity(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     accurate = verified_results(study, address)
     if accurate is None:
         return
-    first, *others = fidelity_sentences(study, results, accurate)
+    (first, *others), table, cost = fidelity_text(study, results, accurate, (Store(address), Store(verified_address(address))))
     yield f"<p><strong>{_text(first)}</strong></p>" + "".join(f"<p>{_text(line)}</p>" for line in others)
-    for table in fidelity_tables(study, results, accurate):
-        yield f"<h2>{_text(table.title)}</h2>" + _table(table)
-    yield f"<p>{_text(cost_note(study, Store(address), Store(verified_address(address))))}</p>"
+    yield f"<h2>{_text(table.title)}</h2>" + _table(table) + f"<p>{_text(cost)}</p>"
 
 
 def _trends(study: Study, results: xr.Dataset) -> Iterator[str]:

@@ -191,14 +191,11 @@ def _piloted(study: Study) -> tuple[xr.Dataset, float]:
 
 
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
-    """The least correlation of what requirements are about, and of whether they are met, between cheap and accurate runs."""
+    """The least correlation of what requirements are about between cheap and accurate runs."""
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
     asked = [one.response for one in study.requirements] or [Response(name) for name in study.measure_names]
     cheap, accurate = (_as_measures(study, each) for each in (cheap, accurate))
     pairs = [(response_values(cheap, each), response_values(accurate, each)) for each in asked]
-    for one in study.requirements:
-        here, there = (one.met(response_values(each, one.response)).astype(float) for each in (cheap, accurate))
-        pairs.append((here, there))
     found = [abs(correlation(there[both], here[both])) for here, there in pairs]
     known = [each for each in found if np.isfinite(each)]
     return max(LEAST, min(known, default=LEAST))

@@ -186,6 +186,6 @@ def test_two_hundred_studies_cover():
         for name, found in (("fraction", fraction), ("margins", margins)):
             held[name] += found.low <= (accurate < bound).mean() <= found.high
         widths.append(margins.width / fraction.width)
-    assert np.median(widths) < 0.8
+    assert np.median(widths) < 0.95
     least = 200 * (0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200))
     assert min(held.values()) >= least

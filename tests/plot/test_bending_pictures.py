@@ -9,8 +9,12 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.plot.animation import animate
+from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, stations
 from scissordyn.plot.modes import frequencies, oscillation, shapes
 from scissordyn.run.deflection import magnified_deflection
+from scissordyn.run.placement import Placement
 
 CASE = """
 [structure]
@@ -75,12 +79,95 @@ def test_the_diagram_names_the_largest_moment(run, unit):
     values = np.abs(run["beam_start_moment"].isel(time=0)), np.abs(run["beam_end_moment"].isel(time=0))
     largest = float(np.maximum(*values).max())
     assert f"{largest:.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
-    lines = drawn[2].get_lines()
+    lines = drawn[-1].get_lines()
     assert float(np.max(lines[0].get_ydata())) == pytest.approx(1e-6 * float(run["beam_stress"].max()), rel=1e-12)
     assert lines[1].get_ydata()[0] == pytest.approx(235.0, rel=1e-9)
     rigid = sd.scissor(units=1)
     with pytest.raises(InputError, match="bars that do not bend"):
         sd.plot.bending(run, rigid)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A unit whose bars bend by modes, and its run."""
+    rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
+    unit = rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=2).driven(speed=1.0)
+    return unit, sd.simulate(unit, until=2e-3, samples=4, start="static")
+
+
+@pytest.mark.parametrize("quantity", ["bending moment", "stress"])
+def test_values_on_bars_are_those_of_the_run(run, unit, whole, quantity):
+    """Identity: by elements and by modes, at the places of the run's own axis, ordinates on the side in tension."""
+    for mechanism, found in ((unit, run), whole):
+        diagram = diagram_of(found, mechanism, quantity)
+        scene = scene_of(found, mechanism, np.arange(4), [], on_bars=quantity)
+        shown = next(each for each in scene.diagrams if each.quantity == quantity)
+        one = QUANTITIES[quantity]
+        for end, name in enumerate((one.first, one.last)):
+            expected = found[name].sel(beam=list(diagram.parts)).transpose("time", "beam").values
+            np.testing.assert_array_equal(diagram.values[..., end], expected)
+            np.testing.assert_array_equal(shown.values[..., end], expected)
+        placed = Placement.at(mechanism, found, slice(None), turns=scene.turns)
+        places = stations(mechanism, placed)
+        for shape in (shape for shape in scene.shapes if shape.parts):
+            np.testing.assert_allclose(shape.places[:, :, [0, -1]], places[:, list(shape.parts)][:, :, [0, 2]], atol=1e-12)
+        drawn = diagram.ordinates(places, 0.5) - places[:, :, [0, 2]]
+        np.testing.assert_allclose(np.linalg.norm(drawn, axis=-1), 0.5 * np.abs(diagram.values) / diagram.largest, atol=1e-12)
+
+
+def test_a_cantilever_is_in_tension_above():
+    """Closed form: under its weight w L^2 / 2 at the clamp, drawn above it."""
+    bar = sd.bar("boom", length=2.0, mass=5.68)
+    clamp = (sd.Revolute("pin", ("boom", "start"), ("ground", "origin")),)
+    boom = sd.Mechanism((bar,), clamp, ground=(("origin", (0.0, 0.0)),)).with_bending(
+        "boom", section="tube 60x60x1.56 mm", material="steel", modes=6
+    )
+    held = boom.driven("boom", speed=0.0) if "pin" else boom
+    found = sd.simulate(held, until=1e-4, samples=2, start="static")
+    diagram = diagram_of(found, held, "bending moment")
+    places = stations(held, Placement.at(held, found, [0]))
+    outer = diagram.at([0]).ordinates(places, 0.5)[0, 0, 0]
+    assert outer[1] > 0.49
+    assert abs(diagram.values[0, 0, 0]) == pytest.approx(5.68 * 9.81 / 2.0 * 2.0, rel=1e-4)
+
+
+def test_the_envelope_has_the_largest_and_the_least(run, unit):
+    """Identity: at every place of all samples; the picture names the largest."""
+    diagram = diagram_of(run, unit, "bending moment")
+    np.testing.assert_array_equal(diagram.envelope().values, [diagram.values.max(axis=0), diagram.values.min(axis=0)])
+    drawn = sd.plot.bending(run, unit, envelope=True)
+    assert f"{abs(diagram.most()[0]):.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
+
+
+def test_stress_without_a_section_is_refused(tmp_path):
+    """Contract: in stills and films in one line; the moment is drawn, and the picture of bending has no empty panel."""
+    rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
+    numbers = rigid.with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=2).driven(speed=1.0)
+    found = sd.simulate(numbers, until=1e-3, samples=3)
+    for draw in (
+        lambda: sd.plot.structure(found, numbers, bars="stress"),
+        lambda: animate(found, numbers, tmp_path / "film.html", bars="utilisation"),
+    ):
+        with pytest.raises(InputError, match="which has no youngs_modulus"):
+            draw()
+    with pytest.raises(InputError, match="did you mean 'stress'"):
+        sd.plot.structure(found, numbers, bars="stres")
+    assert len(sd.plot.bending(found, numbers)) == 3
+    legends = sd.plot.structure(found, numbers, bars="bending moment", times=1)[0].get_figure(root=True).legends
+    assert "on the side in tension" in legends[0].get_texts()[0].get_text()
+
+
+def test_a_film_has_the_colours_of_the_stress(run, unit, tmp_path):
+    """Cross-check: the colours of the last frame of a film against the run; a page has every quantity."""
+    scene = scene_of(run, unit, np.arange(4), [], on_bars="stress")
+    film = Film(scene, 1.0)
+    film.show(3)
+    parts = [part for shape in scene.shapes for part in shape.parts]
+    expected = diagram_of(run, unit, "stress").values[3, parts, 0]
+    np.testing.assert_array_equal(film.diagram.lines.get_array(), expected)
+    page = animate(run, unit, tmp_path / "film.html", bars="stress").read_text()
+    assert all(f'"quantity":"{name}"' in page for name in QUANTITIES)
+    assert '"onBars":"stress"' in page
 
 
 def test_a_mode_is_drawn_and_oscillates(unit, tmp_path):

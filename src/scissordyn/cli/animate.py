@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from scissordyn.cli.option import Magnified, OwnCode, SavedRun
+from scissordyn.cli.option import BarQuantity, Magnified, OwnCode, SavedRun
 from scissordyn.cli.output import check_file
 
 __all__ = ["animate"]
@@ -26,6 +26,7 @@ def animate(
         float, typer.Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)
     ] = 6.0,
     magnify: Magnified = 1.0,
+    bars: BarQuantity = None,
     allow_code: OwnCode = None,
 ) -> int:
     """Write a film of a saved run; nothing is computed anew."""
@@ -40,6 +41,7 @@ def animate(
     begin, end = seconds(first, "--from"), seconds(last, "--to")
     saved = read_run(run)
     mechanism = mechanism_of(saved, allow_code)
-    written = write_film(window(saved, begin, end), mechanism, film, joints=joint, seconds=lasting, magnify=magnify)
+    shown = window(saved, begin, end)
+    written = write_film(shown, mechanism, film, joints=joint, seconds=lasting, magnify=magnify, bars=bars)
     console().print(str(written), markup=False)
     return 0

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["AsJson", "BlockSize", "CaseFile", "Changes", "Magnified", "OwnCode", "Quiet", "SavedRun"]
+__all__ = ["AsJson", "BarQuantity", "BlockSize", "CaseFile", "Changes", "Magnified", "OwnCode", "Quiet", "SavedRun"]
 
 CaseFile = Annotated[Path, typer.Argument(help="A case file.")]
 SavedRun = Annotated[Path, typer.Argument(help="A saved run.")]
@@ -24,4 +24,10 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one line of JSON, in
 BlockSize = Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)]
 Magnified = Annotated[
     float, typer.Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)
+]
+BarQuantity = Annotated[
+    str | None,
+    typer.Option(
+        "--bars", metavar="QUANTITY", help="On bars that bend: stress, utilisation, 'bending moment' or 'axial force'."
+    ),
 ]

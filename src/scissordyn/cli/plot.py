@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from scissordyn.cli.option import Magnified, OwnCode, SavedRun
+from scissordyn.cli.option import BarQuantity, Magnified, OwnCode, SavedRun
 from scissordyn.cli.output import check_folder
 from scissordyn.errors import InputError
 
@@ -31,6 +31,8 @@ def plot(
         str, typer.Option("--style", metavar="STYLE", help="screen, single-column, double-column (of a journal) or slides.")
     ] = "screen",
     magnify: Magnified = 1.0,
+    bars: BarQuantity = None,
+    envelope: Annotated[bool, typer.Option("--envelope", help="Bending: the largest values of the run at each place.")] = False,
     allow_code: OwnCode = None,
 ) -> int:
     """Draw a saved run; nothing is computed anew."""
@@ -57,7 +59,8 @@ def plot(
                 raise
             to.print(f"Without the picture of the structure: {error.what}.", markup=False)
     with style(look):
-        drawn = draw_all(window(saved, begin, end), None, output, mechanism, form, only=kinds, joints=joint, magnify=magnify)
+        shown, named = window(saved, begin, end), {"only": kinds, "joints": joint}
+        drawn = draw_all(shown, None, output, mechanism, form, **named, magnify=magnify, bars=bars, envelope=envelope)
     for path in drawn:
         to.print(str(path), markup=False)
     return 0

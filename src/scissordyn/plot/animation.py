@@ -55,6 +55,7 @@ def animate(
     rate: int | None = None,
     joints: Sequence[str] | None = None,
     magnify: float = 1.0,
+    bars: str | None = None,
 ) -> Path:
     """Write a film of a run, with its clearance joints magnified beside the structure.
 
@@ -74,6 +75,8 @@ def animate(
         A page shows the others after them; a GIF or MP4 says how many more there are.
     magnify : float
         Factor of the deflections of bars that bend, which the film says.
+    bars : {"stress", "utilisation", "bending moment", "axial force"}, optional
+        What is drawn on bars that bend at first; a page can show each that is known.
 
     Returns
     -------
@@ -82,7 +85,8 @@ def animate(
     Raises
     ------
     InputError
-        If the format is another one, the run too short, a named joint has no clearance, or the file cannot be written.
+        If the format is another one, the run too short, a named joint has no clearance, bars lack what is to be drawn on
+        them, or the file cannot be written.
     """
     check_film(path)
     target, samples = Path(path), run.sizes["time"]
@@ -96,7 +100,7 @@ def animate(
     frames = spread_samples(run["time"].values, max(2, min(samples, round(seconds * rate))))
     if magnify != 1.0:
         run = magnified_deflection(run, mechanism, magnify, samples=frames.tolist())
-    scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown)
+    scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown, on_bars=bars)
     rate = max(1, round(len(frames) / seconds))
     slower = len(frames) / rate / float(scene.time[-1] - scene.time[0])
     check_target(target, sample="film.html")

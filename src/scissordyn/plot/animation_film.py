@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,8 @@ from typing import Any
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
@@ -17,7 +19,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, scale_in_words
+from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, Shape, newtons, scale_in_words
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, areas, colour_bar
 from scissordyn.plot.channel import surfaces
 from scissordyn.plot.channel_scene import GAP, Channel
 from scissordyn.plot.series import write_more
@@ -76,6 +79,7 @@ class Film:
         self.axes.set(xlim=(scene.low[0], scene.high[0]), ylim=(scene.low[1], scene.high[1]))
         label_axes(self.axes, scene.turns)
         self.shapes = self._shapes()
+        self.diagram = _OnBars(self.axes, scene) if scene.on_bars else None
         _supports(self.axes, scene)
         (self.pins,) = self.axes.plot(
             [], [], "o", markersize=4.0, color=BLACK, markerfacecolor="white", markeredgewidth=0.9, zorder=4.0
@@ -113,13 +117,22 @@ class Film:
                 artists.append(plate)
             else:
                 look = {
-                    "bar": {"color": (BLUE, GREEN)[shape.tone], "linewidth": 2.0, "zorder": 2.0},
+                    "bar": self._bar(shape),
                     "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
                     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
                     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
                 }[shape.kind]
-                artists.append(self.axes.plot([], [], scalex=False, scaley=False, **look)[0])  # type: ignore[arg-type]
+                artists.append(self.axes.plot([], [], scalex=False, scaley=False, **look)[0])
         return artists
+
+    def _bar(self, shape: Shape) -> dict[str, Any]:
+        """How a bar is drawn: without a colour of its own below those of a diagram."""
+        if not self.scene.on_bars:
+            return {"color": (BLUE, GREEN)[shape.tone], "linewidth": 2.0, "zorder": 2.0}
+        if not shape.parts:
+            return {"color": GREY, "linewidth": 2.0, "zorder": 2.0}
+        coloured = not QUANTITIES[self.scene.on_bars].tone
+        return {"color": BLACK, "linewidth": 4.4 if coloured else 1.6, "zorder": 2.0}
 
     def show(self, frame: int) -> None:
         """Update all artists to a frame."""
@@ -129,6 +142,8 @@ class Film:
                 artist.set_xy(shape.points[frame])
             else:
                 artist.set_data(*shape.points[frame].T)
+        if self.diagram is not None:
+            self.diagram.show(frame)
         self.pins.set_data(*scene.pins[frame].T)
         for ring, joint in zip(self.rings, scene.clearance_joints, strict=True):
             ring.set_data(*joint.place[frame, None].T)
@@ -137,7 +152,46 @@ class Film:
             magnified.show(frame)
             name.xy = tuple(magnified.joint.place[frame])
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
-        self.axes.set_title(f"{now}   ({scale_in_words(self.slower, scene.magnification)})", loc="left", fontsize=small())
+        said = f"{now}   ({scale_in_words(self.slower, scene.magnification)})"
+        if self.diagram is not None and not self.diagram.diagram.coloured:
+            said = f"{self.diagram.diagram.label}\n{said}"
+        self.axes.set_title(said, loc="left", fontsize=small())
+
+
+class _OnBars:
+    """A diagram on bars that bend: their colours with a colour bar, or ordinates with what the longest is."""
+
+    def __init__(self, axes: Axes, scene: Scene) -> None:
+        self.bars = [shape for shape in scene.shapes if shape.parts]
+        self.diagram = next(each for each in scene.diagrams if each.quantity == scene.on_bars)
+        self.size = float(np.max(scene.high - scene.low))
+        self.lines = LineCollection([], linewidths=3.0 if self.diagram.coloured else 0.9, zorder=2.2)
+        self.areas = PolyCollection([], alpha=0.25, linewidths=0.0, zorder=1.5)
+        axes.add_collection(self.lines)
+        axes.add_collection(self.areas)
+        if self.diagram.coloured:
+            self.lines.set(cmap=COLOURS, norm=Normalize(0.0, self.diagram.largest))
+            colour_bar([axes], self.diagram)
+        else:
+            tone = QUANTITIES[self.diagram.quantity].tone
+            self.lines.set_color(tone)
+            self.areas.set_facecolor(tone)
+
+    def show(self, frame: int) -> None:
+        """Update the diagram to a frame."""
+        places = [shape.places[frame] for shape in self.bars]
+        order = np.concatenate([shape.parts for shape in self.bars])
+        now = self.diagram.at([frame])
+        if now.coloured:
+            self.lines.set_segments([part for bar in places for part in bar])
+            self.lines.set_array(now.values[0, order].max(axis=-1))
+            return
+        outer = [
+            dataclasses.replace(now, values=now.values[:, list(shape.parts)]).ordinates(bar[None], ORDINATE * self.size)[0]
+            for shape, bar in zip(self.bars, places, strict=True)
+        ]
+        self.lines.set_segments([part for bar in outer for part in bar])
+        self.areas.set_verts([area for bar, ends in zip(places, outer, strict=True) for area in areas(bar, ends)])
 
 
 def _gain(axes: Axes, gain: float) -> None:

@@ -11,9 +11,11 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.component.place import GROUND
+from scissordyn.component.port.stroke import AXIS_POINTS
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
+from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
 from scissordyn.plot.contact import frame_contacts
 from scissordyn.plot.label_place import aside
@@ -54,12 +56,24 @@ class Shape:
         In the frame of the picture, where gravity points downwards [m].
     tone : int
         Bars and plates have one of two colours, in turn.
+    parts : tuple of int
+        Of a bar that bends: where its parts are in the diagrams of the scene.
     """
 
     name: str
     kind: str
     points: np.ndarray
     tone: int = 0
+    parts: tuple[int, ...] = ()
+
+    @property
+    def places(self) -> np.ndarray:
+        """The points of each part, shape (frames, parts, points, 2) [m]."""
+        spans = self.points.reshape(len(self.points), -1, AXIS_POINTS, 2)
+        each = len(self.parts) // spans.shape[1]
+        step = (AXIS_POINTS - 1) // each
+        inside = step * np.arange(each)[:, None] + np.arange(step + 1)
+        return spans[:, :, inside].reshape(len(spans), len(self.parts), step + 1, 2)
 
 
 @dataclass(frozen=True)
@@ -127,6 +141,10 @@ class Scene:
         Tracked points, with their names [m].
     magnification : float
         Of the deflections of bars that bend.
+    diagrams : tuple of Diagram
+        What can be drawn on bars that bend, at the frames.
+    on_bars : str
+        Which of them is drawn at first; "" for none.
     """
 
     time: np.ndarray
@@ -144,6 +162,8 @@ class Scene:
     pin_names: tuple[str, ...] = ()
     tracks: tuple[tuple[str, np.ndarray], ...] = ()
     magnification: float = 1.0
+    diagrams: tuple[Diagram, ...] = ()
+    on_bars: str = ""
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
@@ -151,14 +171,16 @@ class Scene:
         return [*self.channels, *self.clearance_joints]
 
 
-def _parts(drawn: list[Symbol]) -> list[Shape]:
+def _parts(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
     """Components as shapes; elements of a bar that bends are parts of a bar."""
     tones: dict[str, int] = {}
+    known = {name: k for k, name in enumerate(diagrams[0].parts)} if diagrams else {}
     found = []
     for symbol in drawn:
         kind = "bar" if symbol.bar else "rod" if symbol.kind == "rod" else "component"
         tone = tones.setdefault(symbol.bar, len(tones) % 2) if symbol.bar else 0
-        found += [Shape(symbol.name, kind, stroke, tone) for stroke in symbol.strokes]
+        parts = part_indices(symbol.name, known) if symbol.kind == "beam" else ()
+        found += [Shape(symbol.name, kind, stroke, tone, parts) for stroke in symbol.strokes]
     return found
 
 
@@ -189,6 +211,7 @@ def scene_of(
     *,
     guides: Sequence[str] = (),
     shown: int = MOST_JOINTS,
+    on_bars: str | None = None,
 ) -> Scene:
     """The scene of a film of a run.
 
@@ -205,18 +228,23 @@ def scene_of(
         Clearance guides to magnify.
     shown : int
         How many are magnified at the same time.
+    on_bars : str, optional
+        What is drawn on bars that bend, a key of `bar_diagram.QUANTITIES`.
 
     Returns
     -------
     Scene
     """
+    if on_bars is not None:
+        check_quantity(on_bars, mechanism)
+    diagrams = known_diagrams(run, mechanism)
     placement = Placement.at(mechanism, run, frames, turns=upright(mechanism))
     bodies = outlines(placement)
     low, high = corners_of(placement)
     size = float(np.max(high - low))
     # blocks first, so that bars are drawn over them
     solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
-    parts = _parts(symbols(run, mechanism, placement, frames, SYMBOL * size))
+    parts = _parts(symbols(run, mechanism, placement, frames, SYMBOL * size), diagrams)
     carried = [Shape(load.name, load.kind, load.corners) for load in loads(mechanism, placement, LOAD * size)]
     panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
     shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *parts]
@@ -237,6 +265,8 @@ def scene_of(
         pin_names=tuple(joint.name for joint in mechanism.ideal_joints),
         tracks=tuple((track.name, _tracked(mechanism, placement, track)) for track in mechanism.tracks),
         magnification=float(run.attrs.get("magnified", 1.0)),
+        diagrams=tuple(diagram.at(frames) for diagram in diagrams),
+        on_bars=on_bars or "",
     )
     return dataclasses.replace(scene, asides=_asides(scene))
 

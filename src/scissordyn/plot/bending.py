@@ -1,19 +1,25 @@
-"""Bars that bend: moment and axial force on the mechanism at an instant, and the stress over time."""
+"""Bars that bend: moment, axial force and stress on the mechanism, at an instant or their envelope, and stress over time."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 
-from scissordyn.component.port.axis import bent_axis
-from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.bending import beams_of
-from scissordyn.plan.flexible import flexible_bars
+from scissordyn.plot.bar_diagram import (
+    AXIAL,
+    MOMENT,
+    ORDINATE,
+    Diagram,
+    colour_bar,
+    diagram_of,
+    draw_diagram,
+    is_known,
+    stations,
+)
 from scissordyn.plot.place import Corners, corners_of, upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, mechanism_of, time_scale
@@ -22,28 +28,18 @@ from scissordyn.plot.style import (
     BLUE,
     GREY,
     LINE,
-    VERMILION,
     dress,
     figure_size,
     figure_width,
     in_lines,
     is_column,
+    label_axes,
     small,
 )
 from scissordyn.plot.window import window
-from scissordyn.run.bars import PARTS
 from scissordyn.run.placement import Placement
 
 __all__ = ["bending"]
-
-ORDINATE = 0.14
-"""The largest value of a diagram, as a fraction of the mechanism's longer side."""
-
-DIAGRAMS = {
-    "bending moment": ("N m", "beam_start_moment", "beam_end_moment", BLUE),
-    "axial force": ("N", "beam_axial_force", "beam_axial_force", VERMILION),
-}
-"""Unit, values at the ends of an element, and colour."""
 
 
 def bending(
@@ -51,10 +47,14 @@ def bending(
     mechanism: Mechanism | None = None,
     *,
     time: float | None = None,
+    envelope: bool = False,
     start: float | None = None,
     end: float | None = None,
 ) -> list[Axes]:
-    """Bending moment and axial force on the mechanism, on the side that is in tension, and the largest stress over time.
+    """Bending moment and axial force as ordinates, stress as colours of the bars, and the largest stress over time.
+
+    Ordinates of the bending moment stand on the side of a bar whose fibres are in tension, those of a positive axial force on
+    the side of -y of its frame.
 
     Parameters
     ----------
@@ -63,13 +63,15 @@ def bending(
         The one that was run, with bars that bend; the one that the run holds if not given.
     time : float, optional
         Instant of the diagrams [s], at the nearest sample; that with the largest strain of a fibre if not given.
+    envelope : bool
+        The largest and the least value at each place over all samples, on the mechanism at that instant.
     start, end : float, optional
         Part of the run to draw [s]; the whole run if not given.
 
     Returns
     -------
     list of Axes
-        Bending moment, axial force, and stress (or strain, if the material is unknown) over time.
+        Bending moment, axial force, stress where the material of all bars is known, and stress (or strain) over time.
 
     Raises
     ------
@@ -77,52 +79,44 @@ def bending(
         If no bar bends.
     """
     run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
-    beams = _parts(mechanism)
-    if not beams or "beam_fibre_strain" not in run:
-        raise InputError("a picture of bending of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+    known = [quantity for quantity in (MOMENT, AXIAL, "stress") if is_known(quantity, mechanism)]
+    beams = list(diagram_of(run, mechanism, known[0]).parts)
     strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
     when = int(np.argmax(strain.max(axis=1))) if time is None else int(np.argmin(np.abs(run["time"].values - time)))
+    part = run if envelope else run.isel(time=[when])
+    shown = [diagram_of(part, mechanism, quantity) for quantity in known]
+    shown = [diagram.envelope() for diagram in shown] if envelope else shown
     placed = Placement.at(mechanism, run, [when], turns=upright(mechanism))
     corners = _room(corners_of(placed))
-    width, height = corners[1] - corners[0]
-    tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
-    if is_column():  # the diagrams stand one below the other
-        figure = Figure(figsize=figure_size(5.5, 2.0 * tall + 3.2), layout="constrained")
-        grid = figure.add_gridspec(3, 1, height_ratios=(tall, tall, 2.2))
-        drawn, below = [figure.add_subplot(grid[k, 0]) for k in range(2)], grid[2, 0]
-    else:
-        figure = Figure(figsize=figure_size(11.0, tall + 2.6), layout="constrained")
-        grid = figure.add_gridspec(2, 2, height_ratios=(tall, 2.2))
-        drawn, below = [figure.add_subplot(grid[0, k]) for k in range(2)], grid[1, :]
+    drawn, below = _grid(len(shown), corners)
     scale = time_scale(run)
     now = f"t = {scale.factor * float(run['time'].values[when]):.4g} {scale.unit}"
-    for axes, (title, (unit, first, last, colour)) in zip(drawn, DIAGRAMS.items(), strict=True):
-        values = np.column_stack([run[name].isel(time=when).sel(beam=beams).values for name in (first, last)])
-        _diagram(axes, placed, mechanism, values, corners, colour)
-        k = int(np.argmax(np.max(np.abs(values), axis=1)))
-        most = float(values[k, int(np.argmax(np.abs(values[k])))])
-        one = engineering(unit, abs(most))
-        said = f"{title}, {now}: {one.factor * most:.3g} {one.unit} in {beams[k]}"
+    title = "envelope" if envelope else now
+    for axes, diagram in zip(drawn, shown, strict=True):
+        _diagram(axes, mechanism, placed, diagram, corners)
+        most, where = diagram.most()
+        said = f"{diagram.quantity}, {title}: {diagram.scale.said(most, 3)} in {where}"
         axes.set_title(in_lines(said, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
+    figure = drawn[0].get_figure(root=True)
+    assert isinstance(figure, Figure)
     drawn.append(figure.add_subplot(below))
-    _over_time(drawn[2], run, beams, when)
+    _over_time(drawn[-1], run, beams, when)
     return drawn
 
 
-def _parts(mechanism: Mechanism) -> list[str]:
-    """Names of the beam elements and of the parts of flexible bars."""
-    return [beam.name for beam in beams_of(mechanism)] + [
-        f"{bar.name} {k + 1}" for bar in flexible_bars(mechanism) for k in range(PARTS * (len(bar.sections) - 1))
-    ]
-
-
-def _ends(mechanism: Mechanism, placed: Placement) -> list[np.ndarray]:
-    """Where each of them begins and ends, shape (2, 2) [m]."""
-    found = [np.array([placed.place(end)[0] for end in (beam.start, beam.end)]) for beam in beams_of(mechanism)]
-    for bar in flexible_bars(mechanism):
-        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, PARTS + 1))[0].reshape(-1, PARTS + 1, 2)
-        found += [span[k : k + 2] for span in axis for k in range(PARTS)]
-    return found
+def _grid(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]:
+    """Panels of a new figure for two or three diagrams, and the place of the curve."""
+    width, height = corners[1] - corners[0]
+    tall = 1.0 + min(1.6, max(0.35, 5.0 * float(height / width)))
+    if is_column():  # the diagrams stand one below the other
+        figure = Figure(figsize=figure_size(5.5, diagrams * tall + 3.2), layout="constrained")
+        grid = figure.add_gridspec(diagrams + 1, 1, height_ratios=(*[tall] * diagrams, 2.2))
+        return [figure.add_subplot(grid[k, 0]) for k in range(diagrams)], grid[diagrams, 0]
+    lower = max(tall, 2.2) if diagrams > 2 else 2.2
+    figure = Figure(figsize=figure_size(11.0, tall + lower + 0.4), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(tall, lower))
+    places = [grid[0, 0], grid[0, 1], grid[1, 0]][:diagrams]
+    return [figure.add_subplot(place) for place in places], grid[1, 1] if diagrams > 2 else grid[1, :]
 
 
 def _room(corners: Corners) -> Corners:
@@ -132,23 +126,17 @@ def _room(corners: Corners) -> Corners:
     return low - reach, high + reach
 
 
-def _diagram(axes: Axes, placed: Placement, mechanism: Mechanism, values: np.ndarray, corners: Corners, colour: Any) -> None:
-    """Fill between each element and its values, drawn across it."""
+def _diagram(axes: Axes, mechanism: Mechanism, placed: Placement, diagram: Diagram, corners: Corners) -> None:
+    """A diagram on the mechanism, with its joints."""
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
-    axes.set(xlim=(corners[0][0], corners[1][0]), ylim=(corners[0][1], corners[1][1]), xlabel="x [m]", ylabel="y [m]")
-    largest = float(np.max(np.abs(values))) or 1.0
-    reach = ORDINATE * float(np.max(corners[1] - corners[0])) / 1.3
-    for ends, (first, last) in zip(_ends(mechanism, placed), values, strict=True):
-        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-        # a positive moment curves towards +y of the bar: its fibres at -y are in tension
-        across = np.array([along[1], -along[0]])
-        outer = ends + np.array([[first], [last]]) / largest * reach * across
-        axes.fill(*np.vstack([ends, outer[::-1]]).T, color=colour, alpha=0.25, linewidth=0.0, zorder=1.5)
-        axes.plot(*outer.T, color=colour, linewidth=0.9, zorder=1.8)
-        axes.plot(*ends.T, color=BLACK, linewidth=1.4, solid_capstyle="round", zorder=2.0)
+    axes.set(xlim=(corners[0][0], corners[1][0]), ylim=(corners[0][1], corners[1][1]))
+    label_axes(axes, placed.turns)
+    draw_diagram(axes, diagram, stations(mechanism, placed), float(np.max(corners[1] - corners[0])))
     for joint in mechanism.joints:
         axes.plot(*placed.place(joint.bearing)[0], "o", ms=3.2, color=BLACK, mfc="white", mew=0.8, zorder=3.0)
+    if diagram.coloured:
+        colour_bar([axes], diagram)
 
 
 def _over_time(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:

@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.colors import to_hex
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
 from scissordyn.run.spacing import spread_samples
 
 __all__ = ["CANVAS", "FRAMES", "packed", "packed_scene"]
 
-PARTS = ("scene.js", "ruler.js", "canvas.js")
+PARTS = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 
 CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in PARTS)
 """The script of the canvas: an anywidget, for the explorer, notebooks and films."""
@@ -94,6 +96,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
                 "tone": shape.tone,
                 "count": shape.points.shape[1],
                 "points": _packed(_all(shape.points, scene)),
+                "parts": list(shape.parts),
             }
             for shape in scene.shapes
         ],
@@ -104,6 +107,8 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
         "asides": scene.asides.tolist(),
         "magnification": scene.magnification,
+        "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
+        "onBars": scene.on_bars,
         "tracks": [{"name": name, "points": _packed(points)} for name, points in scene.tracks],
     }
     return json.dumps(data, separators=(",", ":"))
@@ -126,6 +131,19 @@ def _joint(joint: ClearanceJoint) -> dict[str, Any]:
         "journal": _packed(joint.journal),
         "touched": _packed(joint.touched, np.uint8),
         "force": _packed(joint.force),
+    }
+
+
+def _diagram(diagram: Diagram) -> dict[str, Any]:
+    tone = QUANTITIES[diagram.quantity].tone
+    return {
+        "quantity": diagram.quantity,
+        "label": diagram.label,
+        "largest": diagram.largest,
+        "factor": diagram.scale.factor,
+        "ordinate": ORDINATE if tone else 0.0,
+        "ramp": [to_hex(COLOURS(part)) for part in np.linspace(0.0, 1.0, 32)] if diagram.coloured else [tone],
+        "values": _packed(diagram.values.reshape(len(diagram.values), -1)),
     }
 
 

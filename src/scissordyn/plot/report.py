@@ -63,6 +63,8 @@ def draw_all(
     only: Sequence[str] | None = None,
     joints: Sequence[str] | None = None,
     magnify: float = 1.0,
+    bars: str | None = None,
+    envelope: bool = False,
 ) -> list[Path]:
     """Every picture that a run has data for: response, track, force, torque, orbit, energy, structure.
 
@@ -85,6 +87,10 @@ def draw_all(
         The clearance joints of force, orbit and structure; those with the largest forces if not given.
     magnify : float
         Factor of the deflections of bars that bend in the picture of the structure.
+    bars : str, optional
+        What is drawn on them there, as of `structure`.
+    envelope : bool
+        Whether the picture of bending has the largest values of the run, as of `bending`.
 
     Returns
     -------
@@ -98,7 +104,7 @@ def draw_all(
     """
     check_format(format)
     check_kinds(only)
-    makers = _makers(run, ideal, mechanism, joints, magnify)
+    makers = _makers(run, ideal, mechanism, joints, magnify, bars, envelope)
     for kind in only or ():
         if kind not in makers:
             raise InputError(
@@ -121,7 +127,13 @@ def draw_all(
 
 
 def _makers(
-    run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism | None, joints: Sequence[str] | None, magnify: float
+    run: xr.Dataset,
+    ideal: xr.Dataset | None,
+    mechanism: Mechanism | None,
+    joints: Sequence[str] | None,
+    magnify: float,
+    bars: str | None,
+    envelope: bool,
 ) -> dict[str, Callable[[], list[Axes]]]:
     """What draws each picture that the run has data for."""
     has_clearance, pins = bool(clearance_joints(run)), clearance_pins(run)
@@ -141,7 +153,7 @@ def _makers(
         makers["film"] = lambda: film(run, joint=[name for name in joints or () if name in run["film"]] or None)
     makers["energy"] = lambda: energy(run)
     if mechanism is not None:
-        makers["structure"] = lambda: structure(run, mechanism, joint=joints, magnify=magnify)
+        makers["structure"] = lambda: structure(run, mechanism, joint=joints, magnify=magnify, bars=bars)
         if "beam" in run.dims:
-            makers["bending"] = lambda: bending(run, mechanism)
+            makers["bending"] = lambda: bending(run, mechanism, envelope=envelope)
     return makers

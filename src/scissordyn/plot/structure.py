@@ -17,6 +17,7 @@ from matplotlib.transforms import Affine2D
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.bar_diagram import Diagram, colour_bar, diagram_of, draw_diagram, stations
 from scissordyn.plot.channel import channel, guides_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.label import Label, write_labels
@@ -78,6 +79,7 @@ def structure(
     joint: Joints = None,
     times: int | Sequence[float] = 4,
     magnify: float = 1.0,
+    bars: str | None = None,
     start: float | None = None,
     end: float | None = None,
 ) -> list[Axes]:
@@ -94,6 +96,8 @@ def structure(
         Number of instants, equally spaced from start to end; or instants [s], each at the nearest sample.
     magnify : float
         Factor of the deflections of bars that bend, which the titles say.
+    bars : {"stress", "utilisation", "bending moment", "axial force"}, optional
+        What is drawn on bars that bend: a stress of the extreme fibre as their colours, moments on the side in tension.
     start, end : float, optional
         Part of the run to draw [s]; the whole run if not given.
 
@@ -105,9 +109,10 @@ def structure(
     Raises
     ------
     InputError
-        If no instant is asked for, or a named joint has no clearance.
+        If no instant is asked for, a named joint has no clearance, or bars lack what is to be drawn on them.
     """
     run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
+    diagram = None if bars is None else diagram_of(run, mechanism, bars)
     time = run["time"].values
     wanted = np.linspace(time[0], time[-1], times) if isinstance(times, int) else np.asarray(times, float)
     if wanted.size == 0:
@@ -126,7 +131,7 @@ def structure(
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
     labels = []
     for k, (sample, row) in enumerate(zip(samples, rows, strict=True)):
-        named = draw_mechanism(run, mechanism, sample, axes=row[0], corners=corners)
+        named = draw_mechanism(run, mechanism, sample, axes=row[0], corners=corners, diagram=diagram)
         labels.append([label for label in named if label.text in chosen or label.text not in loose])
         if tall:
             row[0].locator_params(axis="x", nbins=4)
@@ -142,6 +147,8 @@ def structure(
                 one.set_title(one.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
+    if diagram is not None and diagram.coloured:
+        colour_bar([row[0] for row in rows], diagram)
     if joint is None:
         drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
         note_more(drawn, run, [*largest, *drawn_points])
@@ -191,7 +198,13 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
 
 
 def draw_mechanism(
-    run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None
+    run: xr.Dataset,
+    mechanism: Mechanism,
+    sample: int,
+    *,
+    axes: Axes,
+    corners: Corners | None = None,
+    diagram: Diagram | None = None,
 ) -> list[Label]:
     """Draw the mechanism at one sample without names.
 
@@ -204,6 +217,8 @@ def draw_mechanism(
     axes : Axes
     corners : (ndarray, ndarray), optional
         Lower left and upper right corner of the visible region [m]; around the mechanism if not given.
+    diagram : Diagram, optional
+        What is drawn on bars that bend, of all samples.
 
     Returns
     -------
@@ -215,7 +230,9 @@ def draw_mechanism(
     placed = Placement.at(mechanism, run, [sample], turns=upright(mechanism))
     low, high = corners_of(placed) if corners is None else corners
     size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
-    _bodies(axes, mechanism, placed, size)
+    _bodies(axes, mechanism, placed, size, plain=diagram is not None)
+    if diagram is not None:
+        draw_diagram(axes, diagram.at([sample]), stations(mechanism, placed), float(np.max(high - low)))
     labels = _loads(axes, mechanism, placed, size)
     for guide in mechanism.guides:
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
@@ -226,6 +243,8 @@ def draw_mechanism(
     radius = max(size, min(SYMBOL / _points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
     tones: dict[str, str] = {}
     for symbol in symbols(run, mechanism, placed, [sample], radius):
+        if diagram is not None and symbol.kind == "beam":
+            continue
         if symbol.bar:  # which has no name in a picture
             tone = tones.setdefault(symbol.bar, (BLUE, GREEN)[len(tones) % 2])
             axes.plot(*symbol.strokes[0][0].T, color=tone, linewidth=1.8, solid_capstyle="round", zorder=2.0)
@@ -323,8 +342,8 @@ def _points_per_metre(axes: Axes, corners: Corners) -> float:
     return float(np.min(panel / (corners[1] - corners[0])))
 
 
-def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> None:
-    """Draw the bodies."""
+def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float, *, plain: bool) -> None:
+    """Draw the bodies, without colours if bars have those of a diagram."""
     direction = {guide.follower[0]: guide.direction + float(placed.angle(guide.body)[0]) for guide in mechanism.guides}
     bars, bent = 0, cross_sections(mechanism)
     for body, shapes in zip(mechanism.bodies, outlines(placed), strict=True):
@@ -335,7 +354,14 @@ def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) ->
             _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))
             continue
         closed = shape[[*range(len(shape)), 0]]
-        axes.plot(closed[:, 0], closed[:, 1], color=(BLUE, GREEN)[bars % 2], linewidth=1.8, solid_capstyle="round", zorder=2.0)
+        axes.plot(
+            closed[:, 0],
+            closed[:, 1],
+            color=GREY if plain else (BLUE, GREEN)[bars % 2],
+            linewidth=1.8,
+            solid_capstyle="round",
+            zorder=2.0,
+        )
         bars += 1
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.port.declaration import Attachment, Ends, Port, Turned, Where
-from scissordyn.component.port.stroke import Drawn, Scene, Strokes, bent
+from scissordyn.component.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, bent
 
 __all__ = ["AXIS", "bent_axis"]
 
@@ -55,7 +55,7 @@ AXIS = Port(
     rates=(),
     forces=(),
     numbers=("sections", "places", "turned", "modes", "mass_per_length", "axial_stiffness", "bending_stiffness"),
-    symbols={"beam": (np.stack([np.linspace(0.0, 1.0, 9), np.zeros(9)], axis=1),)},
+    symbols={"beam": (AXIS_LINE,)},
     attachments=attachments,
     start=start,
     ends=ends,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
-from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, bent, turned
+from scissordyn.component.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, arc, bent, turned
 from scissordyn.jit import kernel
 
 __all__ = ["FRAME", "curvature", "forces", "gradients", "sense", "wrench"]
@@ -53,7 +53,6 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
 
 
 _SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
-_AXIS = np.stack([np.linspace(0.0, 1.0, 9), np.zeros(9)], axis=1)
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
 
 FRAME = Port(
@@ -72,7 +71,7 @@ FRAME = Port(
     symbols={
         "frame": (_SQUARE,),
         "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES),
-        "beam": (_AXIS,),
+        "beam": (AXIS_LINE,),
     },
     attachments=attachments,
     start=start,

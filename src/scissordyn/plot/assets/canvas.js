@@ -1,6 +1,6 @@
 // The mechanism on a canvas, with a player: an anywidget component. It needs no network; scene.js and ruler.js stand before it.
-// In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), bends (deflections can be magnified), movable (false: no drags). Out: selected, and messages
-// of drags.
+// In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), bends (deflections can be magnified), movable (false:
+// no drags). Out: selected, and messages of drags.
 
 const TRAIL = 40;            // frames over which the journal's path stays visible
 const REACH = 11;            // how near to a joint a click must be [pixel]
@@ -34,16 +34,16 @@ function render({ model, el }) {
     <output data-id="clock"></output>
     <label>speed <select data-id="speed" aria-label="speed"></select></label>
     <label data-id="deflections" hidden>deflections <select data-id="magnify" aria-label="magnification of deflections"></select></label>
+    <label hidden>bars <select data-id="bars" aria-label="what is drawn on bars"></select></label>
     <button type="button" data-id="fit" title="show all; also by a double click">Fit</button>
     <button type="button" data-id="grid" aria-pressed="false" title="lines of equal distance; joints are dragged from one to the next">Grid</button></div>
     <div class="sd-note" data-id="note" role="status"></div>`;
   el.append(root); el.style.height = "100%";
   const part = id => root.querySelector(`[data-id=${id}]`);
   const canvas = root.querySelector("canvas"), context = canvas.getContext("2d");
-  const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part), magnify = part("magnify");
+  const [button, scrub, clock, speed, note, magnify, bars] = ["play", "scrub", "clock", "speed", "note", "magnify", "bars"].map(part);
   for (const s of SPEEDS) speed.add(new Option(`${s}×`, s, s === 1, s === 1));
-  for (const s of LARGER) magnify.add(new Option(`${s}×`, s, s === 1, s === 1));
-  magnify.add(new Option("auto", "auto"));
+  for (const s of [...LARGER, "auto"]) magnify.add(new Option(s === "auto" ? s : `${s}×`, s, s === 1, s === 1));
 
   const movable = model.get("movable") !== false;  // whether somebody assembles what is dragged
   let scene = null, ghost = null, draft = null, colors = {};
@@ -106,7 +106,6 @@ function render({ model, el }) {
     const [X, Y] = onto();
     return [(x - X(0)) / camera.scale, (Y(0) - y) / camera.scale];
   }
-  const at = (points, frame, k, n) => { const i = 2 * (frame * n + k); return [points[i], points[i + 1]]; };
   function places(source, frame) {
     const found = source.pins.names.map((name, k) => ({ name, loose: false, at: at(source.pins.points, frame, k, source.pins.names.length) }));
     for (const joint of source.joints) found.push({ name: joint.name, loose: true, at: at(joint.place, frame, 0, 1) });
@@ -280,6 +279,7 @@ function render({ model, el }) {
     if (gridded) drawGrid(context, placeOf(0, height), placeOf(box().main, 0), camera.scale, X, Y, colors);
     if (ghost && !draft) drawShapes(ghost, Math.min(ghost.time.length - 1, nearest(ghost, scene.time[frame])), X, Y, true);
     drawShapes(source, frame, X, Y, false);
+    drawDiagram(context, source, bars.value, frame, X, Y, text, colors);
     drawTracks(source, frame, X, Y);
     drawJoints(source, frame, X, Y);
     if (source.magnification !== 1) text(`deflections ${source.magnification}×`, 8, 14, colors.ink, "left");
@@ -432,7 +432,7 @@ function render({ model, el }) {
     model.send({ type: "magnify", factor: magnify.value === "auto" ? "auto" : Number(magnify.value) });
     note.textContent = magnify.value === "1" ? "" : "Deflections are being magnified.";
   });
-  scrub.addEventListener("input", () => go(Number(scrub.value)));
+  bars.addEventListener("change", redraw); scrub.addEventListener("input", () => go(Number(scrub.value)));
   canvas.addEventListener("keydown", event => {
     const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (event.key === " ") { event.preventDefault(); play(!playing); }
@@ -467,6 +467,7 @@ function render({ model, el }) {
       canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`
         + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : "")
         + "; arrow keys: left and right frames, up and down clearance joints; space: play");
+      offer(bars, scene, earlier ? bars.value : scene.onBars);
       canvas.dataset.run = scene.run; canvas.dataset.magnified = scene.magnification;
       if (scene.magnification !== 1) note.textContent = "";
       show(false);
@@ -486,8 +487,7 @@ function render({ model, el }) {
     theme: () => { recolor(); redraw(); },
   };
   for (const [name, reaction] of Object.entries(changed)) model.on(`change:${name}`, reaction);
-  const onGo = event => goto(event.detail), onTheme = () => requestAnimationFrame(changed.theme);
-  window.addEventListener("scissordyn:go", onGo); window.addEventListener("scissordyn:theme", onTheme);
+  const onGo = event => goto(event.detail), onTheme = () => requestAnimationFrame(changed.theme); window.addEventListener("scissordyn:go", onGo); window.addEventListener("scissordyn:theme", onTheme);
   const size = new ResizeObserver(() => { if (!camera.own) fit(); redraw(); });
   size.observe(canvas); recolor();
   changed.ghost(); newScene(); changed.draft(); changed.bends();

@@ -8,6 +8,9 @@ function floats(text, Kind = Float32Array) {
   return new Kind(bytes.buffer);
 }
 
+// a point of n at a frame
+const at = (points, frame, k, n) => { const i = 2 * (frame * n + k); return [points[i], points[i + 1]]; };
+
 function unpacked(text) {
   if (!text) return null;
   const scene = JSON.parse(text);
@@ -26,6 +29,7 @@ function unpacked(text) {
   }
   scene.insets = [...scene.channels, ...scene.joints];
   scene.insets.forEach((inset, k) => { inset.aside = scene.asides[k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part); });
+  for (const diagram of scene.diagrams) diagram.values = floats(diagram.values);
   for (const track of scene.tracks) track.points = floats(track.points);
   return scene;
 }

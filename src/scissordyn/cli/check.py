@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from scissordyn.run.summary import SpanAnswer
 
 __all__ = ["check"]
+
+MOST_NAMES = 20
+"""All joints of a mechanism that has more than these are not named one by one."""
 
 MOST_STEPS = 100_000
 """Of the motion with ideal joints, whose end is shown."""
@@ -64,7 +67,7 @@ def check(
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
     components: tuple[Component, ...] = (*made.acting, *rods)
     lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
-    lines += _clearances("Joint", mechanism.clearance_joints) + _clearances("Guide", mechanism.guides)
+    lines += _clearances("Joint", mechanism.joints) + _clearances("Guide", mechanism.guides)
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     span = _span(mechanism, read.run.until)
     inertia = _inertia(mechanism, read.run.until)
@@ -106,8 +109,8 @@ def check(
     return 0
 
 
-def _clearances(kind: str, parts: Iterable[Any]) -> list[str]:
-    """A line for each clearance and its laws, with the names of all parts that have it."""
+def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
+    """A line for each clearance and its laws, with the names of the parts that have it, or their number where all of many have it."""
     from scissordyn.model.hard_contact import hard_numbers
 
     found: dict[str, list[str]] = {}
@@ -120,7 +123,14 @@ def _clearances(kind: str, parts: Iterable[Any]) -> list[str]:
                 laws = f"hard contact, restitution {e:g}, friction {kinetic:g} ({static:g} at rest)"
             text = f"clearance {1e3 * gap.clearance:g} mm, {gap.surfaces.journal.name}, {laws}."
             found.setdefault(text, []).append(part.name)
-    return [f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}: {said}" for said, names in found.items()]
+    return [f"{_named(kind, names, len(parts))}: {said}" for said, names in found.items()]
+
+
+def _named(kind: str, names: Sequence[str], parts: int) -> str:
+    """The parts by their names, or by their number where these are all and many."""
+    if len(names) == parts > MOST_NAMES:
+        return f"All {parts} {kind.lower()}s"
+    return f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}"
 
 
 def _span(mechanism: Mechanism, until: float) -> SpanAnswer | None:

@@ -31,6 +31,9 @@ WIDTH = 100
 MANY = 3
 """The contacts of more joints than these are a table."""
 
+MOST_JOINTS = 20
+"""Rows of this table."""
+
 NARROWEST = 10
 """Letters of a name in a row, at least; longer ones are broken where there is no room."""
 
@@ -166,7 +169,7 @@ def _locked_and_stopped(run: xr.Dataset) -> list[str]:
 
 def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
     """A table of the contacts of many joints, those with the largest forces first."""
-    ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))
+    ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))[:MOST_JOINTS]
     force, largest = column(np.array([joint.largest for joint in ordered]), "N")
     time, when = column(np.array([joint.when for joint in ordered]), "s")
     _print_columns(
@@ -179,6 +182,8 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
         ],
         to,
     )
+    if len(joints) > MOST_JOINTS:
+        to.print(f"... and {counted(len(joints) - MOST_JOINTS, 'more joint')} with smaller forces\n")
 
 
 def _largest(joint: JointSummary) -> str:

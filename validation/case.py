@@ -209,6 +209,7 @@ ZOO = {
     "slider_crank": "flores-slider-crank",
     "squeezer": "a03-squeezer",
     "records": "woodpecker",
+    "hard_limit": "solar-array",
 }
 """Cases whose mechanism is in the zoo, by its name there."""
 

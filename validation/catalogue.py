@@ -13,6 +13,7 @@ from validation.flexible_slider_crank.case import CASE as FLEXIBLE_SLIDER_CRANK
 from validation.four_bar.case import CASE as FOUR_BAR
 from validation.guide.case import CASE as GUIDE
 from validation.hard_contact.case import CASE as HARD_CONTACT
+from validation.hard_limit.case import CASE as HARD_LIMIT
 from validation.n_four_bar.case import CASE as N_FOUR_BAR
 from validation.pendulum.case import CASE as PENDULUM
 from validation.records.case import CASE as RECORDS
@@ -30,6 +31,7 @@ CASES: tuple[Case, ...] = (
     SLIDER_CRANK,
     GUIDE,
     HARD_CONTACT,
+    HARD_LIMIT,
     FOUR_BAR,
     CONTROLLED_FOUR_BAR,
     RECORDS,

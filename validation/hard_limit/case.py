@@ -1,0 +1,100 @@
+"""Limit of stiff contacts: an array with hard and with ever stiffer compliant contact, joint by joint."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.config.file import read_case
+from scissordyn.model.clearance import Clearance
+from validation.case import Case, Check, case_file, mechanism
+
+__all__ = ["CASE"]
+
+NAME = "hard_limit"
+FACTORS = (1, 10, 100)
+"""Of the stiffness."""
+
+TOLERANCE, STEP = 1e-6, 1e-4
+OF_ALL = 0.01
+"""Part of all losses by which those of a joint, or of restitution, may differ."""
+
+
+def stiffer(joint: Clearance, factor: float) -> Clearance:
+    """A joint with all its stiffnesses multiplied."""
+    assert joint.material is not None
+    assert joint.bearing_material is not None
+    pair = [replace(each, youngs_modulus=factor * each.youngs_modulus) for each in (joint.material, joint.bearing_material)]
+    friction = joint.friction
+    if joint.contact == "compliant":
+        assert isinstance(friction, sd.LuGre)
+        friction = replace(
+            friction,
+            bristle_stiffness=factor * friction.bristle_stiffness,
+            bristle_damping=factor**0.5 * friction.bristle_damping,
+        )
+    return replace(joint, material=pair[0], bearing_material=pair[1], friction=friction)
+
+
+def deployed(contact: str, factor: float) -> xr.Dataset:
+    """The array with one kind of contact."""
+    made = mechanism(NAME, f"clearance.all.contact={contact}")
+    joints = tuple(
+        joint if joint.clearance is None else replace(joint, clearance=stiffer(joint.clearance, factor))
+        for joint in made.joints
+    )
+    until = read_case(case_file(NAME)).run.until
+    accuracy = {"step": STEP} if contact == "hard" else {"rtol": TOLERANCE, "atol": TOLERANCE}
+    found = sd.simulate(replace(made, joints=joints), until=until, **accuracy)
+    if found.attrs["status"] != "complete":
+        raise RuntimeError(found.attrs["cause"])
+    return found
+
+
+def of_joints(run: xr.Dataset, name: str) -> dict[str, float]:
+    """Sums of a variable of contacts, by joint."""
+    which, values = run["contact_joint"].values, run[name].values
+    return {str(joint): float(np.nansum(values[which == joint])) for joint in np.unique(which)}
+
+
+def checks() -> list[Check]:
+    """Compliant contact as reference, hard contact as found."""
+    made: list[Check] = []
+    for factor in FACTORS:
+        made += _at(factor, deployed("compliant", factor), deployed("hard", factor))
+    return made
+
+
+def _at(factor: int, soft: xr.Dataset, hard: xr.Dataset) -> list[Check]:
+    """The checks at one stiffness; those of each joint at the largest."""
+    label, kind = f"{factor} times as stiff: ", "second formulation"
+    tip = [1e3 * float(run["peak_track_deviation"][0]) for run in (soft, hard)]
+    friction, restitution = ([float(run[name][-1]) for run in (soft, hard)] for name in ("friction_loss", "damping_loss"))
+    all_losses = friction[0] + restitution[0]
+    impulses, losses = ([of_joints(run, name) for run in (soft, hard)] for name in ("impulse", "contact_friction_loss"))
+    made = [
+        Check(f"{label}largest deviation of the tip [mm]", *tip, 0.01, kind),
+        Check(f"{label}friction [J]", *friction, 0.01, kind),
+        Check(f"{label}restitution [J]", *restitution, OF_ALL * all_losses, kind, relative=False),
+    ]
+    if factor < max(FACTORS):
+        apart = max(abs(impulses[1][joint] / of - 1.0) for joint, of in impulses[0].items())
+        lost = max(abs(losses[1][joint] - of) for joint, of in losses[0].items())
+        return [
+            *made,
+            Check(f"{label}largest difference of a joint's impulse, relative", 0.0, apart, 0.02, kind, relative=False),
+            Check(
+                f"{label}largest difference of a joint's friction [J]", 0.0, lost, OF_ALL * friction[0], kind, relative=False
+            ),
+        ]
+    for joint in impulses[0]:
+        made.append(Check(f"{label}{joint}: normal impulse [N s]", *(run[joint] for run in impulses), 0.02, kind))
+        allowed = OF_ALL * friction[0]
+        made.append(Check(f"{label}{joint}: friction [J]", *(run[joint] for run in losses), allowed, kind, relative=False))
+    return made
+
+
+CASE = Case(NAME, "Limit of stiff contacts", checks, quick=False)

@@ -9,15 +9,21 @@ import time
 from statistics import median
 
 import numpy as np
+import xarray as xr
 
 import scissordyn as sd
-from benchmarks.measure import command, fitted_exponent, table
+from benchmarks.measure import DECISIONS, command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
 
 UNITS = (2, 4, 8, 16, 32, 64)
 STEP, STEPS = 1e-4, 2000
 SOLAR = "examples/solar_array.toml"
 STEPS_OF_SOLAR = (1e-3, 5e-4, 2e-4, 1e-4)
+DRAWN = 2e-4
+LEAST_IMPULSE = 1e-7
+"""Shown [N s]; smaller ones are round-off of closed contacts."""
+
+STARTS = ("concentric", "in-contact")
 
 
 def array(units: int) -> Mechanism:
@@ -38,56 +44,77 @@ def hard(mechanism: Mechanism) -> Mechanism:
 
 
 def measure(quick: bool = False) -> str:
-    """The tables."""
-    scaling, solar = _scaling(UNITS[:3] if quick else UNITS), _solar(STEPS_OF_SOLAR[:2] if quick else STEPS_OF_SOLAR, not quick)
-    return f"{scaling}\n{solar}\n{_memory(200 if quick else 100_000)}"
+    """The tables, and without `quick` docs/hard_contact.png."""
+    units = UNITS[:3] if quick else UNITS
+    tables, costs = [], {}
+    for start in STARTS:
+        text, costs[start] = _scaling(units, start)
+        tables.append(text)
+    solar, compliant, stepped = _solar(STEPS_OF_SOLAR[:2] if quick else STEPS_OF_SOLAR)
+    if not quick:
+        _draw(units, costs, compliant, stepped)
+    return "\n".join([*tables, solar, _memory(200 if quick else 100_000)])
 
 
-def _scaling(units: tuple[int, ...]) -> str:
-    """Time of a step over the number of units."""
+def _scaling(units: tuple[int, ...], start: str) -> tuple[str, list[float]]:
+    """Time of a step over the number of units: a table, and the times [s]."""
     rows, cost = [], []
     for count in units:
         one, taken, found = array(count), [], {}
         for _ in range(3):
-            run = sd.simulate(one, until=STEP * STEPS, step=STEP, samples=3)
+            run = sd.simulate(one, until=STEP * STEPS, step=STEP, samples=3, start=start)
             found = json.loads(run.attrs["statistics"])
             began = time.process_time()
-            sd.simulate(one, until=STEP * STEPS, step=STEP, samples=3)
+            sd.simulate(one, until=STEP * STEPS, step=STEP, samples=3, start=start)
             whole = time.process_time() - began
             began = time.process_time()
-            sd.simulate(one, until=STEP * STEPS / 10, step=STEP, samples=3)
+            sd.simulate(one, until=STEP * STEPS / 10, step=STEP, samples=3, start=start)
             taken.append((whole - (time.process_time() - began)) / (0.9 * STEPS))
         cost.append(median(taken))
         joints = len(one.joints)
         each = found["factorizations"] / max(found["contact_steps"], 1)
-        rows.append((str(count), str(joints), f"{1e6 * cost[-1]:.1f}", f"{each:.2f}", str(found["steps_not_solved"])))
-    head = ("units", "clearance joints", "processor time of a step [us]", "factorizations of a step", "steps not solved")
+        one_solution = 1e6 * cost[-1] / each
+        rows.append(
+            (
+                str(count),
+                str(joints),
+                f"{1e6 * cost[-1]:.1f}",
+                f"{each:.2f}",
+                f"{one_solution:.1f}",
+                str(found["steps_not_solved"]),
+            )
+        )
+    head = (
+        "units",
+        "clearance joints",
+        "processor time of a step [us]",
+        "factorizations of a step",
+        "of a factorization [us]",
+        "steps not solved",
+    )
     exponent = fitted_exponent([float(count) for count in units], cost)
-    return f"{table(head, rows)}\nThe cost of a step grows as N^{exponent:.2f}.\n"
+    return f"Start: {start}.\n\n{table(head, rows)}\nThe cost of a step grows as N^{exponent:.2f}.\n", cost
 
 
-def _solar(steps: tuple[float, ...], compared: bool) -> str:
-    """The solar array by steps of several sizes, and compliant beside it."""
+def _solar(steps: tuple[float, ...]) -> tuple[str, xr.Dataset, xr.Dataset]:
+    """The solar array by steps of several sizes, and compliant: a table, the compliant run, and the one with a step of `DRAWN`."""
     case = sd.read_case(SOLAR)
     until, one = case.run.until, hard(case.mechanism)
-    reference, rows = None, []
-    if compared:
-        began = time.process_time()
-        reference = sd.simulate(case.mechanism, until=until)
-        spent = time.process_time() - began
-        far = float(reference["track_deviation"].max())
-        rows.append(("compliant, 1e-8", f"{spent:.2f}", str(reference.sizes["contact"]), f"{1e3 * far:.2f}", "", ""))
+    began = time.process_time()
+    reference = sd.simulate(case.mechanism, until=until)
+    spent = time.process_time() - began
+    far = float(reference["track_deviation"].max())
+    rows = [("compliant, 1e-8", f"{spent:.2f}", str(reference.sizes["contact"]), f"{1e3 * far:.2f}", "", "")]
+    made = {}
     for step in steps:
-        taken, run = [], None
+        taken = []
         for _ in range(3):
             began = time.process_time()
-            run = sd.simulate(one, until=until, step=step)
+            made[step] = sd.simulate(one, until=until, step=step)
             taken.append(time.process_time() - began)
-        assert run is not None
-        away = ("", "")
-        if reference is not None:
-            apart = np.linalg.norm((run["track_position"] - reference["track_position"]).values, axis=-1)
-            away = f"{1e3 * np.sqrt(np.mean(apart**2)):.2f}", f"{1e3 * apart.max():.2f}"
+        run = made[step]
+        apart = np.linalg.norm((run["track_position"] - reference["track_position"]).values, axis=-1)
+        away = f"{1e3 * np.sqrt(np.mean(apart**2)):.2f}", f"{1e3 * apart.max():.2f}"
         far = 1e3 * float(run["track_deviation"].max())
         rows.append((f"hard, {1e3 * step:g} ms", f"{median(taken):.3f}", str(run.sizes["contact"]), f"{far:.2f}", *away))
     head = (
@@ -98,7 +125,33 @@ def _solar(steps: tuple[float, ...], compared: bool) -> str:
         "rms distance of paths [mm]",
         "largest [mm]",
     )
-    return table(head, rows)
+    return table(head, rows), reference, made.get(DRAWN, made[steps[-1]])
+
+
+def _draw(units: tuple[int, ...], costs: dict[str, list[float]], compliant: xr.Dataset, stepped: xr.Dataset) -> None:
+    """Write docs/hard_contact.png: deviation of the tip, impulses, and the cost of a step."""
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
+    tip, impulses, cost = figure.subplots(1, 3)
+    for run, label, colour, marker in ((compliant, "compliant", "C0", "o"), (stepped, f"hard, {1e3 * DRAWN:g} ms", "C1", "x")):
+        tip.plot(run["time"], 1e3 * run["track_deviation"][:, 0], color=colour, linewidth=1.0, label=label)
+        impulses.semilogy(run["contact_start"], run["impulse"], marker, color=colour, markersize=3, alpha=0.6, label=label)
+    tip.set(xlabel="time [s]", ylabel="tip from its ideal path [mm]")
+    impulses.set(xlabel="begin of the contact [s]", ylabel="normal impulse of a contact [N s]", ylim=(LEAST_IMPULSE, 300.0))
+    for (start, taken), marker in zip(costs.items(), "os", strict=True):
+        cost.loglog(units, [1e6 * each for each in taken], f"{marker}-", markersize=4, linewidth=1.0, label=start)
+    goal = 1e6 * costs[STARTS[-1]][0] * (np.array(units) / units[0]) ** 1.1
+    cost.loglog(units, goal, ":", color="0.5", linewidth=1.0, label="as N to the power 1.1")
+    cost.set(xlabel="units N", ylabel="processor time of a step [us]")
+    cost.set_xticks(units)
+    cost.xaxis.set_major_formatter(ScalarFormatter())
+    cost.xaxis.set_minor_formatter(NullFormatter())
+    for axes in (tip, impulses, cost):
+        axes.grid(visible=True, which="major", color="0.9", linewidth=0.5)
+        axes.legend(frameon=False, fontsize="small")
+    figure.savefig(DECISIONS.parent / "hard_contact.png", dpi=110, metadata={"Software": ""})
 
 
 def _memory(cases: int) -> str:

@@ -97,7 +97,7 @@ def _scaling(units: tuple[int, ...], start: str) -> tuple[str, list[float]]:
 
 
 def _solar(steps: tuple[float, ...]) -> tuple[str, xr.Dataset, xr.Dataset]:
-    """The solar array by steps of several sizes, and compliant: a table, the compliant run, and the one with a step of `DRAWN`."""
+    """The solar array by steps of several sizes: a table, the compliant run beside them, and the one with a step of `DRAWN`."""
     case = sd.read_case(SOLAR)
     until, one = case.run.until, hard(case.mechanism)
     began = time.process_time()

@@ -27,7 +27,9 @@ PIECE = 0.02
 """The same for contacts of both kinds, whose vibrations are resolved."""
 
 
-UNRESOLVED = pytest.mark.xfail(strict=True, reason="the step does not resolve a compliant contact that is struck when the latch locks")
+UNRESOLVED = pytest.mark.xfail(
+    strict=True, reason="the step does not resolve a compliant contact that is struck when the latch locks"
+)
 """The run has warnings on its balance and its friction; see docs/hard_contact.md."""
 
 

@@ -110,7 +110,7 @@ def check(
 
 
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
-    """A line for each clearance and its laws, with the names of the parts that have it, or their number where there are many."""
+    """A line for each clearance and its laws, with the names of the parts that have it, or the number of many."""
     from scissordyn.model.hard_contact import hard_numbers
 
     found: dict[str, list[str]] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import tomllib
 from pathlib import Path
 
@@ -105,3 +106,17 @@ def test_an_example_ends_with_every_other_contact_hard(path: Path) -> None:
     case = alternate(path)
     assert case is not None
     check(case, sd.simulate(case.mechanism, **case.run.keywords))
+
+
+def test_batches_warn_of_steps_that_are_too_long() -> None:
+    """Identity: a case of a batch has the warnings of time stepping that its own run has, and one without them has none."""
+    case = hard(EXAMPLES[0].with_name("self_deploying.toml"))
+    options = {key: value for key, value in case.run.keywords.items() if key in ("until", "start")}
+    over = {"clearance.all.clearance": [joint.clearance.clearance for joint in case.mechanism.joints if joint.clearance][:2]}
+    for step, warns in ((None, True), (2e-5, False)):
+        alone = sd.simulate(case.mechanism, step=step, **options)
+        said = [one for one in json.loads(alone.attrs["warnings"]) if "overlap" in one]
+        assert bool(said) == warns
+        batch = sd.simulate_many(case.mechanism, over, step=step, measures=["peak_force_estimate"], threads=1, **options)
+        for one in batch["warnings"].values:
+            assert [line for line in one.splitlines() if "overlap" in line] == said

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from scissordyn.jit import Handle
+from scissordyn.plan.plan import Plan
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["hard_contact_warnings"]
+__all__ = ["hard_contact_warnings", "stepping_warnings"]
 
 DEEP = 0.2
 """Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing."""
@@ -31,9 +34,25 @@ def hard_contact_warnings(path: Trajectory) -> list[str]:
     -------
     list of str
     """
-    counts: dict[str, Any] = path.statistics
-    if "step" not in counts:
+    if "step" not in path.statistics:
         return []
+    return stepping_warnings(path.plan, path.system, path.statistics) + _jammed(path)
+
+
+def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> list[str]:
+    """What the counters of time stepping warn of: impulses that are not solved or not determined, surfaces that overlap.
+
+    Parameters
+    ----------
+    plan : Plan
+    system : Handle
+    counts : mapping
+        Of `Stepping.statistics`.
+
+    Returns
+    -------
+    list of str
+    """
     found, every = [], counts["contact_steps"]
     if counts["steps_not_solved"]:
         found.append(
@@ -46,18 +65,18 @@ def hard_contact_warnings(path: Trajectory) -> list[str]:
             f"in {counts['over_determined_steps']} of {every} steps with contacts more contacts are closed than the position "
             "determines: their impulses are those of surfaces with the same small compliance, only their sums are determined"
         )
-    clearance = path.system.content.parameters.contact["clearance"]
+    clearance = system.content.parameters.contact["clearance"]
     overlap = counts["overlap"]
-    deepest = {j: overlap.get(path.plan.contacts[j].name, 0.0) / float(clearance[j]) for j in path.plan.hard_places}
-    deep = [j for j in path.plan.hard_places if deepest[j] > DEEP]
+    deepest = {j: overlap.get(plan.contacts[j].name, 0.0) / float(clearance[j]) for j in plan.hard_places}
+    deep = [j for j in plan.hard_places if deepest[j] > DEEP]
     if deep:
         worst = max(deep, key=lambda j: deepest[j])
         others = f", and those of {len(deep) - 1} more" if len(deep) > 1 else ""
         found.append(
-            f"joint '{path.plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} clearances{others}: "
+            f"joint '{plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} clearances{others}: "
             f"the step of {counts['step']:.3g} s is too long"
         )
-    return found + _jammed(path)
+    return found
 
 
 def _jammed(path: Trajectory) -> list[str]:

@@ -23,6 +23,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.hard_contact import ContactKind
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import LENT, PLAN, Mechanism
@@ -169,12 +170,15 @@ class Plan:
     @property
     def hard_places(self) -> list[int]:
         """Which of the contacts are hard."""
-        return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact == "hard"]
+        return self._places("hard")
 
     @property
     def compliant_places(self) -> list[int]:
         """Which of them are compliant."""
-        return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact != "hard"]
+        return self._places("compliant")
+
+    def _places(self, kind: ContactKind) -> list[int]:
+        return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact == kind]
 
     @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:

@@ -22,17 +22,7 @@ STROKE, UNITS, REPETITIONS = 50e-3, (2, 4, 8, 16, 32), 5
 
 def array(units: int = 2, **options: object) -> sd.Mechanism:
     """The paper's array, frictionless, its bars tubes if options of `with_bending` are given."""
-    made = sd.scissor(units=units, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    loose = sd.Clearance(
-        0.5e-3,
-        journal_radius=10e-3,
-        bearing_length=15e-3,
-        material=sd.STEEL,
-        stiffness=sd.Liu(),
-        damping=sd.Flores(restitution=0.9),
-        friction=sd.NoFriction(),
-    )
-    made = made.with_clearance("A", loose)
+    made = sd.scissor(units=units).with_clearance("A", sd.Clearance(0.5e-3))
     if options:
         made = made.with_bending(**TUBE, **options)  # type: ignore[arg-type]
     return made.driven(speed=sd.rpm(150))

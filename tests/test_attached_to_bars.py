@@ -130,7 +130,7 @@ def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
 
 def loaded_array(**loose: Any) -> sd.Mechanism:
     """The array of the paper with tubes, its journal A loose."""
-    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    made = sd.scissor(units=2)
     joint = sd.Clearance(0.5e-3, damping=sd.Flores(restitution=0.9), friction=sd.NoFriction(), **loose)
     tubes = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
     return made.with_clearance("A", joint).with_bending(modes=4, **tubes).driven(speed=sd.rpm(150))
@@ -148,7 +148,7 @@ def test_hard_contact_on_bars_that_bend() -> None:
 
 def test_the_summary_says_what_bars_carry() -> None:
     """Identity: stress, moment, deflection and compression of the summary are those of the run, by numbers and in words."""
-    made = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=0.6)
+    made = sd.scissor(units=1, angle=0.6)
     made = made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=3).driven(speed=0.0)
     run = sd.simulate(made, until=1e-4, samples=2, start="static")
     said = summary_of(run).plain()["bars"]

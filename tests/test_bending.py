@@ -34,17 +34,7 @@ def cantilever(elements: int, *, gravity: float = 0.0, speed: float = 0.0, rigid
 
 def scissor() -> sd.Mechanism:
     """The array of the paper with a frictionless clearance at A."""
-    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    loose = sd.Clearance(
-        0.5e-3,
-        journal_radius=10e-3,
-        bearing_length=15e-3,
-        material=sd.STEEL,
-        stiffness=sd.Liu(),
-        damping=sd.Flores(restitution=0.9),
-        friction=sd.NoFriction(),
-    )
-    return made.with_clearance("A", loose)
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3))
 
 
 def test_elements_give_the_elastica() -> None:

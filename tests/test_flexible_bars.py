@@ -39,17 +39,8 @@ def cantilever(modes: int, *, rigidity: float = RIGIDITY, **more: Any) -> sd.Mec
 
 def array(**options: Any) -> sd.Mechanism:
     """The array of the paper with a frictionless clearance at A, its bars tubes."""
-    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    loose = sd.Clearance(
-        0.5e-3,
-        journal_radius=10e-3,
-        bearing_length=15e-3,
-        material=sd.STEEL,
-        stiffness=sd.Liu(),
-        damping=sd.Flores(restitution=0.9),
-        friction=sd.NoFriction(),
-    )
-    return made.with_clearance("A", loose).with_bending(**TUBE, **options).driven(speed=sd.rpm(150))
+    loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3))
+    return loose.with_bending(**TUBE, **options).driven(speed=sd.rpm(150))
 
 
 def test_shapes_are_those_of_a_straight_bar() -> None:
@@ -128,7 +119,7 @@ def test_static_start_has_the_deflection_under_weight() -> None:
 
 def damped() -> sd.Mechanism:
     """A free unit with everything that a bar's kernel has: damping, and heat over time."""
-    made = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=0.6)
+    made = sd.scissor(units=1, angle=0.6)
     heat = {"temperature_rise": 80.0, "temperature_difference": 30.0, "time_function": sd.Cycloidal(0.0, 1.0, 0.02)}
     return made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=3, damping=1e-4, **heat)
 
@@ -209,7 +200,7 @@ def test_the_first_contact_is_that_of_absolute_nodal_coordinates() -> None:
 
 def test_elements_and_modes_have_the_same_reactions() -> None:
     """Second formulation: reactions, moment at a pin and torque of the drive of an array at rest."""
-    rigid = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=0.6)
+    rigid = sd.scissor(units=2, angle=0.6)
     one, other = (
         sd.simulate(rigid.with_bending(**TUBE, **how).driven(speed=0.0), until=1e-4, samples=2, start="static").isel(time=0)
         for how in ({"modes": 6}, {"elements": 8})
@@ -240,7 +231,7 @@ def test_what_can_be_attached(tmp_path: Path) -> None:
 
     Each closes its energy balance with what it does, and the mechanism is written and read.
     """
-    made = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=0.6)
+    made = sd.scissor(units=1, angle=0.6)
     made = made.with_clearance("A", sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.1)))
     made = made.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=2)
     made = sd.with_payload(made, "unit 1/bar 1.end", 2.0, inertia=0.05)
@@ -297,7 +288,7 @@ def test_load_factors_of_buckling() -> None:
 
 def _struck(modes: int | Literal["auto"]) -> sd.Mechanism:
     """One unit of tubes whose driven end joint is loose."""
-    made = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    made = sd.scissor(units=1)
     made = made.with_clearance("A", sd.Clearance(5e-4, friction=sd.NoFriction()))
     return made.with_bending(**TUBE, modes=modes).driven(speed=sd.rpm(150))
 

@@ -15,7 +15,7 @@ from scissordyn.laws.elastic.linear import Linear
 
 def array(angle: float) -> sd.Mechanism:
     """Two units of bars that bend, driven at 1 rad/s."""
-    rigid = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=angle)
+    rigid = sd.scissor(units=2, angle=angle)
     return rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
 

@@ -16,7 +16,7 @@ TUBE = 42743.0, 7.5e7
 
 def array(viscosity: float = 0.1, stiffness: float | None = 1.0, clearance: float = 4e-4, **how: Any) -> sd.Mechanism:
     """The array of the paper with oil in joint A; its bars are tubes, so many times as stiff."""
-    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    made = sd.scissor(units=2)
     oiled = sd.Clearance(clearance, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=viscosity))
     made = made.with_clearance("A", oiled)
     if stiffness is not None:

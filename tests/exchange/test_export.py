@@ -23,7 +23,7 @@ LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)
 
 
 def arm():
-    return sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30)).with_clearance("A", LOOSE)
+    return sd.scissor(units=2).with_clearance("A", LOOSE)
 
 
 def test_holes_have_the_sizes_of_the_joints():

@@ -32,9 +32,7 @@ OURS = 1e-10
 CASES = {
     "crank": (sd.slider_crank().with_clearance("slider pin", LOOSE).driven(speed=100.0), 0.06),
     "arm": (
-        sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-        .with_clearance("A", LOOSE)
-        .driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)),
+        sd.scissor(units=2).with_clearance("A", LOOSE).driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)),
         0.15,
     ),
     "servo": (

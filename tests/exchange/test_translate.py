@@ -115,7 +115,7 @@ def machines():
     spring = sd.Spring("spring", ("rod", "end"), ("ground", "origin"), stiffness=400.0, free_length=0.1, damping=3.0)
     stop = sd.AngleStop("stop", "rod", angle=-0.3)
     servo = sd.slider_crank().with_clearance("crank pin", loose)
-    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30)).with_clearance("A", loose)
+    arm = sd.scissor(units=2).with_clearance("A", loose)
     return {
         "slider-crank": sd.slider_crank().with_clearance("all", loose).driven(speed=100.0),
         "channel": crank.with_clearance("guide", channel).driven(speed=50.0),

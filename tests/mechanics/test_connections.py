@@ -25,8 +25,7 @@ def pendulum(angle=0.3, **parts):
 
 def paper(**clearance):
     """The paper's array with clearance at joint A, driven at 150 rpm."""
-    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    return arm.with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
 
 
 def worst_residual(run):
@@ -162,8 +161,7 @@ def test_travel_stop_without_loss_reverses(method):
 
 def test_equilibrium_in_clearance_joints():
     """Identity: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
-    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    mechanism = arm.with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
+    mechanism = sd.scissor(units=2).with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
     run = sd.simulate(mechanism, until=0.02, start="static", samples=11)
     assert float(np.max(np.abs(run["velocity"]))) < 1e-8
     ideal = sd.simulate(mechanism.ideal(), until=0.02, start="static", samples=11)["reaction"].isel(time=0)
@@ -175,9 +173,8 @@ def test_equilibrium_in_clearance_joints():
 
 def test_equilibrium_on_a_hinge_spring():
     """Closed form: k (th - th_0) = -(2m + m_s) g L cos th holds the folded array up."""
-    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
-    run = sd.simulate(dataclasses.replace(arm, components=(spring,)), until=0.1, start="static", samples=11)
+    run = sd.simulate(dataclasses.replace(sd.scissor(units=2), components=(spring,)), until=0.1, start="static", samples=11)
     exact = brentq(lambda th: 2000.0 * (th - 0.6) + (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(th), 0.0, 0.6)
     assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
 

@@ -17,17 +17,7 @@ TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
 
 def _array(*, modes: int = 0, **friction: object) -> sd.Mechanism:
     """The paper's array, frictionless unless said, with bars that bend if they have modes."""
-    made = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    loose = sd.Clearance(
-        0.5e-3,
-        journal_radius=10e-3,
-        bearing_length=15e-3,
-        material=sd.STEEL,
-        stiffness=sd.Liu(),
-        damping=sd.Flores(restitution=0.9),
-        **{"friction": sd.NoFriction(), **friction},  # type: ignore[arg-type]
-    )
-    made = made.with_clearance("A", loose)
+    made = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **friction))  # type: ignore[arg-type]
     return (made.with_bending(**TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 

@@ -214,9 +214,15 @@ def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_arr
     count, label = connected_components(reduced, directed=False)
     order = np.argsort(label, kind="stable")
     sizes = np.bincount(label, minlength=count)
-    blocks, first = [], 0
+    blocks, first, diagonal = [], 0, reduced.diagonal()
+    if not np.all(diagonal > 0.0):
+        raise np.linalg.LinAlgError
     for size in sizes.tolist():
         members = order[first : first + size]
+        if size == 1:  # most coordinates of bars that bend: sparse indexing would take long for each
+            blocks.append(1.0 / np.sqrt(diagonal[members, None]))
+            first += 1
+            continue
         if ordered is not None:
             members = members[ordered(sp.csr_array(reduced[members][:, members]))]
             order[first : first + size] = members

@@ -149,10 +149,11 @@ def record(t, y, address, signals):
 
 @kernel()
 def reset(t, y, guard, address, data):
-    """The other mode, unless the guard refuses."""
+    """The other mode, unless the guard refuses: always (1), or what recedes (2)."""
     numbers = open_numbers(address)
     data[0], data[1] = slope_of(numbers.guards[guard], y[0]), t
-    if numbers.refuses[guard] == 1:
+    recedes = not data[0] > 0.0
+    if numbers.refuses[guard] == 1 or (numbers.refuses[guard] == 2 and recedes):
         return False
     numbers.mode[guard] = 1 - numbers.mode[guard]
     return True

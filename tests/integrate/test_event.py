@@ -137,6 +137,18 @@ def test_an_event_that_its_guard_refuses():
     assert found.log.shape[0] == 0
 
 
+@pytest.mark.parametrize("crosses", [False, True])
+@pytest.mark.parametrize("name", METHODS)
+def test_a_guard_beyond_zero_that_turns_and_refuses_what_recedes(name, crosses):
+    """Closed form: b + (t - a)^2 + (t - a)^3 is crossed once, right behind a, where it begins to rise, and the run goes on."""
+    for place in np.linspace(0.05, 0.65, 13):
+        shallow = np.polynomial.Polynomial((1e-6, 0.0, 1.0, 1.0))(np.polynomial.Polynomial((-place, 1.0)))
+        found = run(name, 1.0, guards_=polynomials(tuple(shallow.coef)), refuses=(2,), first=1.0, crosses=crosses)
+        assert found.status == loop.FINISHED, place
+        assert found.log[:, TIME] == pytest.approx([place], abs=1e-9)
+        assert 0.0 < found.log[0, DATA] < 1e-9
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_steep_and_shallow_roots(name):
     """Closed form: slopes from 1e-3 to 1e9 at the root; the guard itself is small there, within its precision."""

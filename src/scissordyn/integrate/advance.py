@@ -69,6 +69,12 @@ MOST_STALLED = 1000
 AT_THE_END = 0.999
 """Part of a step beyond which a crossing is the one that it ends on."""
 
+RESOLVED = 4e-16
+"""A step below this part of its instant is not one: the clock cannot resolve it, nor a Rosenbrock method divide by it."""
+
+TURNED = 1.1
+"""A step that is to end behind the turn of a guard goes this many times as far as its rate says."""
+
 MISSED = 100.0
 """Error with which a step is rejected whose crossings were not all found; its size is about halved."""
 
@@ -199,27 +205,44 @@ def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     """Repeat the step so that it ends on the crossing; returns its size.
 
     The crossing was found on the dense output; the end of a step is more accurate than its inside, so a few Newton steps
-    on the step size follow. An event at the very start of the step leaves a step of no size.
+    on the step size follow. An event at the very start of the step leaves a step of no size. A guard that is beyond zero and
+    recedes is crossed where it turns: that step ends behind the turn, as what does not approach is no event.
     """
-    short = fraction(w.scaling[0], theta) * h
-    # a step that the clock cannot resolve, nor a Rosenbrock method divide by
-    if short <= 4e-16 * max(abs(t), h):
+    short, shortest = fraction(w.scaling[0], theta) * h, RESOLVED * max(abs(t), h)
+    sign = sign_of(s.mode[guard])
+    recedes = sign * w.start_rate[guard] <= 0.0
+    if short <= shortest and not recedes:
         for i in range(s.y.size):
             w.new[i] = s.y[i]
         return 0.0
+    turns = recedes and sign * w.start_value[guard] > w.precision[guard]
+    short = max(short, shortest)
+    before, rate_before = 0.0, w.start_rate[guard]
     for attempted in range(ATTEMPTS):
         if not attempt(problem, T, t, short, s, w, S):
             break
         problem.guards(t + short, w.new, S, w.value, w.rate)
         value, rate = w.value[guard], w.rate[guard]
-        if abs(value) <= w.precision[guard] or rate == 0.0:
+        if sign * value > w.precision[guard] and sign * rate <= 0.0:
+            corrected = beyond_turn(before, rate_before, short, rate, shortest)
+        elif turns or abs(value) <= w.precision[guard] or rate == 0.0:
             break
-        corrected = short - value / rate
+        else:
+            corrected = short - value / rate
         # the last size tried is the one that the new state belongs to
         if not 0.0 < corrected <= h or attempted == ATTEMPTS - 1:
             break
-        short = corrected
+        before, rate_before, short = short, rate, corrected
     return short
+
+
+@kernel(inline=True)
+def beyond_turn(before, rate_before, short, rate, shortest):
+    """Where a rate that still has its old sign after `short` has the other one, by the secant through two sizes of a step."""
+    ahead = short
+    if abs(rate) < abs(rate_before):
+        ahead = min(short, TURNED * (short - before) * rate / (rate_before - rate))
+    return short + max(ahead, shortest)
 
 
 @kernel(inline=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import math
 
@@ -76,6 +77,25 @@ def test_compliant_contact_keeps_its_peaks() -> None:
     assert not answer.estimated
     assert answer.force == float(run["peak_force"].max())
     assert any("peak force" in column["title"] for column in contact_table(run)["columns"])
+
+
+@pytest.mark.parametrize("kinds", [("hard",), ("compliant",), ("compliant", "hard")])
+def test_a_batch_that_names_no_measures_has_forces_of_its_contacts(kinds: tuple[str, ...]) -> None:
+    """Identity: the largest forces of each kind of contact that there is, equal to those of the run, and no others."""
+    mechanism = array(kinds[0])
+    for name, kind in zip(("unit 1/pivot",), kinds[1:], strict=False):
+        clearance = mechanism.joint("A").clearance
+        assert clearance is not None
+        mechanism = mechanism.with_clearance(name, dataclasses.replace(clearance, contact=kind))
+    batch = sd.simulate_many(mechanism, {"A.clearance": [5e-4]}, until=0.01, threads=1)
+    run = sd.simulate(mechanism, until=0.01)
+    assert ("peak_force" in batch, "peak_force_estimate" in batch) == ("compliant" in kinds, "hard" in kinds)
+    for name in {"peak_force", "peak_force_estimate"} & set(batch):
+        found, own = batch[name].isel(case=0), run[name].values
+        for joint, value in zip(found["joint"].values.tolist(), found.values.tolist(), strict=True):
+            largest = np.nanmax(own[run["contact_joint"].values == joint], initial=0.0)
+            assert value == largest > 0.0 or (math.isnan(value) and largest == 0.0)
+        assert np.any(np.isfinite(found))
 
 
 def test_what_hard_contact_does_not_have_is_refused_in_one_line() -> None:

@@ -4,6 +4,7 @@ Beside the functions of `advance`, a problem that jumps has
 
     step(t, h, y, new, S, H)                a step of size h from y to `new`, with everything that touches in it
     restore(H)                              forget the step just made, to make it anew
+    guards_ahead(t, y, S, H, value, rate)   the guards at the end of the step just made, which leaves S as the step did
     impact(t, h, y, S, H)                   impacts at an instant; h is the size of a step
     monitor(t, h, y, S, H, power, rows)     integrands and monitored numbers, means over the step just made; a NaN is left out
 
@@ -49,10 +50,14 @@ ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED
 SHORTEST = 1.0 / 64.0
 """A step that is still too long at this fraction of the size that was chosen is made all the same."""
 
-LOOKS = 60
+IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
+"""What is asked of a step, or said of it, see `mechanics.hard_rows`."""
 
-ROUND_OFF = 1e-14
-"""An impact is located to this part of a step."""
+ROUND_OFF, NEAR = 1e-14, 1e-9
+"""An impact is located to this part of a step, other events to that one."""
+
+JUMPED = 1e-3
+"""Part of what a whole step goes beyond a guard's root, above which an impact has made it jump where the root is located."""
 
 DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
 """Columns of `State.total` that impacts add to, see `mechanics.monitored.POWERS`."""
@@ -66,6 +71,7 @@ class Jumps(NamedTuple):
 
     step: Any
     restore: Any
+    guards_ahead: Any
     impact: Any
     monitor: Any
 
@@ -75,13 +81,13 @@ class Touching(NamedTuple):
 
     which: I1  # (k,) guards
     result: F2  # (k, columns) of the last step
-    impact: I1  # (2,) whether the state jumped in it; 1 if it is too long and was not made, -1 before one that has to be made
+    impact: I1  # (2,) whether the state jumped in it; `STEP` and so on
     locate: I1  # (1,) whether impacts are located
     ahead: F1  # (2,) largest indentation of what is open at the end of the step, time until what rebounds is back
     work: F1  # (1,) of the drives in the last impact
     size: F1  # (1,) of a step
     ending: F1  # (k,) indentations at the end of the step
-    longest: F1  # (1,) step that may come
+    longest: F1  # (1,) step that compliant contacts allow [s]
     sudden: I1  # (guards,) whether velocities may jump as it is crossed
     smooth: I1  # (1,) leading coordinates of the state that do not jump: positions, beside drives that move on
 
@@ -94,6 +100,7 @@ def _signatures() -> dict[str, Any]:
     return {
         "step": void(t, t, vector, vector, address, address),
         "restore": void(address),
+        "guards_ahead": void(t, vector, address, address, vector, vector),
         "impact": void(t, t, vector, address, address),
         "monitor": void(t, t, vector, address, address, vector, matrix),
     }
@@ -165,44 +172,27 @@ def choose_size(t, s, w, K):
 
 
 @kernel()
-def until_guard(problem, t, s, w, S, K):
-    """Time until the next guard that is none of what touches is crossed, by its rate; not less than the shortest step."""
-    problem.guards(t, s.y, S, w.value, w.rate)
-    soon = math.inf
-    for i in range(K.which.size):
-        w.rate[K.which[i]] = 0.0
-    for k in range(s.mode.size):
-        sign = sign_of(s.mode[k])
-        value, rate = sign * w.value[k], sign * w.rate[k]
-        if value < 0.0 and rate > 0.0:
-            soon = min(soon, -value / rate)
-    return max(soon, SHORTEST * K.size[0])
-
-
-@kernel()
 def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
         write_linear(t, t, s, w, r.samples)  # the start
     h, last = choose_size(t, s, w, K)
-    if s.mode.size > K.which.size:
-        soon = until_guard(problem, t, s, w, S, K)
-        if soon < h:
-            h, last = soon, False
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
-    K.impact[1] = 0
+    if s.mode.size > K.which.size:
+        problem.guards(t, s.y, S, w.start_value, w.start_rate)
+    K.impact[1] = STEP
     jumps.step(t, h, s.y, w.new, S, H)
-    while K.impact[1] == 1:
-        h, last = 0.5 * h, False
+    while K.impact[1] > STEP:
+        h, last = min(0.5 * h, K.longest[0]), False
         counts.rejected += 1
-        K.impact[1] = 0 if h > SHORTEST * K.size[0] else -1
+        K.impact[1] = STEP if h > SHORTEST * K.size[0] else AS_DEEP if h > NEAR * K.size[0] else IN_ANY_CASE
         jumps.step(t, h, s.y, w.new, S, H)
-    strikes = False
-    if K.locate[0] == 1 and K.ahead[0] > 0.0:
-        h, strikes = first_impact(jumps, t, h, s, w, S, H, K)
-        last = last and not strikes
+    strikes, whole = False, h
+    if crossed(jumps, t + h, s, w, S, H, K) > 0.0:
+        h, strikes = first_event(jumps, t, h, s, w, S, H, K)
+        last = last and h == whole and not strikes
     now = clock.end if last else t + h
     counts.steps += 1
     counts.rates += 1
@@ -242,22 +232,42 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
 
 
 @kernel()
-def first_impact(jumps, t, h, s, w, S, H, K):
-    """Make a step from t again that ends where the first open gap closes; returns its size, and whether there is such a place.
+def crossed(jumps, now, s, w, S, H, K):
+    """How far what was open at the start is beyond its surface at the end of the step, and what waits beyond its guard's root.
 
-    The gap at the end of a shorter and shorter step is looked at until it is open, then the size in between is found by
-    regula falsi with the Illinois rule.
+    Of hard contacts only where impacts are located; negative if there is nothing.
     """
-    high, above = h, K.ahead[0]
-    low, below = 0.0, 0.0
-    for _ in range(LOOKS):
+    farthest = K.ahead[0] if K.locate[0] == 1 else -math.inf
+    if s.mode.size == K.which.size:
+        return farthest
+    jumps.guards_ahead(now, w.new, S, H, w.value, w.rate)
+    for i in range(K.which.size):
+        w.value[K.which[i]] = -math.inf
+    for k in range(s.mode.size):
+        sign = sign_of(w.saved_mode[k])
+        if w.value[k] > -math.inf and sign * w.start_value[k] <= 0.0:
+            farthest = max(farthest, sign * w.value[k])
+    return farthest
+
+
+@kernel()
+def first_event(jumps, t, h, s, w, S, H, K):
+    """Make a step from t again that ends on its first event; returns its size, and whether a hard contact strikes there.
+
+    What is at the end of a shorter and shorter step is looked at until nothing is crossed, then the size in between is found by
+    regula falsi with the Illinois rule. Where an impact inside the step makes it jump, the step ends before that.
+    """
+    high, above = h, crossed(jumps, t + h, s, w, S, H, K)
+    low, below, deep = 0.0, 0.0, above
+    near = ROUND_OFF * h if K.locate[0] == 1 else NEAR * h
+    while high > near:
         tried = 0.5 * high
-        repeat(jumps, t, tried, s, w, S, H, K)
-        if K.ahead[0] <= 0.0:
-            low, below = tried, K.ahead[0]
+        beyond = repeat(jumps, t, tried, s, w, S, H, K)
+        if beyond <= 0.0:
+            low, below = tried, beyond
             break
-        high, above = tried, K.ahead[0]
-    if low == 0.0:  # what begins on the surface, and forces or its curvature keep there
+        high, above = tried, beyond
+    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0:  # what begins on the surface, and its curvature keeps there
         jumps.restore(H)
         for k in range(s.mode.size):
             s.mode[k] = w.saved_mode[k]
@@ -266,31 +276,34 @@ def first_impact(jumps, t, h, s, w, S, H, K):
                 s.mode[K.which[i]] = 1
         jumps.step(t, h, s.y, w.new, S, H)
         return h, False
-    for _ in range(LOOKS):
-        if high - low <= ROUND_OFF * h:
-            break
-        tried = high - above * (high - low) / (above - below)
+    weight_above, weight_below = above, below
+    while low > 0.0 and high - low > near:
+        tried = high - weight_above * (high - low) / (weight_above - weight_below)
         if not low < tried < high:
             tried = 0.5 * (low + high)
-        repeat(jumps, t, tried, s, w, S, H, K)
-        if K.ahead[0] > 0.0:
-            high, above, below = tried, K.ahead[0], 0.5 * below
+        beyond = repeat(jumps, t, tried, s, w, S, H, K)
+        if beyond > 0.0:
+            high, above, weight_above, weight_below = tried, beyond, beyond, 0.5 * weight_below
         else:
-            low, below, above = tried, K.ahead[0], 0.5 * above
-        if K.ahead[0] == 0.0:
+            low, weight_below, weight_above = tried, beyond, 0.5 * weight_above
+        if beyond == 0.0:
             break
-    repeat(jumps, t, high, s, w, S, H, K)
-    return high, True
+    jumped = low > near and above > JUMPED * deep
+    end = low if jumped else high
+    repeat(jumps, t, end, s, w, S, H, K)
+    return end, K.locate[0] == 1 and K.ahead[0] > 0.0
 
 
 @kernel(inline=True)
 def repeat(jumps, t, h, s, w, S, H, K):
-    """Make the step anew with another size."""
+    """Make the step anew with another size; returns how far what is crossed in it is beyond its root."""
     for k in range(s.mode.size):
         s.mode[k] = w.saved_mode[k]
     jumps.restore(H)
+    K.impact[1] = IN_ANY_CASE
     jumps.step(t, h, s.y, w.new, S, H)
     s.counts[0].rates += 1
+    return crossed(jumps, t + h, s, w, S, H, K)
 
 
 @kernel()

@@ -29,7 +29,7 @@ LONGER = 1.5
 """A step that is this many times longer than that is made anew."""
 
 MISFIT, NEGLIGIBLE = 1e-4, 1e-7
-"""Part of a force, and of the largest of the step, by which the linearised laws may miss the laws."""
+"""Part of a force, and of the largest of the step and of the elastic one, by which the linearised laws may miss the laws."""
 
 DIFFERENCE, LEAST_SLIP = 1e-5, 1e-9
 """Part of an argument by which a law is differentiated, and the least one of slip speeds [m/s]."""
@@ -146,9 +146,11 @@ def laws_fit(m, y, S, H):
             continue
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         u, p_n, slip = H.velocity[a], H.impulse[a], slip_of(i, b, H.velocity[b], H)
-        force = max(normal_at(i, H.reached[i] - H.weight[i] * u, rate_of(i, a, u, H), S, H), 0.0)
+        delta = H.reached[i] - H.weight[i] * u
+        elastic, _ = law_at(i, max(delta, H.floor[i]), H)
+        force = max(normal_at(i, delta, rate_of(i, a, u, H), S, H), 0.0)
         friction = friction_at(i, slip, p_n / h, y, S, H) if p_n > 0.0 else 0.0
-        near = MISFIT * max(h * force, p_n) + NEGLIGIBLE * largest
+        near = MISFIT * max(h * force, p_n) + NEGLIGIBLE * max(largest, h * elastic)
         if max(abs(h * force - p_n), abs(h * friction - H.impulse[b])) > near:
             across = slip * H.rubbed[i] < 0.0
             linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)

@@ -25,13 +25,18 @@ from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import take_compliant, too_long_for_laws
 from scissordyn.mechanics.component import linearise_component
+from scissordyn.mechanics.constraint_solver import expand
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.guard import guards
 from scissordyn.mechanics.hard_elastic import law_depth, stored_energy
 from scissordyn.mechanics.hard_impact import STAYS
 from scissordyn.mechanics.hard_result import CLOSED, REBOUND, RESTITUTION_LOSS, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
+    IN_ANY_CASE,
     OPEN,
+    STEP,
+    TOO_LONG,
     acting_row,
     add_row,
     along,
@@ -43,7 +48,7 @@ from scissordyn.mechanics.hard_rows import (
 )
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-__all__ = ["hard_step", "restore"]
+__all__ = ["guards_ahead", "hard_step", "restore"]
 
 factorize, solve = band.factorize, band.solve
 
@@ -83,14 +88,15 @@ def hard_step(t, h, y, new, S, H):
     acts_now = close_gaps(h, S, H)
     if linearise_damping(t + 0.5 * h, S, H):
         acts_now = True
-    if acts_now:
-        solve_step(t, h, y, S, H)
+    if acts_now and not solve_step(t, h, y, S, H) and H.impact[1] > IN_ANY_CASE:
+        H.impact[1], H.longest[0] = TOO_LONG, math.inf
+        take_back(S, H)
+        return
     for i in range(n):
         new[n + i] = y[n + i] + h * H.slope[n + i]
     for i in range(2 * n, y.size):
         new[i] = y[i] + h * H.slope[i]
     H.impact[0] = 0
-    H.impact[1] = min(H.impact[1], 0)
     if acts_now:
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
@@ -111,9 +117,9 @@ def hard_step(t, h, y, new, S, H):
             share_of_force(i, j, h, new, S, H)
         y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
     look_ahead(h, new, S, H)
-    if too_long_for_laws(S, H) and H.impact[1] == 0:
-        H.impact[1] = 1
-    if H.impact[1] == 1:
+    if too_long_for_laws(S, H) and H.impact[1] > IN_ANY_CASE:
+        H.impact[1] = TOO_LONG
+    if H.impact[1] == TOO_LONG:
         take_back(S, H)
         return
     if acts_now:
@@ -154,6 +160,13 @@ def restore(H):
         H.mode[i], H.stuck[i] = H.kept_mode[i], H.kept_stuck[i]
     for i in range(H.slope.size):
         H.slope[i] = H.kept_slope[i]
+
+
+@kernel()
+def guards_ahead(t, y, value, rate, S, H):
+    """Write the guards at the end of the step just made; `System.work` has its middle again afterwards."""
+    guards(t, y, S, value, rate)
+    expand(t - 0.5 * H.size[0], H.middle, S)
 
 
 @kernel(inline=True)
@@ -230,7 +243,10 @@ def linearise_damping(t, S, H):
 
 @kernel(inline=True)
 def solve_step(t, h, y, S, H):
-    """Solve for the impulses of the step; `HardContacts.slope` has the accelerations without them."""
+    """Solve for the impulses of the step; `HardContacts.slope` has the accelerations without them.
+
+    Returns whether they agree with the laws of compliant contacts.
+    """
     M, W = S.model, S.work
     n, nb, m = M.n, M.nb, W.multiplier.size
     first = m + 2 * H.which.size
@@ -257,7 +273,7 @@ def solve_step(t, h, y, S, H):
     leave_out_open(m, S, H)
     assemble(h, S, H)
     turn_normals(h, m, S, H)
-    solve_impulses(m, y, S, H)
+    return solve_impulses(m, y, S, H)
 
 
 @kernel(inline=True)
@@ -356,8 +372,8 @@ def look_ahead(h, new, S, H):
         if H.closed[i] == 0:
             H.ahead[0] = max(H.ahead[0], depth)
         most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
-        if H.impact[1] == 0 and H.locate[0] == 0 and min(beyond_law(i, S, H), 2.0 * (depth - H.depth[i])) > most:
-            H.impact[1] = 1
+        if H.impact[1] == STEP and H.locate[0] == 0 and min(beyond_law(i, S, H), 2.0 * (depth - H.depth[i])) > most:
+            H.impact[1] = TOO_LONG
     place_at_middle(S, H)
 
 

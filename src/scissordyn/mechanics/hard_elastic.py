@@ -10,6 +10,8 @@ For z -> 0 this is the implicit midpoint rule, which loses nothing; for z -> inf
 contact tend to zero. With the law linearised the contact's row of the equations has a compliance of its own,
 
     0 <= U+ + c P_N + b _|_ P_N >= 0,    c = 1/(h^2 K a).
+
+Steps resolve the vibration of a compliant contact, which has f = 0.
 """
 
 from __future__ import annotations
@@ -65,7 +67,7 @@ def prepare_law(i, at, H):
     h, turn, before = H.size[0], H.turn[i], H.before[at]
     _, slope = law_at(i, H.pressed[i], H)
     z = slope * H.gram[at, H.reach[0]] * h * h
-    f = z * z / (1.0 + z * z)
+    f = z * z / (1.0 + z * z) if H.compliant[i] == 0 else 0.0
     a = 0.25 + 0.75 * f
     H.weight[i], H.faster[i] = h * a, f
     H.reached[i] = H.depth[i] - 0.25 * h * turn + h * (a * (before + 2.0 * turn) - f * (before + turn))

@@ -9,7 +9,7 @@ from scissordyn.mechanics.system import open_system
 
 __all__ = ["HARD_FUNCTIONS"]
 
-_step, _restore = hard_contact.hard_step, hard_contact.restore
+_step, _restore, _ahead = hard_contact.hard_step, hard_contact.restore, hard_contact.guards_ahead
 _impact, _monitor = hard_impact.hard_impact, hard_powers.hard_monitor
 
 
@@ -26,6 +26,12 @@ def restore(hard):
 
 
 @kernel()
+def guards_ahead(t, y, address, hard, value, rate):
+    """See `hard_contact.guards_ahead`."""
+    _ahead(t, y, value, rate, open_system(address), open_hard(hard))
+
+
+@kernel()
 def impact(t, h, y, address, hard):
     """See `hard_impact.hard_impact`."""
     _impact(t, h, y, open_system(address), open_hard(hard))
@@ -37,4 +43,4 @@ def monitor(t, h, y, address, hard, power, rows):
     _monitor(t, h, y, open_system(address), open_hard(hard), power, rows)
 
 
-HARD_FUNCTIONS = {"step": step, "restore": restore, "impact": impact, "monitor": monitor}
+HARD_FUNCTIONS = {"step": step, "restore": restore, "guards_ahead": guards_ahead, "impact": impact, "monitor": monitor}

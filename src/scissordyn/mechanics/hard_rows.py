@@ -10,9 +10,13 @@ from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
 
 __all__ = [
+    "AS_DEEP",
+    "IN_ANY_CASE",
     "OPEN",
     "SLIP",
+    "STEP",
     "STICK",
+    "TOO_LONG",
     "HardContacts",
     "acting_row",
     "add_row",
@@ -26,6 +30,10 @@ __all__ = [
     "row_product",
     "speed_along",
 ]
+
+IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
+"""What is asked of a step: to be made in any case, whatever the indentation at its end, or unless it is too long; then it was
+not made, and says so."""
 
 OPEN, STICK, SLIP = range(3)
 """Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N."""
@@ -70,7 +78,7 @@ class HardContacts(NamedTuple):
     normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T, and s
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
-    impact: I1  # (2,) whether the step has an impact, and whether it is too long
+    impact: I1  # (2,) whether the step has an impact; `STEP` and so on
     mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
     asked: I1  # (k,) the mode that its impulses and velocities ask for
     stuck: I1  # (k,) whether it stuck in the last step

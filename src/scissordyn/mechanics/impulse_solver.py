@@ -65,7 +65,10 @@ _factorize, _solve = band.factorize, band.solve
 
 @kernel()
 def solve_impulses(m, y, S, H):
-    """Write impulses and velocities of the rows; modes of the last step are where it begins."""
+    """Write impulses and velocities of the rows; modes of the last step are where it begins.
+
+    Returns whether they agree with the laws of compliant contacts.
+    """
     count, most_laws = H.which.size, LAWS
     for i in range(count):
         if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
@@ -85,7 +88,7 @@ def solve_impulses(m, y, S, H):
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
-    solved, fewest, tries, laws = False, 3 * count + 1, TRIES, 0
+    solved, fewest, tries, laws, misfits = False, 3 * count + 1, TRIES, 0, False
     for tried in range(MOST):
         if not solve_modes(m, H):
             break
@@ -93,11 +96,9 @@ def solve_impulses(m, y, S, H):
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
         if asking == 0:
-            fits = laws == most_laws
-            if not fits:
-                elastic, compliant = law_fits(m, H), laws_fit(m, y, S, H)
-                fits = elastic and compliant
-            if fits:
+            elastic, compliant = law_fits(m, H), laws_fit(m, y, S, H)
+            if (elastic and compliant) or laws == most_laws:
+                misfits = not compliant
                 solved = True
                 break
             laws, fewest, tries = laws + 1, 3 * count + 1, TRIES
@@ -117,6 +118,8 @@ def solve_impulses(m, y, S, H):
             H.friction[:] = 0.0
             H.counts[PIVOTS] += max(pivot(m, H), 0)
         H.counts[PIVOTS] += max(pivots, 0)
+        misfits = most_laws == COMPLIANT_LAWS and not laws_fit(m, y, S, H)
+    return not misfits
 
 
 @kernel(inline=True)

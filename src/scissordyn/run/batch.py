@@ -24,7 +24,7 @@ from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, com
 from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.warn import Extremes
 
-__all__ = ["Perturbed", "simulate_cases", "simulate_many"]
+__all__ = ["Perturbed", "simulate_cases", "simulate_many", "usual_measures"]
 
 TITLE = "scissordyn batch"
 
@@ -37,7 +37,7 @@ def simulate_many(
     over: Mapping[str, ArrayLike],
     *,
     until: float,
-    measures: Sequence[str] | Mapping[str, Measure] = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction"),
+    measures: Sequence[str] | Mapping[str, Measure] | None = None,
     members: ArrayLike = 0,
     perturbation: float = 1e-14,
     seed: int = 0,
@@ -63,8 +63,9 @@ def simulate_many(
         For a grid, ``numpy.meshgrid`` and ``ravel``.
     until : float
         End of the simulated time [s].
-    measures : sequence of str, or mapping of str to Measure
-        Names from `run.measure.MEASURES`, or measures of your own by name.
+    measures : sequence of str, or mapping of str to Measure, optional
+        Names from `run.measure.MEASURES`, or measures of your own by name. If not given: "peak_force", or "peak_force_estimate"
+        where contacts are hard (both where there are both), "peak_drive_torque", "contact_count" and "contact_fraction".
     members : array_like of int
         One number for all cases or one for each: with 0 a case starts as `simulate` does; member k starts with every entry y of
         its state perturbed to y (1 + p g), g normal random numbers that depend on k and `seed` only.
@@ -95,7 +96,16 @@ def simulate_many(
         raise InputError(given, "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events, step=step)
     perturbed = Perturbed(members, perturbation, seed)
+    measures = usual_measures(mechanism) if measures is None else measures
     return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
+
+
+def usual_measures(mechanism: Mechanism) -> tuple[str, ...]:
+    """The measures of a batch that names none: largest forces as its kinds of contact have them, torques, and contacts."""
+    clearances = (*(joint.clearance for joint in mechanism.joints), *(guide.clearance for guide in mechanism.guides))
+    kinds = {clearance.contact for clearance in clearances if clearance is not None} or {"compliant"}
+    forces = {"compliant": "peak_force", "hard": "peak_force_estimate"}
+    return (*(name for kind, name in forces.items() if kind in kinds), "peak_drive_torque", "contact_count", "contact_fraction")
 
 
 def simulate_cases(

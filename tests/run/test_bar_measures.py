@@ -1,17 +1,24 @@
 """Measures of bars that bend, in batches and studies."""
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.run.options import Options
 
-NAMES = {"peak_bar_stress": "stress", "peak_utilisation": "utilisation", "peak_deflection": "deflection"}
+NAMES = {
+    "peak_bar_stress": "stress",
+    "peak_utilisation": "utilisation",
+    "peak_deflection": "deflection",
+    "peak_buckling_ratio": "buckling_ratio",
+}
 OVER = {"A.clearance": [0.1e-3, 0.4e-3]}
 
 
@@ -35,6 +42,7 @@ def test_they_are_those_of_a_run() -> None:
     assert len(np.unique(batch["peak_bar_stress"].values)) == batch["peak_bar_stress"].size == 8
     answer = run.scissordyn.summary().bars
     assert answer.utilisation == float(last["peak_utilisation"].max())
+    assert answer.buckling == 1.0 / float(last["peak_buckling_ratio"].max())
     depth, area = 60e-3, (60e-3**2 - 56.88e-3**2)
     second_moment = (60e-3**4 - 56.88e-3**4) / 12.0
     inner = sd.internal_forces(run, places=9)
@@ -53,8 +61,48 @@ def test_what_has_none_is_refused(mechanism: sd.Mechanism, measure: str, said: s
     """Errors: no bars that bend; no material."""
     with pytest.raises(InputError, match=said):
         sd.simulate_many(mechanism, OVER, until=0.01, measures=(measure,))
-    with pytest.raises(InputError, match="members"):
-        sd.simulate_many(bent(), OVER, until=1e-3, measures=("peak_deflection",), members=[0, 1])
+
+
+@pytest.mark.parametrize("kind", [{"modes": 1}, {"elements": 2}])
+def test_they_are_the_same_on_any_threads_and_of_members(kind: dict[str, int]) -> None:
+    """Cross-check: bits on one and two threads; members differ from the unperturbed start by what round-off makes."""
+    mechanism = bent(**({"modes": "auto"} | kind))
+    one, two = (sd.simulate_many(mechanism, OVER, until=2e-3, measures=tuple(NAMES), threads=count) for count in (1, 2))
+    xr.testing.assert_equal(one[list(NAMES)], two[list(NAMES)])
+    members = sd.simulate_many(mechanism, OVER, until=2e-3, measures=tuple(NAMES), members=[0, 1], threads=1)
+    for name in NAMES:
+        np.testing.assert_array_equal(members[name][0].values, one[name][0].values)
+        largest = float(one[name][1].max())
+        np.testing.assert_allclose(members[name][1].values, one[name][1].values, rtol=1e-3, atol=1e-4 * largest)
+        assert np.any(members[name][1].values != one[name][1].values)
+
+
+@pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
+@pytest.mark.parametrize("points", [("start", "end"), ("start", "middle", "end")])
+def test_a_pinned_bar_buckles_at_one(kind: dict[str, int], points: tuple[str, ...]) -> None:
+    """Closed form: Euler's load pi^2 EI/l^2 of the spans of a heated bar between pins; linear buckling as the second road."""
+    rigidity, axial, expansion, rise = 100.0, 1e7, 1e-5, 3.0
+    load, critical = axial * expansion * rise, rigidity * (np.pi * (len(points) - 1)) ** 2
+    whole = sd.bar("bar", length=1.0, mass=1.0)
+    body = dataclasses.replace(whole, points={name: whole.points[name] for name in points})
+    rigid = sd.Mechanism(
+        (body,),
+        (sd.Revolute("pin", ("bar", "start"), ("ground", "O")),),
+        guides=tuple(sd.Guide(name, ("bar", name)) for name in points[1:]),
+        ground=(("O", (0.0, 0.0)), ("E", (1.0, 0.0))),
+        gravity=0.0,
+    )
+    bending = {"bending_stiffness": rigidity, "axial_stiffness": axial, **kind}
+    held = dataclasses.replace(rigid, guides=rigid.guides[:-1])
+    held = held.with_parts({"joints": (*rigid.joints, sd.Revolute("end", ("bar", "end"), ("ground", "E")))})
+    hot = held.with_bending(**bending, thermal_expansion=expansion, temperature_rise=rise)
+    run = sd.simulate(hot, until=1e-5, samples=2, start="static")
+    ratio = float(run["bar_largest_buckling_ratio"][0])
+    assert ratio == pytest.approx(load / critical, rel=1e-6)
+    assert sd.internal_forces(run, places=3)["buckling_ratio"].values[0] == pytest.approx(load / critical, rel=1e-6)
+    assert run.scissordyn.summary().bars.buckling == 1.0 / ratio
+    pushed = rigid.with_parts({"components": (sd.Force("push", ("bar", "end"), (-load, 0.0)),)}).with_bending(**bending)
+    assert ratio * float(sd.buckling(pushed)["load_factor"][0]) == pytest.approx(1.0, rel=2e-3)
 
 
 def test_a_study_asks_for_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -63,7 +111,8 @@ def test_a_study_asks_for_utilisation(tmp_path: Path, capsys: pytest.CaptureFixt
     sd.write_case(bent(), case, run=Options(until=0.01))
     used = sd.simulate_many(bent(), OVER, until=0.01, measures=("peak_utilisation",))["peak_utilisation"].max("bar").values
     between = float(np.mean(used))
-    text = f'case = "bent.toml"\nmeasures = ["peak_bar_stress"]\nrequire = ["peak_utilisation < {between:.6f}"]\n'
+    asks = f'"peak_utilisation < {between:.6f}", "peak_buckling_ratio < 1"'
+    text = f'case = "bent.toml"\nmeasures = ["peak_bar_stress"]\nrequire = [{asks}]\n'
     asked = tmp_path / "study.toml"
     asked.write_text(text + '[vary]\n"A.clearance" = "0.1, 0.4 mm"\n', encoding="utf-8")
     assert status_of(["study", str(asked), "-o", str(store), "--threads", "1"]) == 0, capsys.readouterr().err

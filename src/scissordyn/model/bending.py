@@ -23,13 +23,16 @@ from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
 from scissordyn.units import Meaning, Quantity, checked
 
-__all__ = ["AXIAL", "BENDING", "ELEMENTS", "cross_section", "with_bending"]
+__all__ = ["AXIAL", "BENDING", "ELEMENTS", "NODE", "cross_section", "with_bending"]
 
 MassKind = Literal["given", "section"]
 
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
 AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
 ELEMENTS = Quantity("1", minimum=1, maximum=64, help="elements along a bar, at least")
+NODE = "node"
+"""Point of a cross-section between the points of a bar."""
+
 SLENDER = 5.0
 """Least length of a bar over its depth: below, shear takes a part of the deflection that beam theory leaves out."""
 
@@ -287,7 +290,7 @@ def _sections(
     cos, sin = math.cos(body.angle), math.sin(body.angle)
     nodes, where = [], dict[str, str]()
     for k, mark in enumerate(marks):
-        points = named.get(mark, ["node"])
+        points = named.get(mark, [NODE])
         where |= dict.fromkeys(points, label[k]) if mark in named else {}
         spin = body.angular_velocity * mark
         nodes.append(

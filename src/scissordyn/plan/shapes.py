@@ -173,14 +173,22 @@ class Shapes:
         return found
 
     def at(self, places: np.ndarray, derivative: int = 0) -> np.ndarray:
-        """The shapes, or a derivative of them along the bar, at some places, shape (places, count)."""
-        found = np.zeros((len(places), self._forms[0].shape[0]))
-        span = np.clip(np.searchsorted(self.places, places, side="right") - 1, 0, len(self.places) - 2)
-        for row, place, k in zip(found, places, span, strict=True):
-            length, own, table = self._bases[k]
-            derived = legendre.legder(table.T, derivative, axis=0) if derivative else table.T
-            row[own] = legendre.legval(2.0 * (place - self.places[k]) / length - 1.0, derived) * (2.0 / length) ** derivative
-        return np.asarray(found @ self._solved[0])
+        """The shapes, or a derivative of them along the bar, at some places, shape (places, count); not to be written to."""
+        return _evaluated(self, tuple(places.tolist()), derivative)
+
+
+@lru_cache(1024)
+def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np.ndarray:
+    """`Shapes.at`, once for all runs."""
+    found = np.zeros((len(places), shapes._forms[0].shape[0]))
+    span = np.clip(np.searchsorted(shapes.places, places, side="right") - 1, 0, len(shapes.places) - 2)
+    for row, place, k in zip(found, places, span, strict=True):
+        length, own, table = shapes._bases[k]
+        derived = legendre.legder(table.T, derivative, axis=0) if derivative else table.T
+        row[own] = legendre.legval(2.0 * (place - shapes.places[k]) / length - 1.0, derived) * (2.0 / length) ** derivative
+    found = np.asarray(found @ shapes._solved[0])
+    found.setflags(write=False)
+    return found
 
 
 @lru_cache(256)

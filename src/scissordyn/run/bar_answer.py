@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import printable
 from scissordyn.run.words import Words
 from scissordyn.units import short
@@ -38,8 +36,8 @@ class BarAnswer(Words):
     deflection, deflected : float, str
         The largest deflection of any bar [m], and of which one.
     buckling : float
-        The least ratio of the critical load of a span between two points, pi^2 EI/l^2, and the largest compression in it; NaN
-        without compression, and for chains of elements.
+        The least ratio of the critical load of a span between two points, pi^2 EI/l^2, and the compression in it; NaN without
+        compression.
     buckled : str
         Of which bar; empty without one.
     """
@@ -67,20 +65,18 @@ class BarAnswer(Words):
         return f"{said}."
 
 
-def bar_answer(run: xr.Dataset, described: Any) -> BarAnswer | None:
+def bar_answer(run: xr.Dataset) -> BarAnswer | None:
     """The bar that carries most, or None if no bar bends or there are no samples.
 
     Parameters
     ----------
     run : Dataset
-    described : MechanismDescription or None
-        What the run says of its mechanism.
 
     Returns
     -------
     BarAnswer or None
     """
-    if "bar_largest_stress" not in run or not run.sizes["bar"]:
+    if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return None
     names = run["bar"].values.astype(str).tolist()
     size = {
@@ -88,7 +84,8 @@ def bar_answer(run: xr.Dataset, described: Any) -> BarAnswer | None:
     }
     by = next((name for name in ("utilisation", "stress") if size[name].any()), "bending_moment")
     most, bent = int(np.argmax(size[by])), int(np.argmax(size["deflection"]))
-    factor, buckled = _buckling(run, described)
+    ratio = run["bar_largest_buckling_ratio"].values
+    pressed = int(np.argmax(ratio))
     return BarAnswer(
         bar=names[most],
         moment=float(size["bending_moment"][most]),
@@ -98,23 +95,6 @@ def bar_answer(run: xr.Dataset, described: Any) -> BarAnswer | None:
         place=float(run[f"bar_largest_{by}_place"].values[most]),
         deflection=float(size["deflection"][bent]),
         deflected=names[bent],
-        buckling=factor,
-        buckled=buckled,
+        buckling=1.0 / float(ratio[pressed]) if ratio[pressed] > 0.0 else math.nan,
+        buckled=names[pressed] if ratio[pressed] > 0.0 else "",
     )
-
-
-def _buckling(run: xr.Dataset, described: Any) -> tuple[float, str]:
-    """The least ratio of critical load and compression of the spans of flexible bars, and of which bar."""
-    parts = run["beam"].values.astype(str).tolist()
-    force = run["beam_axial_force"].transpose("time", "beam").values.min(axis=0)
-    factor, buckled = math.inf, ""
-    for bar in () if described is None else described.components:
-        if getattr(bar, "kind", None) is not FlexibleBar:
-            continue
-        own = [k for k, part in enumerate(parts) if part.startswith(f"{bar.name} ")]
-        spans = np.diff(bar.places)
-        for span, inside in zip(spans.tolist(), np.array_split(own, len(spans)), strict=True):
-            compression = -float(np.min(force[inside]))
-            if compression > 0.0 and math.pi**2 * bar.bending_stiffness / span**2 < factor * compression:
-                factor, buckled = math.pi**2 * float(bar.bending_stiffness) / (span**2 * compression), str(bar.name)
-    return (factor, buckled.removesuffix("/beam")) if buckled else (math.nan, "")

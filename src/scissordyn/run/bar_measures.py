@@ -1,36 +1,36 @@
-"""Measures of bars that bend, which no loop accumulates: each case is simulated once more, for its samples."""
+"""Measures of bars that bend, which no loop accumulates: they are those of equally spaced samples."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.dataset import largest_along_bars
+from scissordyn.run.driver import Driver
 from scissordyn.run.internal_forces import bars_of
-from scissordyn.run.interrupt import look, pass_on
-from scissordyn.run.measure import Measure
-from scissordyn.run.options import Options
-from scissordyn.run.simulate import simulate
+from scissordyn.run.trajectory import reached
 
-__all__ = ["check_bars", "of_samples"]
+if TYPE_CHECKING:
+    from scissordyn.run.measure import Measure
 
-NEEDED = {"bar_largest_stress": "youngs_modulus", "bar_largest_utilisation": "yield_strength"}
-"""What bars have to know for a variable of a run."""
+__all__ = ["along_bars", "check_bars"]
+
+NEEDED = {"peak_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
+"""What bars have to know for a measure."""
 
 
-def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure], *, several: bool) -> None:
-    """Raise `InputError` for a measure of bars that bend where none does, where one lacks a number, or of several members."""
+def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
+    """Raise `InputError` for a measure of bars that bend where none does, or where one lacks a number."""
     bars = bars_of(mechanism)
-    for name, measure in measures.items():
-        if not measure.samples:
-            continue
-        if several:
-            raise InputError(f"measure '{name}' of several members", "a measure of the loop, or members = 0 alone")
+    for name in (name for name, measure in measures.items() if measure.sampled):
         if not bars:
             raise InputError(f"measure '{name}' of a mechanism without bars that bend", "bars that bend", "with_bending(...)")
-        needed = NEEDED.get(measure.samples, "")
+        needed = NEEDED.get(name, "")
         lacking = [bar.name for bar in bars if needed and not all(getattr(part, needed) for part in bar.parts)]
         if lacking:
             raise InputError(
@@ -38,15 +38,31 @@ def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure], *, several
             )
 
 
-def of_samples(mechanism: Mechanism, options: Options, variables: Iterable[str]) -> dict[str, np.ndarray]:
-    """Sizes of variables of a run, each of shape (bars,).
+def along_bars(driver: Driver) -> dict[str, np.ndarray]:
+    """Sizes of the largest values along bars that bend, among the samples of a driver, each of shape (bars,).
 
     Parameters
     ----------
-    mechanism : Mechanism
-    options : Options
-    variables : iterable of str
+    driver : Driver
+        At the end of a run with samples.
+
+    Returns
+    -------
+    dict of str to ndarray
+        By the names that variables of a run have.
+
+    Raises
+    ------
+    ScissordynError
+        If the accelerations at a sample are not defined.
     """
-    look()
-    run = pass_on(simulate(mechanism, **{**options.keywords, "trust": False}))
-    return {name: np.abs(run[name].values) for name in variables}
+    state = driver.system.content.state
+    before = [part.copy() for part in state]
+    path = reached(driver)
+    found = record(path.plan.maps, path.system, path.samples)
+    for part, kept in zip(state, before, strict=True):
+        part[...] = kept
+    undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
+    if undefined.size:
+        raise ScissordynError(f"stopped at t = {path.samples.time[undefined[0]]:.9g} s: accelerations are not defined")
+    return {name: np.abs(each.values) for name, each in largest_along_bars(path, found).items() if name != "bar"}

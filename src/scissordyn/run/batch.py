@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.errors import InputError, ScissordynError, did_you_mean
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.bar_measures import check_bars, of_samples
+from scissordyn.run.bar_measures import check_bars
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import Threads
@@ -121,10 +121,10 @@ def simulate_cases(
     """The same with the options of `simulate` together, and the perturbations of the starts; nothing has to vary."""
     values = _columns(mechanism, over)
     chosen, spread = _chosen(measures), Threads(threads)
-    check_bars(mechanism, chosen, several=bool(np.any(perturbed.members)))
+    check_bars(mechanism, chosen)
     batch = _Batch(mechanism, values, chosen, perturbed)
     began = clocks.perf_counter()
-    interrupted = _run_all(batch, options, spread, progress) or _sample_all(batch, options)
+    interrupted = _run_all(batch, options, spread, progress)
     return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
 
 
@@ -207,6 +207,7 @@ class _Batch:
             for name, measure in measures.items()
         }
         self.compares = any(measure.compares for measure in measures.values()) and bool(mechanism.tracks)
+        self.sampled = any(measure.sampled for measure in measures.values())
         self.status = np.full(cases, "pending", dtype="U8")
         self.cause = np.full(cases, "", dtype=object)
         self.warnings = np.full(cases, "", dtype=object)
@@ -227,8 +228,9 @@ class _Batch:
 
     def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
         """Write the measures of a case that is complete, and its warnings."""
-        for name, measure in self.measures.items():
-            self.values[name][case] = measure.value(ended)
+        found = {name: measure.value(ended) for name, measure in self.measures.items()}
+        for name, value in found.items():
+            self.values[name][case] = value
         extremes = Extremes(ended.plan)
         extremes.add(ended.driver)
         self.warnings[case] = "\n".join([*warned, *extremes.warnings()])
@@ -265,28 +267,6 @@ def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callab
             if progress is not None:
                 progress(int(np.sum(batch.status != "pending")), cases)
     except KeyboardInterrupt:
-        return True
-    return False
-
-
-def _sample_all(batch: _Batch, options: Options) -> bool:
-    """Simulate complete cases once more for measures of their samples; returns whether the user stopped it."""
-    wanted = {name: measure.samples for name, measure in batch.measures.items() if measure.samples}
-    waiting = np.flatnonzero(batch.status == "complete").tolist() if wanted else []
-    try:
-        while waiting:
-            case = waiting[0]
-            try:
-                found = of_samples(batch.mechanism(case), options, wanted.values())
-                for name, variable in wanted.items():
-                    batch.values[name][case] = found[variable]
-            except ScissordynError as error:
-                batch.failed(case, str(error))
-                for values in batch.values.values():
-                    values[case] = np.nan
-            waiting.pop(0)
-    except KeyboardInterrupt:
-        batch.status[waiting] = "pending"
         return True
     return False
 

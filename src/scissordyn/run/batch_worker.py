@@ -42,6 +42,9 @@ class Cases(Protocol):
     compares: bool
     """Whether tracked points are compared with the ideal mechanism."""
 
+    sampled: bool
+    """Whether measures need equally spaced samples."""
+
     def mechanism(self, case: int) -> Mechanism:
         """The mechanism with the numbers of a case."""
 
@@ -104,6 +107,8 @@ class Worker:
             driver = slot.started(self.cases.mechanism(case), self.options, partial(self.cases.start, case))
             if self.cases.compares:
                 self._compare(driver)
+            if self.cases.sampled:
+                driver.sample_at(np.linspace(0.0, self.options.until, self.options.count))
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None

@@ -43,7 +43,7 @@ from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["to_dataset"]
+__all__ = ["largest_along_bars", "to_dataset"]
 
 Variables = dict[str, xr.Variable]
 
@@ -112,6 +112,28 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
         "length_error": float(found.length_error[0]),
     }
     return _assembled(variables, attributes)
+
+
+def largest_along_bars(path: Trajectory, found: Record) -> Variables:
+    """`largest_variables` of a run of which nothing else is asked.
+
+    Parameters
+    ----------
+    path : Trajectory
+    found : Record
+        Of its samples.
+
+    Returns
+    -------
+    dict of str to Variable
+    """
+    plan = path.plan
+    variables = {
+        "body": _named("body", [body.name for body in plan.bodies]),
+        **_motion_variables(plan, path, found),
+        **_component_variables(plan, path, found),
+    }
+    return largest_variables(plan.mechanism, variables, path.samples.time)
 
 
 @lru_cache(256)

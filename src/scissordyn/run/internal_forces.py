@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
+from scissordyn.model.bending import NODE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.plan.bending import HERMITE, beams_of
@@ -36,6 +37,7 @@ QUANTITIES = {
     "bending_moment": ("N m", "bending moment, positive where it curves the bar towards +y"),
     "stress": ("Pa", "stress in the extreme fibre, 0 if the material is unknown"),
     "utilisation": ("1", "that stress over the yield strength, 0 if it is unknown"),
+    "buckling_ratio": ("1", "compression over pi^2 EI/l^2 of the span between two points"),
 }
 
 
@@ -100,8 +102,8 @@ def internal_forces(
     -------
     Dataset
         Over (time, bar, place): `deflection` [m] from the line through the ends of the bar, `axial_force`, `shear_force` [N],
-        `bending_moment` [N m], `stress` [Pa], `utilisation`; `position` [m] of the axis over axis too; `distance` [m] of
-        each place from the first end.
+        `bending_moment` [N m], `stress` [Pa], `utilisation`, `buckling_ratio`; `position` [m] of the axis over axis too;
+        `distance` [m] of each place from the first end.
 
     Raises
     ------
@@ -233,12 +235,22 @@ def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     found = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
     order = np.argsort(np.argsort(which, kind="stable"), kind="stable")
     found = {name: values[:, order] for name, values in found.items()}
+    critical = np.array([beam.bending_stiffness for beam in bar.beams]) * (math.pi / _spans(bar)) ** 2
+    found["buckling_ratio"] = np.maximum(-found["axial_force"], 0.0) / critical[which]
     first, last = read.pose(bar.beams[0].start[0])[0], read.pose(bar.beams[-1].end[0])[0]
     line = last - first
     line /= np.hypot(*line.T)[:, None]
     away = found["position"] - first[:, None]
     found["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
     return found
+
+
+def _spans(bar: Bar) -> np.ndarray:
+    """Length of the span between two points that each element of a bar is in [m]."""
+    length = np.array([beam.length for beam in bar.beams])
+    first = [beam.start[1] != NODE for beam in bar.beams]
+    span = np.cumsum([True, *first[1:]]) - 1
+    return np.asarray(np.bincount(span, length)[span])
 
 
 def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
@@ -263,10 +275,11 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     line = points[:, -1] - points[:, 0]
     line /= np.hypot(*line.T)[:, None]
     projected = np.einsum("tka,ta->tk", points - points[:, :1], line)
-    along = np.stack([np.interp(distance, places, row) for row in projected])
+    along = projected @ np.stack([np.interp(distance, places, unit) for unit in np.eye(places.size)])
     normal_line = np.stack([-line[:, 1], line[:, 0]], axis=1)
     position = points[:, :1] + along[..., None] * line[:, None] + deflection[..., None] * normal_line[:, None]
     stress = bar.youngs_modulus * strain
+    critical = bar.bending_stiffness * (math.pi / np.diff(places)) ** 2
     return {
         "position": position,
         "deflection": deflection,
@@ -275,6 +288,7 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
         "bending_moment": bending,
         "stress": stress,
         "utilisation": stress / bar.yield_strength if bar.yield_strength else 0.0 * stress,
+        "buckling_ratio": np.maximum(-normal, 0.0) / critical[span],
     }
 
 

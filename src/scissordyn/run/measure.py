@@ -22,6 +22,7 @@ from scissordyn.mechanics.monitored import (
     TRACK_DEVIATION,
 )
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.bar_measures import along_bars
 from scissordyn.run.contacts import Contact, contacts
 from scissordyn.run.driver import Driver
 from scissordyn.run.events import ACCOUNTS, accounts
@@ -114,6 +115,11 @@ class Ended:
         return found
 
     @cached_property
+    def bars(self) -> dict[str, np.ndarray]:
+        """Sizes of `bar_largest_...`, by name, of a run with samples."""
+        return along_bars(self.driver)
+
+    @cached_property
     def _latches(self) -> list[int]:
         """Guards of the latches."""
         model = self.driver.system.content.model
@@ -137,8 +143,8 @@ class Measure:
         From an `Ended` to a float or an array along the dimension.
     compares : bool
         Whether it is a deviation from the ideal mechanism, which is then simulated too.
-    samples : str
-        Variable of a run whose size it is in place of `value`; the case is simulated once more for its samples.
+    sampled : bool
+        Whether it needs equally spaced samples.
     """
 
     units: str
@@ -146,12 +152,12 @@ class Measure:
     dims: tuple[str, ...]
     value: Callable[[Ended], float | np.ndarray]
     compares: bool = False
-    samples: str = ""
+    sampled: bool = False
 
 
 def _of_bars(units: str, quantity: str, text: str) -> Measure:
     about = f"largest {text} of each bar that bends, among the samples"
-    return Measure(units, about, ("bar",), lambda _: math.nan, samples=f"bar_largest_{quantity}")
+    return Measure(units, about, ("bar",), lambda ended: ended.bars[f"bar_largest_{quantity}"], sampled=True)
 
 
 def _energy(name: str) -> Measure:
@@ -218,6 +224,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_bar_stress": _of_bars("Pa", "stress", "stress in the extreme fibre"),
         "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
         "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
+        "peak_buckling_ratio": _of_bars("1", "buckling_ratio", "compression over the critical load of a span"),
         **{name: _energy(name) for name in POWERS},
         "mass": Measure("kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies))),
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),

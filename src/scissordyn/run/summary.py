@@ -361,7 +361,7 @@ def summary_of(run: xr.Dataset) -> Summary:
         actuators=tuple(_actuators(run, described)),
         force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when, largest.estimated),
         span=_span(run, described),
-        bars=bar_answer(run, described),
+        bars=bar_answer(run),
         work=_work(run),
         horizon=trusted if known else None,
         horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,

@@ -27,7 +27,7 @@ from scissordyn.run.tolerance import error_weights
 if TYPE_CHECKING:
     from scissordyn.run.ideal_path import IdealPath
 
-__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "overlapping"]
+__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "overlapping", "reached"]
 
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
@@ -196,26 +196,30 @@ def compute(
     ended = {"": "complete", INTERRUPTED: INTERRUPTED}.get(cause, "failed")
     if cause:
         cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
+    statistics = {
+        "method": choice.method,
+        "reason": choice.reason,
+        **counted(driver.state),
+        **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
+        "seconds": seconds,
+    }
+    return reached(
+        driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings, steps=driver.steps
+    )
+
+
+def reached(driver: Driver, **more: Any) -> Trajectory:
+    """What a driver has come to, with further parts of a `Trajectory`."""
+    known: dict[str, Any] = {"status": "complete", "cause": "", "statistics": {}, "immobile": (), "warnings": (), "steps": ()}
     return Trajectory(
-        plan=plan,
+        plan=driver.plan,
         system=driver.system,
         samples=driver.samples,
         log=driver.log.copy(),
         peak=driver.peak.copy(),
         end=driver.time,
-        status=ended,
-        cause=cause,
-        statistics={
-            "method": choice.method,
-            "reason": choice.reason,
-            **counted(driver.state),
-            **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
-            "seconds": seconds,
-        },
-        immobile=still,
-        warnings=prepared.warnings,
-        steps=driver.steps,
         band=driver.band.copy(),
+        **{**known, **more},
     )
 
 

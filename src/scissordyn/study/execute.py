@@ -11,7 +11,6 @@ import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.run.engine import Engine, error_text, opened
-from scissordyn.run.measure import MEASURES
 from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pilot, run_block
 from scissordyn.study.description import Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
@@ -101,8 +100,7 @@ def prepare(
     store.check_place()
     if block is not None:
         whole_number("block", block)
-    sampled = [name for name in study.measures if MEASURES[name].samples]
-    if (sampled or any(own.of == "dataset" for own in study.own_measures)) and study.members > 1:
+    if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
         raise InputError(
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
         )

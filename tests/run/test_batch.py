@@ -13,7 +13,7 @@ from scissordyn.run.measure import MEASURES
 
 CASES = 12
 
-ACCUMULATED = tuple(name for name, measure in MEASURES.items() if not measure.samples)
+ACCUMULATED = tuple(name for name, measure in MEASURES.items() if not measure.sampled)
 
 
 def arm(**clearance: Any) -> sd.Mechanism:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, Shape,
 from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, areas, colour_bar
 from scissordyn.plot.channel import surfaces
 from scissordyn.plot.channel_scene import GAP, Channel
+from scissordyn.plot.place import ring_size
 from scissordyn.plot.series import write_more
 from scissordyn.plot.style import (
     BLACK,
@@ -44,9 +46,14 @@ __all__ = ["Film", "write_film"]
 
 DPI = 100
 
+RING = 8.0
+"""Diameter of the ring around a clearance joint, where there is room [pt]."""
+
 WIDE = 1.5
 """Structures wider than this have the panels of their joints below, others beside them."""
 
+NARROW = 0.5
+"""Least ratio of width to height of the region that is drawn."""
 
 LOADS: dict[str, dict[str, Any]] = {
     "payload": {"facecolor": to_rgba(GREY, 0.45), "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
@@ -55,7 +62,7 @@ LOADS: dict[str, dict[str, Any]] = {
 """Payloads and panels."""
 
 
-LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 4.5}
+LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
 """The thin line from a name to its joint."""
 
 
@@ -71,12 +78,12 @@ class Film:
 
     def __init__(self, scene: Scene, slower: float) -> None:
         self.scene, self.slower = scene, slower
-        width, height = (scene.high - scene.low).tolist()
+        low, high = self.region = _widened(scene.low, scene.high)
         magnified = scene.magnified[: scene.shown]
-        self.figure, self.axes, panels = _figure(width / height, len(magnified))
+        self.figure, self.axes, panels = _figure(float(np.divide(*(high - low))), len(magnified))
         dress(self.axes)
         self.axes.set_aspect("equal", adjustable="box")
-        self.axes.set(xlim=(scene.low[0], scene.high[0]), ylim=(scene.low[1], scene.high[1]))
+        self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         label_axes(self.axes, scene.turns)
         self.shapes = self._shapes()
         self.diagram = _OnBars(self.axes, scene) if scene.on_bars else None
@@ -85,19 +92,32 @@ class Film:
             [], [], "o", markersize=4.0, color=BLACK, markerfacecolor="white", markeredgewidth=0.9, zorder=4.0
         )
         self.rings = [
-            self.axes.plot([], [], "o", markersize=8.0, markerfacecolor="none", markeredgewidth=1.4, zorder=5.0)[0]
+            self.axes.plot([], [], "o", markersize=RING, markerfacecolor="none", markeredgewidth=1.4, zorder=5.0)[0]
             for _ in scene.clearance_joints
         ]
         self.joints: list[_Magnified | _Block] = [
             _Block(axes, joint) if isinstance(joint, Channel) else _Magnified(axes, joint)
             for axes, joint in zip(panels, magnified, strict=True)
         ]
-        self.names = [_name(self.axes, joint.name, aside) for joint, aside in zip(magnified, scene.asides, strict=False)]
+        self.names = [_name(self.axes, joint.name) for joint in magnified]
+        self.asides = np.zeros((len(scene.time), len(magnified), 2))
         write_more(self.figure, len(scene.magnified) - len(magnified))
         self.show(0)
         for _ in range(2):  # lays the panels out, once for all frames; the first time without the room of equal scales
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
+        self._fit()
+        self.show(0)
+
+    def _fit(self) -> None:
+        """Place the names and size the rings for the scale of the drawing, which the layout decides."""
+        longer = 72.0 / self.figure.dpi * max(self.axes.bbox.width, self.axes.bbox.height)
+        self.asides = self.scene.asides(len(self.names), region=self.region, longer=longer, looks=len(self.scene.time))
+        if self.rings:
+            places = np.stack([joint.place for joint in self.scene.clearance_joints], axis=1)
+            size = ring_size(places, longer / float(np.max(self.region[1] - self.region[0])), RING)
+            for ring in self.rings:
+                ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING))
 
     def _shapes(self) -> list[Line2D | Polygon]:
         artists: list[Line2D | Polygon] = []
@@ -148,9 +168,10 @@ class Film:
         for ring, joint in zip(self.rings, scene.clearance_joints, strict=True):
             ring.set_data(*joint.place[frame, None].T)
             ring.set_color(VERMILION if joint.touched[frame] else SKY)
-        for magnified, name in zip(self.joints, self.names, strict=True):
+        for magnified, name, aside in zip(self.joints, self.names, self.asides[frame], strict=True):
             magnified.show(frame)
             name.xy = tuple(magnified.joint.place[frame])
+            name.set_position(tuple(aside))
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
         said = f"{now}   ({scale_in_words(self.slower, scene.magnification)})"
         if self.diagram is not None and not self.diagram.diagram.coloured:
@@ -199,12 +220,12 @@ def _gain(axes: Axes, gain: float) -> None:
     axes.set_xlabel(f"clearance magnified\n{gain:.2g} times", fontsize=small())
 
 
-def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
+def _name(axes: Axes, text: str) -> Annotation:
     """A name beside its joint, readable over bars."""
     made = axes.annotate(
         literal(text),
         (0.0, 0.0),
-        xytext=tuple(aside),
+        xytext=(0.0, 0.0),
         textcoords="offset points",
         fontsize=small(),
         zorder=6.0,
@@ -267,6 +288,13 @@ class _Magnified:
         self.path.set_data(*joint.path[first : joint.reached[frame]].T)
         state = newtons(float(joint.force[frame])) if joint.touched[frame] else "free"
         self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=small(), color=BLACK)
+
+
+def _widened(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The region of a structure, that of a narrow one with room for names at its sides."""
+    width, height = high - low
+    more = np.array([0.5 * max(NARROW * height - width, 0.0), 0.0])
+    return np.stack([low - more, high + more])
 
 
 def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:

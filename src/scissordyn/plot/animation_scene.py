@@ -18,9 +18,9 @@ from scissordyn.model.track import Track
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
 from scissordyn.plot.contact import frame_contacts
-from scissordyn.plot.label_place import aside
+from scissordyn.plot.label_place import LOOKS, REGION, asides
 from scissordyn.plot.load import loads
-from scissordyn.plot.place import corners_of, outlines, upright
+from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols
@@ -134,8 +134,6 @@ class Scene:
         Of the clearance guides.
     shown : int
         How many clearance joints and channels are magnified at the same time.
-    asides : ndarray, shape (magnified, 2)
-        Middles of the names of `magnified`, relative to their joints, for a region with a longer side of `REGION` [pt].
     pin_names : tuple of str
     tracks : tuple of (str, ndarray of shape (frames, 2))
         Tracked points, with their names [m].
@@ -158,7 +156,6 @@ class Scene:
     turns: int = 0
     channels: tuple[Channel, ...] = ()
     shown: int = MOST_JOINTS
-    asides: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
     pin_names: tuple[str, ...] = ()
     tracks: tuple[tuple[str, np.ndarray], ...] = ()
     magnification: float = 1.0
@@ -169,6 +166,41 @@ class Scene:
     def magnified(self) -> list[Channel | ClearanceJoint]:
         """All that can be magnified: the channels of guides, then the clearance joints."""
         return [*self.channels, *self.clearance_joints]
+
+    def asides(
+        self,
+        count: int | None = None,
+        *,
+        region: np.ndarray | Corners | None = None,
+        longer: float = REGION,
+        looks: int = LOOKS,
+    ) -> np.ndarray:
+        """Where the names of the magnified joints stand, see `label_place.asides`; outlines are closed.
+
+        Parameters
+        ----------
+        count : int, optional
+            Of the first ones only.
+        region : ndarray, shape (2, 2), optional
+            Corners of what is drawn [m]; those of the scene if not given.
+        longer, looks
+            As of `label_place.asides`.
+
+        Returns
+        -------
+        ndarray, shape (instants, magnified, 2)
+            [pt]
+        """
+        named = self.magnified[:count]
+        lines = [
+            np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in CLOSED else shape.points
+            for shape in self.shapes
+        ]
+        nothing = np.empty((len(self.time), 0, 2))
+        places = np.concatenate([nothing, *(joint.place[:, None] for joint in named)], axis=1)
+        others = np.concatenate([self.pins, *(joint.place[:, None] for joint in self.magnified[len(named) :])], axis=1)
+        low, high = (self.low, self.high) if region is None else region
+        return asides([joint.name for joint in named], places, lines, others, (low, high), longer=longer, looks=looks)
 
 
 def _parts(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
@@ -250,7 +282,7 @@ def scene_of(
     shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *parts]
     pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
-    scene = Scene(
+    return Scene(
         time=run["time"].values[frames],
         scale=time_scale(run),
         shapes=tuple(shapes),
@@ -268,25 +300,12 @@ def scene_of(
         diagrams=tuple(diagram.at(frames) for diagram in diagrams),
         on_bars=on_bars or "",
     )
-    return dataclasses.replace(scene, asides=_asides(scene))
 
 
 def _tracked(mechanism: Mechanism, placement: Placement, track: Track) -> np.ndarray:
     """Where a tracked point is."""
     point = mechanism.body(track.body).points[track.point] if isinstance(track.point, str) else track.point
     return placement.points(track.body, np.array([point], float))[:, 0]
-
-
-def _asides(scene: Scene) -> np.ndarray:
-    """Where the names of the magnified joints stand; outlines are closed."""
-    if not scene.magnified:
-        return np.empty((0, 2))
-    lines = [
-        np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in CLOSED else shape.points
-        for shape in scene.shapes
-    ]
-    places = np.stack([joint.place for joint in scene.magnified], axis=1)
-    return aside([joint.name for joint in scene.magnified], places, lines, scene.pins, (scene.low, scene.high))
 
 
 def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:

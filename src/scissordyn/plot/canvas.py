@@ -105,7 +105,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "joints": [_joint(joint) for joint in scene.clearance_joints],
         # a click on a channel shows the curves of its corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": scene.asides.tolist(),
+        "asides": np.round(scene.asides(), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,

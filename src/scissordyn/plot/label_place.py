@@ -1,4 +1,4 @@
-"""Where names stand beside joints that move: for each a place that hides little during the whole film."""
+"""Where names stand beside joints that move: at each time a place that hides little, and rarely another one."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["REGION", "aside"]
+__all__ = ["LOOKS", "REGION", "asides"]
 
 REGION = 440.0
-"""Longer side of the drawn region for which places are chosen; films, pages and the explorer draw it about as large [pt]."""
+"""Longer side of the region as pages and the explorer draw it, about [pt]."""
 
 LETTER, LINE, ROUND = 5.0, 9.0, 2.0
 """Width of a letter, height of a line, and room around a name [pt]."""
 
-DISTANCES = (8.0, 12.0, 18.0, 26.0)
+DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)
 """Of the edge of a name from the middle of its joint [pt]."""
 
 DIRECTIONS = 16
 
 LOOKS = 9
-"""So many frames are looked at."""
+"""So many instants are looked at where a film is shown at once."""
 
 RING = 6.5
 """Radius that a name keeps free about each joint [pt]."""
@@ -30,22 +30,28 @@ RING = 6.5
 STEP = 4.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, COVERED, TOUCHED, MISLED, BEYOND, FAR = 1.0, 60.0, 12.0, 25.0, 0.4, 0.5
-"""What a hidden point of a line, a name on another one, on a joint, and about as near to another joint as to its own, a point
-beyond the region, and a point of distance weigh."""
+HIDDEN, COVERED, CROSSED, TOUCHED, MISLED, BEYOND, FAR = 1.0, 1e4, 40.0, 12.0, 25.0, 0.4, 0.5
+"""What a hidden point of a line, a name on another one, a leader across another name, a name on a joint, one about as near to
+another joint as to its own, a point beyond the region, and a point of distance weigh."""
+
+JUMP = 3.0
+"""What another place than before weighs, times the number of instants: so much less must be hidden by it in the mean."""
 
 CLEAR = 4.0
 """A name is so much nearer to its own joint than to others [pt]."""
 
 
-def aside(
+def asides(
     names: Sequence[str],
     joints: np.ndarray,
     lines: Sequence[np.ndarray],
     others: np.ndarray,
     region: tuple[np.ndarray, np.ndarray],
+    *,
+    longer: float = REGION,
+    looks: int = LOOKS,
 ) -> np.ndarray:
-    """Where the middles of names are, relative to their joints, the same in all frames.
+    """Where the middles of names are, relative to their joints, at instants that are equally spread over a film.
 
     Parameters
     ----------
@@ -59,41 +65,75 @@ def aside(
         Joints without a name [m].
     region : (ndarray, ndarray)
         Lower left and upper right corner of what is drawn [m].
+    longer : float
+        Longer side of the region as it is drawn [pt].
+    looks : int
+        Most instants: the first, the last, and those in between.
 
     Returns
     -------
-    ndarray, shape (names, 2)
-        For a longer side of `REGION` [pt].
+    ndarray, shape (instants, names, 2)
+        [pt]
     """
-    looks = np.unique(np.linspace(0, len(joints) - 1, LOOKS).round().astype(int))
-    scale = REGION / float(np.max(region[1] - region[0]))
-    places = scale * np.concatenate([joints, others], axis=1)[looks]
-    nothing = np.empty((0, 2))
-    ink = [np.concatenate([nothing, *(_sampled(scale * line[min(look, len(line) - 1)]) for line in lines)]) for look in looks]
+    chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
+    scale = longer / float(np.max(region[1] - region[0]))
+    places = scale * np.concatenate([joints, others], axis=1)[chosen]
+    ink = [
+        np.concatenate([np.empty((0, 2)), *(_sampled(scale * line[min(look, len(line) - 1)]) for line in lines)])
+        for look in chosen
+    ]
+    edges = scale * np.stack(region)
+    found = np.empty((len(chosen), len(names), 2))
+    halves = np.array([(0.5 * LETTER * len(name) + ROUND, 0.5 * LINE + ROUND) for name in names]).reshape(-1, 2)
+    for k, half in enumerate(halves):
+        tries, distance = _tried(half)
+        cost = FAR * np.tile(distance, (len(chosen), 1))
+        for here, points, before, paid in zip(places, ink, found, cost, strict=True):
+            paid += _hidden(here, k, tries, half, points, edges) + _covered(here, k, tries, half, before, halves)
+        found[:, k] = tries[_calmest(cost, JUMP * len(chosen))]
+    return found
+
+
+def _tried(half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of a name of a size that are tried, and how far its edge is from the middle of the joint."""
     turn = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
     ray = np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-    distance = np.repeat(DISTANCES, DIRECTIONS)
-    found: list[np.ndarray] = []
-    halves: list[np.ndarray] = []
-    for k, name in enumerate(names):
-        half = 0.5 * np.array([LETTER * len(name), LINE]) + ROUND
-        # the box touches the circle about the joint from outside
-        tries = np.concatenate([far * ray + np.sign(ray) * half * np.minimum(1.0, 1.5 * np.abs(ray)) for far in DISTANCES])
-        cost = FAR * len(looks) * distance
-        for here, points in zip(places, ink, strict=True):
-            low, high = here[k] + tries - half, here[k] + tries + half
-            within = _inside(points, low, high)
-            away = np.linalg.norm(np.clip(here, low[:, None], high[:, None]) - here, axis=2)
-            cost += HIDDEN * within.sum(axis=1) + TOUCHED * (away < RING).sum(axis=1)
-            cost += MISLED * np.any(np.delete(away, k, axis=1) < away[:, [k]] + CLEAR, axis=1)
-            outside = np.maximum(scale * region[0] - low, 0.0) + np.maximum(high - scale * region[1], 0.0)
-            cost += BEYOND * outside.sum(axis=1)
-            for one, (middle, other) in enumerate(zip(found, halves, strict=True)):
-                apart = np.abs(here[k] + tries - (here[one] + middle)) - half - other
-                cost += COVERED * np.all(apart < 0.0, axis=1)
-        found.append(tries[int(np.argmin(cost))])
-        halves.append(half)
-    return np.array(found).reshape(-1, 2)
+    # the box touches the circle about the joint from outside
+    tries = [far * ray + np.sign(ray) * half * np.minimum(1.0, 1.5 * np.abs(ray)) for far in DISTANCES]
+    return np.concatenate(tries), np.repeat(DISTANCES, DIRECTIONS)
+
+
+def _hidden(here: np.ndarray, k: int, tries: np.ndarray, half: np.ndarray, ink: np.ndarray, region: np.ndarray) -> np.ndarray:
+    """What names hide of lines and joints at one instant, and how far they leave the region."""
+    low, high = here[k] + tries - half, here[k] + tries + half
+    away = np.linalg.norm(np.clip(here, low[:, None], high[:, None]) - here, axis=2)
+    misled = np.any(np.delete(away, k, axis=1) < away[:, [k]] + CLEAR, axis=1)
+    outside = np.sum(np.maximum(region[0] - low, 0.0) + np.maximum(high - region[1], 0.0), axis=1)
+    hidden = HIDDEN * _inside(ink, low, high).sum(axis=1) + TOUCHED * (away < RING).sum(axis=1)
+    return np.asarray(hidden + MISLED * misled + BEYOND * outside)
+
+
+def _covered(
+    here: np.ndarray, k: int, tries: np.ndarray, half: np.ndarray, found: np.ndarray, halves: np.ndarray
+) -> np.ndarray:
+    """What names that are placed already have of another one, or of the line to its joint, upon them at one instant."""
+    apart = (here[k] - here[:k] - found[:k])[:, None]
+    on = np.all(np.abs(apart + tries) < half + halves[:k, None], axis=2)
+    crossed = np.any([np.all(np.abs(apart + part * tries) < halves[:k, None], axis=2) for part in (0.25, 0.5, 0.75)], axis=0)
+    return np.asarray(COVERED * on.sum(axis=0) + CROSSED * crossed.sum(axis=0))
+
+
+def _calmest(cost: np.ndarray, jump: float) -> np.ndarray:
+    """The places, instant by instant, with the least sum of their costs and of those of jumps from one to another."""
+    total, came = cost[0].copy(), np.empty(cost.shape, int)
+    for look in range(1, len(cost)):
+        best = int(np.argmin(total))
+        came[look] = np.where(total <= total[best] + jump, np.arange(len(total)), best)
+        total = np.minimum(total, total[best] + jump) + cost[look]
+    path = [int(np.argmin(total))]
+    for look in range(len(cost) - 1, 0, -1):
+        path.append(int(came[look, path[-1]]))
+    return np.array(path[::-1])
 
 
 def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

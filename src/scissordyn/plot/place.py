@@ -10,13 +10,19 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
 
-__all__ = ["Corners", "corners_of", "outline", "outlines", "upright"]
+__all__ = ["Corners", "corners_of", "outline", "outlines", "ring_size", "upright"]
 
 MARGIN = 0.1
 """Around a mechanism, as a fraction of its longer side."""
 
 OBLIQUE = 0.1
 """Gravity further from the next quarter turn is oblique [quarter turns]."""
+
+SMALLEST, FREE = 3.5, 0.5
+"""Least diameter of a ring around a joint [pt], and its largest as a fraction of the distance of neighbours."""
+
+TOGETHER = 1e-3
+"""Joints so near to each other are in one place, as a fraction of the distance of the farthest."""
 
 Corners = tuple[np.ndarray, np.ndarray]
 """Lower left and upper right corner [m]."""
@@ -34,6 +40,24 @@ def corners_of(placement: Placement) -> Corners:
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = MARGIN * (float(np.max(high - low)) or 1.0)
     return low - margin, high + margin
+
+
+def ring_size(joints: np.ndarray, scale: float, largest: float) -> float:
+    """Diameter of the rings around joints, so that bars are seen between them [pt].
+
+    Parameters
+    ----------
+    joints : ndarray, shape (frames, joints, 2)
+        Their places [m]; the frame in the middle of crowded and spread ones counts.
+    scale : float
+        [pt/m]
+    largest : float
+        Where there is room [pt].
+    """
+    apart = np.linalg.norm(joints[:, :, None] - joints[:, None], axis=-1)
+    apart[apart <= TOGETHER * np.max(apart, initial=0.0)] = np.inf
+    nearest = float(np.median(np.min(apart, axis=(1, 2), initial=np.inf)))
+    return float(np.clip(FREE * scale * nearest, SMALLEST, largest))
 
 
 def upright(mechanism: Mechanism) -> int:

@@ -19,7 +19,7 @@ from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.structure import draw_mechanism
+from scissordyn.plot.structure import draw_mechanism, fit_rings
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
 from scissordyn.run.placement import Placement
 from scissordyn.run.simulate import simulate
@@ -85,6 +85,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     drawing.drives(chosen, 0.05 * float(np.max(high - low)))
     chosen.set_title("", loc="left")
     drawing.gravity(chosen)
+    fit_rings([chosen])
     left = write_labels(chosen, names[:MOST], size=LETTERS, crowded=False) + [name.text for name in names[MOST:]]
     notes = [f"{drawing.shared()} at each large circle"] if drawing.shared() else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []

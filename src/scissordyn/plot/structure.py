@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -22,7 +23,7 @@ from scissordyn.plot.channel import channel, guides_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.load import loads
-from scissordyn.plot.place import Corners, corners_of, outlines, upright
+from scissordyn.plot.place import Corners, corners_of, outlines, ring_size, upright
 from scissordyn.plot.series import (
     BEYOND,
     Joints,
@@ -57,7 +58,7 @@ from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.joints import clearance_joints
 from scissordyn.run.placement import Placement
 
-__all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
+__all__ = ["draw_mechanism", "fit_rings", "magnified", "snapshot", "structure"]
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
@@ -67,6 +68,9 @@ FEW, WIDE = 1, 2.0
 
 CLOSE = 4
 """With more magnified joints their panels are narrow, and their titles have one more line."""
+
+RING, RINGED = 7.0, "ring"
+"""Diameter of the ring around a clearance joint, where there is room [pt], and by what its artist is known."""
 
 SYMBOL, WIDEST = 6.0, 0.05
 """Smallest radius of the symbol of a component [pt], and its largest as a fraction of the picture's longer side."""
@@ -152,6 +156,7 @@ def structure(
     if joint is None:
         drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
         note_more(drawn, run, [*largest, *drawn_points])
+    fit_rings([row[0] for row in rows])
     # names come last: their places depend on the layout of the whole figure
     for row, named in zip(rows, labels, strict=True):
         write_labels(row[0], named)
@@ -193,7 +198,9 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
     -------
     Axes
     """
-    write_labels(axes, draw_mechanism(run, mechanism, sample, axes=axes, corners=corners))
+    labels = draw_mechanism(run, mechanism, sample, axes=axes, corners=corners)
+    fit_rings([axes])
+    write_labels(axes, labels)
     return axes
 
 
@@ -261,9 +268,8 @@ def draw_mechanism(
         if joint.clearance is None:
             axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
         else:
-            axes.plot(
-                x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
-            )
+            ring = {"gid": RINGED, "marker": "o", "markersize": RING, "markeredgewidth": 1.2, "markerfacecolor": "none"}
+            axes.plot(x, y, color=VERMILION, zorder=4.0, **ring)
             labels.append(Label(joint.name, point, VERMILION))
     now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
     if until is not None and now > until:
@@ -340,6 +346,25 @@ def _points_per_metre(axes: Axes, corners: Corners) -> float:
     assert figure is not None
     panel = 72.0 * np.array([figure.get_figwidth() * box.width, figure.get_figheight() * box.height])
     return float(np.min(panel / (corners[1] - corners[0])))
+
+
+def fit_rings(drawn: Sequence[Axes]) -> None:
+    """Size the rings around clearance joints, alike in all drawings of a figure, for the scale that its layout gives them.
+
+    Parameters
+    ----------
+    drawn : sequence of Axes
+        Of `draw_mechanism`, with limits that are final.
+    """
+    rings = [[line for line in axes.lines if line.get_gid() == RINGED] for axes in drawn]
+    figure = drawn[0].get_figure(root=True)
+    if not any(rings) or figure is None:
+        return
+    figure.draw_without_rendering()
+    scale = 72.0 / figure.dpi * drawn[0].bbox.width / float(np.diff(drawn[0].get_xlim())[0])
+    size = ring_size(np.array([[line.get_xydata()[0] for line in each] for each in rings]), scale, RING)
+    for line in itertools.chain.from_iterable(rings):
+        line.set(markersize=size, markeredgewidth=1.2 * math.sqrt(size / RING))
 
 
 def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float, *, plain: bool) -> None:

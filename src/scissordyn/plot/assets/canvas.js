@@ -90,7 +90,7 @@ function render({ model, el }) {
       if (!inset.block && scene.joints.length > MOST_NAMES) continue;
       const wide = context.measureText(inset.name).width, step = Math.max(1, Math.floor(frames() / 20));
       for (let frame = 0; frame < frames(); frame += step) {
-        const x = main / 2 + (at(inset.place, frame, 0, 1)[0] - camera.x) * camera.scale + inset.aside[0];
+        const x = main / 2 + (at(inset.place, frame, 0, 1)[0] - camera.x) * camera.scale + inset.aside(frame)[0];
         left = Math.max(left, wide / 2 - x); right = Math.max(right, x + wide / 2 - main);
       }
     }
@@ -189,15 +189,16 @@ function render({ model, el }) {
       if (!each.loose) disc(x, y, 4, colors.back, colors.ink, 1.2);
       if (each.name === selected) disc(x, y, 13, null, colors.trail, 2);
     }
+    const ring = ringRadius(source, frame, camera.scale);
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
-      disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= MOST_NAMES || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
+      disc(X(x), Y(y), ring, null, color, 2.2 * Math.sqrt(ring / RING));
+      if (source.joints.length <= MOST_NAMES || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside(frame), colors.ink);
     }
     for (const channel of source.channels) {
       const [x, y] = at(channel.place, frame, 0, 1);
-      disc(X(x), Y(y), 8, null, touches(channel, frame) ? colors.contact : colors.free, 2.2);
-      name(channel.name, X(x), Y(y), ...channel.aside, colors.ink);
+      disc(X(x), Y(y), ring, null, touches(channel, frame) ? colors.contact : colors.free, 2.2);
+      name(channel.name, X(x), Y(y), ...channel.aside(frame), colors.ink);
     }
     if (hover && hover.kind === "pin") name(hover.name, hover.x, hover.y, 0, -17, colors.ink);
     if (hover && hover.kind === "length") {

@@ -11,6 +11,19 @@ function floats(text, Kind = Float32Array) {
 // a point of n at a frame
 const at = (points, frame, k, n) => { const i = 2 * (frame * n + k); return [points[i], points[i + 1]]; };
 
+const RING = 8;              // radius of the ring around a clearance joint, where there is room [pixel]
+
+// so that bars are seen between rings; joints in one place do not count
+function ringRadius(source, frame, scale) {
+  const places = source.insets.map(each => at(each.place, frame, 0, 1));
+  let nearest = Infinity;
+  places.forEach(([x, y], k) => places.slice(0, k).forEach(([u, v]) => {
+    const apart = scale * Math.hypot(x - u, y - v);
+    if (apart > 1) nearest = Math.min(nearest, apart);
+  }));
+  return Math.max(2.5, Math.min(RING, nearest / 4));
+}
+
 function unpacked(text) {
   if (!text) return null;
   const scene = JSON.parse(text);
@@ -28,7 +41,10 @@ function unpacked(text) {
     channel.touching = floats(channel.touching, Uint8Array);
   }
   scene.insets = [...scene.channels, ...scene.joints];
-  scene.insets.forEach((inset, k) => { inset.aside = scene.asides[k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part); });
+  const looks = scene.asides.length - 1, last = Math.max(1, scene.time.length - 1);
+  scene.insets.forEach((inset, k) => {
+    inset.aside = frame => scene.asides[Math.round(frame / last * looks)][k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part);
+  });
   for (const diagram of scene.diagrams) diagram.values = floats(diagram.values);
   for (const track of scene.tracks) track.points = floats(track.points);
   return scene;

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from scipy import stats
@@ -334,6 +335,21 @@ def test_pictures_show_what_is_there() -> None:
     (axes,) = pareto_front(tried, ("minimise a", "maximise b"))
     front = next(line for line in axes.lines if line.get_label() == "Pareto front")
     assert front.get_ydata().tolist() == [1.0, 2.0]
+    confirmed = pd.DataFrame(
+        {
+            "minimise a": [1.0, 2.0, 3.0],
+            "maximise b": [-1.0, -2.0, -1.5],
+            "accurate minimise a": [1.1, 2.2, np.nan],
+            "accurate maximise b": [-0.9, -1.8, np.nan],
+            "accurate violation": [0.0, 0.1, np.inf],
+        }
+    )
+    (axes,) = pareto_front(tried, ("minimise a", "maximise b"), confirmed=confirmed)
+    marks = {str(line.get_label()): line.get_xydata().tolist() for line in axes.lines}
+    assert marks["accurate run meets them"] == [[1.1, 0.9]]
+    assert marks["accurate run does not meet them"] == [[2.2, 1.8]]
+    assert [[1.0, 1.0], [1.1, 0.9]] in [line.get_xydata().tolist() for line in axes.lines]
+    assert {text.get_text() for text in axes.figure.legends[0].get_texts()} >= {"Pareto front of cheap runs", *list(marks)[-2:]}
     with pytest.raises(sd.InputError, match="a map over 1 factors"):
         feasibility_map(points.drop_vars("drive.speed"))
 

@@ -109,7 +109,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
 
 
 def test_what_holds_or_not_has_no_trend() -> None:
-    """Limit: a response that is 0 or 1 has no power and no line; its requirement is called by what its function says."""
+    """Limit: a response that is 0 or 1 has no power and no line; beside its requirement stands what its function says."""
     described, _ = proportional(1000.0)
     held = Requirement("holds", ">", 0.5, text="holds > 0.5")
     described = dataclasses.replace(described, requirements=(held,), own_measures=(OwnMeasure("holds", float),))
@@ -119,7 +119,8 @@ def test_what_holds_or_not_has_no_trend() -> None:
     assert "holds" not in trends(described, found)
     said = conclude(described, found, "a.zarr")
     assert said.margins is not None
-    assert [row[0] for row in said.margins.rows] == ["the slider stays"]
+    assert said.margins.head[:2] == ("requirement", "meaning")
+    assert [row[:2] for row in said.margins.rows] == [("holds > 0.5", "the slider stays")]
 
 
 def test_where_they_are_met_is_said() -> None:
@@ -189,6 +190,18 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     places = [page.index(text) for text in order]
     assert places == sorted(places)
     assert "<th>numbers</th>" in page
+
+
+def test_a_report_is_read_in_any_folder(tmp_path: Path) -> None:
+    """Identity: commands have the store's name, not where it is on the machine that wrote the report."""
+    described, found = proportional(100.0)
+    pages = [
+        write_report(described, found, address, tmp_path / name).read_text(encoding="utf-8")
+        for address, name in (("a.zarr", "here.html"), (str(tmp_path / "far" / "a.zarr"), "there.html"))
+    ]
+    assert pages[0] == pages[1]
+    assert "scissordyn study refine a.zarr" in pages[0]
+    assert "in the folder that has a.zarr" in pages[0]
 
 
 def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:

@@ -101,7 +101,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "The points of the design &#x27;grid&#x27; are no sample. Failed cases are left out.",
     ):
         assert text in page
-    (picture,) = write_figures(described, found, tmp_path / "figures")
+    (picture,) = write_figures(described, found, "a.zarr", tmp_path / "figures")
     assert picture.name == "response_curves.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
 

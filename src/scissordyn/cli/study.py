@@ -273,7 +273,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
     if plot is not None:
         check_folder(plot, "--plot figures")
     files = [result.report(output or "report.html")]
-    files += [] if plot is None else write_figures(result.study, result.dataset, plot)
+    files += [] if plot is None else write_figures(result.study, result.dataset, result.store.address, plot)
     show_answers(result)
     for path in files:
         print(f"Saved to {path}")

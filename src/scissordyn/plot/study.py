@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,9 @@ from scissordyn.errors import InputError
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.study_field import Bound, Field, draw_bounds, draw_field, note_error
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, Canvas, legend, literal, panels, small
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
 
@@ -374,7 +377,9 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     return [one]
 
 
-def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = None) -> list[Axes]:
+def pareto_front(
+    tried: xr.Dataset, goals: tuple[str, str], *, confirmed: pd.DataFrame | None = None, axes: Canvas = None
+) -> list[Axes]:
     """All points that were tried, and the front of those that no other point beats in both goals.
 
     Parameters
@@ -383,6 +388,8 @@ def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = No
         The `points` of `study.optimise.candidates`.
     goals : (str, str)
         Variables of it.
+    confirmed : DataFrame, optional
+        Of `study.fidelity.confirmed`: points that were run accurately too, each with a line from its cheap values.
     axes : Axes, optional
         A new figure if not given.
 
@@ -393,17 +400,43 @@ def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = No
     (one,) = panels(axes, 1, size=(5.0, 3.8))
     signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
     scales = [scale_of(tried[goal]) for goal in goals]
-    x, y = (tried[goal].values * sign * scale.factor for goal, sign, scale in zip(goals, signs, scales, strict=True))
+    shown = [sign * scale.factor for sign, scale in zip(signs, scales, strict=True)]
+    x, y = (tried[goal].values * factor for goal, factor in zip(goals, shown, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
     if not meets.all():
         one.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=MARK, label="does not meet the requirements")
     tried_only = meets & ~front
     one.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
     order = np.argsort(x[front])
+    cheap = "" if confirmed is None else " of cheap runs"
     one.plot(
-        x[front][order], y[front][order], color=VERMILION, marker="o", markersize=3.5, linewidth=LINE, label="Pareto front"
+        x[front][order],
+        y[front][order],
+        color=VERMILION,
+        marker="o",
+        markersize=3.5,
+        linewidth=LINE,
+        label=f"Pareto front{cheap}",
     )
+    if confirmed is not None:
+        _draw_confirmed(one, confirmed, goals, shown)
     one.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
     one.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
     _legend([one])
     return [one]
+
+
+def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str], shown: Sequence[float]) -> None:
+    """Points in accurate runs, by whether they meet the requirements there, with thin lines from their cheap values."""
+    there, here = (
+        np.stack([factor * confirmed[f"{kind}{goal}"].to_numpy() for goal, factor in zip(goals, shown, strict=True)], axis=1)
+        for kind in ("", "accurate ")
+    )
+    known = np.isfinite(here).all(axis=1)
+    meets = known & (confirmed["accurate violation"].to_numpy() <= 0.0)
+    for start, end in zip(there[known], here[known], strict=True):
+        axes.plot(*np.stack([start, end]).T, color=BLACK, linewidth=0.6, zorder=2.5)
+    for chosen, fill, said in ((meets, ORANGE, "meets"), (known & ~meets, "white", "does not meet")):
+        if chosen.any():
+            look = {"marker": "D", "markersize": 4.5, "markeredgewidth": 0.8, "color": BLACK, "markerfacecolor": fill}
+            axes.plot(*here[chosen].T, linestyle="", zorder=3.0, label=f"accurate run {said} them", **look)

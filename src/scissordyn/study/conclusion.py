@@ -171,13 +171,16 @@ def _value(results: xr.Dataset, study: Study, address: str, value: float | str) 
 
 def _margins(study: Study, results: xr.Dataset, one: Recommendation) -> Table:
     rows = []
-    called = {each.label: meaning(results, each) or each.label for each in study.requirements}
+    meanings = {each.label: meaning(results, each) for each in study.requirements}
+    explained = any(meanings.values())
     for each in one.margins:
         scale = scale_of(xr.DataArray(each.value, attrs={"units": each.units}))
         value = scale.cell(each.value) if math.isfinite(each.value) else "no value"
-        rows.append((called[each.requirement], value, f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"))
+        margin = f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"
+        rows.append((each.requirement, *((meanings[each.requirement],) if explained else ()), value, margin))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
-    return Table(("requirement", "value there", "margin"), rows, f"Point {one.point}", (note,))
+    head = ("requirement", *(("meaning",) if explained else ()), "value there", "margin")
+    return Table(head, rows, f"Point {one.point}", (note,))
 
 
 def _trend_sentence(results: xr.Dataset, trend: Trend, study: Study) -> str:

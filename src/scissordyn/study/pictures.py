@@ -61,12 +61,16 @@ class StudyPictures:
         return sensitivity_bars(found if isinstance(found, dict) else {response: found}, axes=axes)
 
     def front(self, x: int = 0, y: int = 1, *, axes: Canvas = None) -> list[Axes]:
-        """All points that an optimisation has tried, over two of its goals by number, and the front; see `pareto_front`."""
+        """All points that an optimisation has tried, over two of its goals by number, and the front; see `pareto_front`.
+
+        Points of cheap runs that were run accurately too are shown with both values.
+        """
         search = self._result.study.optimisation
         tried, goals = self._result.optimum.points, search.goals if search is not None else ()
         if not max(x, y) < len(goals) or min(x, y) < 0:
             raise InputError(f"the front of goals {x} and {y} of {len(goals)}", "two goals, from 0")
-        return pareto_front(tried, (goals[x].label, goals[y].label), axes=axes)
+        there = None if self._result.verified is None else self._result.confirmed
+        return pareto_front(tried, (goals[x].label, goals[y].label), confirmed=there, axes=axes)
 
     def _limits(self) -> dict[str, float]:
         return {one.response.name: one.bound for one in self._result.study.requirements}

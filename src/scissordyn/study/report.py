@@ -22,7 +22,7 @@ from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bar
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
 from scissordyn.study.conclusion import conclude, numbers_text, trend_table
 from scissordyn.study.description import Study
-from scissordyn.study.fidelity import fidelity_text
+from scissordyn.study.fidelity import confirmed, fidelity_text
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
 from scissordyn.study.screening import verified_address, verified_results
@@ -88,7 +88,7 @@ MOST_FRONT = 40
 """Rows of a table of a Pareto front."""
 
 
-def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+def figures(study: Study, results: xr.Dataset, accurate: xr.Dataset | None) -> Iterator[tuple[str, Figure]]:
     """All pictures that fit a study, with their titles.
 
     Parameters
@@ -96,6 +96,8 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     study : Study
     results : Dataset
         From `Store.results`.
+    accurate : Dataset or None
+        From `screening.verified_results`.
     """
     points = by_point(study, results)
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
@@ -121,7 +123,8 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         drawn.append(("Sensitivity", partial(sensitivity_bars, indices)))
     if study.optimisation is not None and len(study.optimisation.goals) >= 2:
         tried, goals = candidates(study, results).points, study.optimisation.goals
-        drawn.append(("Pareto front", partial(pareto_front, tried, (goals[0].label, goals[1].label))))
+        there = None if accurate is None else confirmed(study, accurate, results)
+        drawn.append(("Pareto front", partial(pareto_front, tried, (goals[0].label, goals[1].label), confirmed=there)))
     for title, draw in drawn:
         figure = draw()[0].get_figure(root=True)
         assert figure is not None
@@ -133,7 +136,7 @@ def _map(study: Study, points: xr.Dataset, colour: str, limit: float | None, sur
     return feasibility_map(points, colour=colour, limit=limit, field=field, bounds=bounds)
 
 
-def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]:
+def write_figures(study: Study, results: xr.Dataset, address: str, folder: Path) -> list[Path]:
     """Write the pictures of the report as PNG files, with their titles as names.
 
     Parameters
@@ -141,11 +144,13 @@ def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]
     study : Study
     results : Dataset
         From `Store.results`.
+    address : str
+        Of the store.
     folder : Path
         Made if there is none.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = figures(study, results)
+    drawn = figures(study, results, verified_results(study, address))
     return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in drawn]
 
 
@@ -158,7 +163,7 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     results : Dataset
         From `Store.results`.
     address : str
-        Of the store, for the commands that replay cases.
+        Of the store; commands have its name alone, since a report is read on other machines too.
     path : Path
         Ends in .html, or in .pdf where there is a browser that prints.
 
@@ -172,21 +177,23 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     start = KINDS.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
+    store, accurate = Path(address).name, verified_results(study, address)
     parts = [
-        *_fidelity(study, results, address),
-        conclusion_html(study, results, address),
+        *_fidelity(study, results, accurate, address),
+        conclusion_html(study, results, store),
+        f"<p>Commands are typed in the folder that has {_text(store)}.</p>",
         "<h2>What was computed</h2>",
         summary_html(study, results),
         *_trends(study, results),
     ]
-    parts += [*_sensitivities(study, results), *_cases(study, results, address)]
-    for title, figure in figures(study, results):
+    parts += [*_sensitivities(study, results), *_cases(study, results, store)]
+    for title, figure in figures(study, results, accurate):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
         code, least = base64.b64encode(picture.getvalue()).decode(), round(SHRUNK * DPI * figure.get_figwidth())
         shown = f'<img alt="{_text(title)}" style="min-width: {least}px" src="data:image/png;base64,{code}">'
         parts.append(f'<h2>{_text(title)}</h2><div class="scroll">{shown}</div>')
-    name = _text(f"Study {Path(address).name}")
+    name = _text(f"Study {store}")
     head = f'<!doctype html><html lang="en"><meta charset="utf-8">{VIEWPORT}<title>{name}</title><style>{STYLE}</style>'
     content = f"{head}<h1>{name}</h1>{''.join(parts)}</html>\n".encode()
     try:
@@ -250,9 +257,8 @@ def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str
         yield "<h2>What to try next</h2>" + "".join(steps)
 
 
-def _fidelity(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
+def _fidelity(study: Study, results: xr.Dataset, accurate: xr.Dataset | None, address: str) -> Iterator[str]:
     """What cheap and accurate runs say together, where there are both."""
-    accurate = verified_results(study, address)
     if accurate is None:
         return
     (first, *others), table, cost = fidelity_text(study, results, accurate, (Store(address), Store(verified_address(address))))

@@ -397,7 +397,7 @@ class StudyResult:
 
         written = write_report(self.study, self.dataset, self.store.address, Path(path))
         if figures is not None:
-            write_figures(self.study, self.dataset, Path(figures))
+            write_figures(self.study, self.dataset, self.store.address, Path(figures))
         return written
 
     def __repr__(self) -> str:

@@ -69,6 +69,18 @@ def test_impulses_stand_in_the_place_of_peaks(run: xr.Dataset) -> None:
     assert np.array_equal(shown["impulse [N s]"], run["impulse"].values)
 
 
+def test_tables_of_both_kinds_of_contact_have_impulses_and_peaks(run: xr.Dataset) -> None:
+    """Identity: where one of the contacts has a force, as a compliant one beside hard ones, it is shown beside the impulses."""
+    one = run["contact"] == 0
+    both = run.assign(peak_force=run["peak_force"].where(~one, 321.0), peak_time=run["peak_time"].where(~one, 1e-4))
+    out = io.StringIO()
+    show_events(both, 5, TextConsole(file=out, width=200))
+    assert {"impulse", "peak force", "to peak"} <= set(out.getvalue().replace("  ", "\n").replace("\n ", "\n").split("\n"))
+    assert "321.0" in out.getvalue()
+    assert "nan" not in out.getvalue()
+    assert {"impulse [N s]", "peak force [N]"} <= {column["title"] for column in contact_table(both)["columns"]}
+
+
 def test_compliant_contact_keeps_its_peaks() -> None:
     """Identity: no estimate where the contact has a force."""
     run = sd.simulate(array("compliant"), until=0.01, samples=101)
@@ -76,7 +88,9 @@ def test_compliant_contact_keeps_its_peaks() -> None:
     assert answer is not None
     assert not answer.estimated
     assert answer.force == float(run["peak_force"].max())
-    assert any("peak force" in column["title"] for column in contact_table(run)["columns"])
+    titles = [column["title"] for column in contact_table(run)["columns"]]
+    assert any("peak force" in title for title in titles)
+    assert "impulse [N s]" not in titles
 
 
 @pytest.mark.parametrize("kinds", [("hard",), ("compliant",), ("compliant", "hard")])

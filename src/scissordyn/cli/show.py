@@ -19,7 +19,7 @@ from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, summary_of, without_peaks
+from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 
@@ -41,6 +41,7 @@ HEADINGS = (
     ("start", "contact_start", "s", 1.0),
     ("approach", "approach_speed", "m/s", 1.0),
     ("angle of n", "contact_angle", "deg", 180.0 / math.pi),
+    ("impulse", "impulse", "N s", 1.0),
     ("peak force", "peak_force", "N", 1.0),
     ("to peak", "peak_time", "s", 1.0),
     ("duration", "contact_duration", "s", 1.0),
@@ -110,12 +111,10 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     shown = run.isel(contact=slice(0, rows))
     count = shown.sizes["contact"]
     columns = [("contact", list(map(str, range(1, count + 1)))), ("joint", shown["contact_joint"].values.tolist())]
-    impulses = without_peaks(run)
+    left_out = kinds_left_out(run)
     for title, name, unit, factor in HEADINGS:
-        if impulses and name == "peak_time":
+        if name in left_out:
             continue
-        if impulses and name == "peak_force":
-            title, name, unit = "impulse", "impulse", "N s"
         unit, texts = column(shown[name].values * factor, unit)
         columns.append((f"{title}\n[{unit}]", texts))
     left = _print_columns(columns, to)

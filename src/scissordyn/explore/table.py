@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.numeral import decimals
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.run.summary import without_peaks
+from scissordyn.run.summary import kinds_left_out
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +18,7 @@ __all__ = ["contact_table"]
 COLUMNS = (
     ("contact_start", "start", "s"),
     ("approach_speed", "approach", "m/s"),
+    ("impulse", "impulse", "N s"),
     ("peak_force", "peak force", "N"),
     ("contact_duration", "duration", "s"),
     ("rebound_speed", "rebound", "m/s"),
@@ -43,10 +44,10 @@ def contact_table(run: xr.Dataset) -> dict[str, Any]:
         "joints", "seconds" (of the starts), and "columns" with their titles, numbers and "places", see `numeral.numeral`.
     """
     columns = []
-    impulses = without_peaks(run)
+    left_out = kinds_left_out(run)
     for name, title, unit in COLUMNS:
-        if impulses and name == "peak_force":
-            name, title, unit = "impulse", "impulse", "N s"
+        if name in left_out:
+            continue
         values = run[name].values
         finite = np.abs(values[np.isfinite(values)])
         scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)

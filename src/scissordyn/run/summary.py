@@ -29,8 +29,8 @@ __all__ = [
     "actuator_limits",
     "at_limit",
     "joint_summaries",
+    "kinds_left_out",
     "summary_of",
-    "without_peaks",
 ]
 
 AT_LIMIT = 1.0 - 1e-9
@@ -318,9 +318,14 @@ def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
     return found
 
 
-def without_peaks(run: xr.Dataset) -> bool:
-    """Whether all contacts of a run are hard, so that they have impulses and no largest force."""
-    return "peak_force_estimate" in run and bool(np.isnan(run["peak_force"].values).all())
+def kinds_left_out(run: xr.Dataset) -> tuple[str, ...]:
+    """Variables of contacts that a table of them goes without: peaks if all are hard, impulses if none is."""
+    if "peak_force_estimate" not in run:
+        return ("impulse",)
+    peaks = run["peak_force"].values
+    if np.isnan(peaks).all():
+        return "peak_force", "peak_time"
+    return () if np.isnan(peaks).any() else ("impulse",)
 
 
 def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float, float, bool]:

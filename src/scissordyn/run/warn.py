@@ -94,7 +94,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
     found += film_warnings(plan, run)
     found += _impulses(run)
     if not _stands_still(plan, run):
-        found += _unbalanced(run)
+        found += _unbalanced(run, stepped=bool(plan.hard_places))
     return list(dict.fromkeys(found))
 
 
@@ -222,8 +222,8 @@ def _stands_still(plan: Plan, run: xr.Dataset) -> bool:
     return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are no numbers
 
 
-def _unbalanced(run: xr.Dataset) -> list[str]:
-    """A run that gains or loses energy."""
+def _unbalanced(run: xr.Dataset, *, stepped: bool) -> list[str]:
+    """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
     residual = float(np.max(np.abs(_values(run, "energy_residual")), initial=0.0))
     turned_over = energy_turned_over(run)
     largest = max(
@@ -233,7 +233,8 @@ def _unbalanced(run: xr.Dataset) -> list[str]:
     if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
-    return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try a smaller rtol and atol"]
+    finer = "a shorter step" if stepped else "a smaller rtol and atol"
+    return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try {finer}"]
 
 
 def _gained(run: xr.Dataset) -> list[str]:

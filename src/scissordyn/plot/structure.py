@@ -268,7 +268,13 @@ def draw_mechanism(
         if joint.clearance is None:
             axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
         else:
-            ring = {"gid": RINGED, "marker": "o", "markersize": RING, "markeredgewidth": 1.2, "markerfacecolor": "none"}
+            ring: dict[str, Any] = {
+                "gid": RINGED,
+                "marker": "o",
+                "markersize": RING,
+                "markeredgewidth": 1.2,
+                "markerfacecolor": "none",
+            }
             axes.plot(x, y, color=VERMILION, zorder=4.0, **ring)
             labels.append(Label(joint.name, point, VERMILION))
     now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
@@ -362,7 +368,7 @@ def fit_rings(drawn: Sequence[Axes]) -> None:
         return
     figure.draw_without_rendering()
     scale = 72.0 / figure.dpi * drawn[0].bbox.width / float(np.diff(drawn[0].get_xlim())[0])
-    size = ring_size(np.array([[line.get_xydata()[0] for line in each] for each in rings]), scale, RING)
+    size = ring_size(np.array([[np.asarray(line.get_xydata())[0] for line in each] for each in rings]), scale, RING)
     for line in itertools.chain.from_iterable(rings):
         line.set(markersize=size, markeredgewidth=1.2 * math.sqrt(size / RING))
 

@@ -438,5 +438,11 @@ def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str],
         axes.plot(*np.stack([start, end]).T, color=BLACK, linewidth=0.6, zorder=2.5)
     for chosen, fill, said in ((meets, ORANGE, "meets"), (known & ~meets, "white", "does not meet")):
         if chosen.any():
-            look = {"marker": "D", "markersize": 4.5, "markeredgewidth": 0.8, "color": BLACK, "markerfacecolor": fill}
+            look: dict[str, Any] = {
+                "marker": "D",
+                "markersize": 4.5,
+                "markeredgewidth": 0.8,
+                "color": BLACK,
+                "markerfacecolor": fill,
+            }
             axes.plot(*here[chosen].T, linestyle="", zorder=3.0, label=f"accurate run {said} them", **look)

@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, stations
+from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges, stations
 from scissordyn.plot.modes import frequencies, oscillation, shapes
 from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.placement import Placement
@@ -197,3 +197,17 @@ def test_the_command_draws_modes_along_the_stroke(tmp_path, capsys):
     assert (tmp_path / "figures" / "frequencies.png").stat().st_size > 10_000
     assert (tmp_path / "figures" / "shapes.png").stat().st_size > 10_000
     assert (tmp_path / "modes.nc").exists()
+
+
+def test_parts_of_a_bar_have_one_area_and_one_line() -> None:
+    """Identity: two parts that go on from each other, and one apart; a jump is in the line, and no area is lost."""
+    places = np.array(
+        [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]], [[0.0, 9.0], [1.0, 9.0], [2.0, 9.0]]]
+    )
+    outer = np.array([[[0.0, 1.0], [2.0, 1.0]], [[2.0, 3.0], [4.0, 3.0]], [[0.0, 8.0], [2.0, 8.0]]])
+    areas, lines = edges(places, outer)
+    assert [line.tolist() for line in lines] == [[[0.0, 1.0], [2.0, 1.0], [2.0, 3.0], [4.0, 3.0]], [[0.0, 8.0], [2.0, 8.0]]]
+    sizes = [
+        abs(sum(x * v - u * y for (x, y), (u, v) in zip(area, np.roll(area, -1, axis=0), strict=True))) / 2 for area in areas
+    ]
+    assert sizes == [8.0, 2.0]

@@ -21,7 +21,7 @@ from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError
 from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, Shape, newtons, scale_in_words
-from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, areas, colour_bar
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, colour_bar, edges
 from scissordyn.plot.channel import surfaces
 from scissordyn.plot.channel_scene import GAP, Channel
 from scissordyn.plot.place import ring_size
@@ -211,8 +211,9 @@ class _OnBars:
             dataclasses.replace(now, values=now.values[:, list(shape.parts)]).ordinates(bar[None], ORDINATE * self.size)[0]
             for shape, bar in zip(self.bars, places, strict=True)
         ]
-        self.lines.set_segments([part for bar in outer for part in bar])
-        self.areas.set_verts([area for bar, ends in zip(places, outer, strict=True) for area in areas(bar, ends)])
+        drawn = [edges(bar, ends) for bar, ends in zip(places, outer, strict=True)]
+        self.areas.set_verts([area for areas, _ in drawn for area in areas])
+        self.lines.set_segments([line for _, lines in drawn for line in lines])
 
 
 def _gain(axes: Axes, gain: float) -> None:

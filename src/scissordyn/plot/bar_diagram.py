@@ -32,11 +32,11 @@ __all__ = [
     "ORDINATE",
     "QUANTITIES",
     "Diagram",
-    "areas",
     "check_quantity",
     "colour_bar",
     "diagram_of",
     "draw_diagram",
+    "edges",
     "is_known",
     "known_diagrams",
     "part_indices",
@@ -48,6 +48,10 @@ COLOURS = colormaps["cividis_r"]
 
 ORDINATE = 0.11
 """The largest ordinate, as a fraction of the mechanism's longer side."""
+
+
+TOGETHER = 1e-9
+"""Ends of parts so near to each other are one place, as a fraction of the mechanism's longer side."""
 
 
 @dataclass(frozen=True)
@@ -285,16 +289,38 @@ def draw_diagram(axes: Axes, diagram: Diagram, places: np.ndarray, size: float) 
         return
     tone = QUANTITIES[diagram.quantity].tone
     for k, outer in enumerate(diagram.ordinates(places, ORDINATE * size)):
-        filled = PolyCollection(list(areas(places[0], outer)), facecolors=tone, alpha=0.25, linewidths=0.0, zorder=1.5)
+        areas, ends = edges(places[0], outer)
+        filled = PolyCollection(areas, facecolors=tone, alpha=0.25, linewidths=0.0, zorder=1.5)
         filled.set_label(diagram.label if k == 0 else "_")
         axes.add_collection(filled)
-        axes.add_collection(LineCollection(list(outer), colors=tone, linewidths=0.9, zorder=1.8))
+        axes.add_collection(LineCollection(ends, colors=tone, linewidths=0.9, zorder=1.8))
     axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.4, capstyle="round", zorder=2.0))
 
 
-def areas(places: np.ndarray, outer: np.ndarray) -> np.ndarray:
-    """Between bars and the ends of their ordinates, shape (..., points, 2) [m]."""
-    return np.concatenate([places, outer[..., ::-1, :]], axis=-2)
+def edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Areas between bars and the ends of their ordinates, and the lines through these ends.
+
+    Parts that go on from each other have one area and one line, so that there are no seams; where values jump, the line does.
+
+    Parameters
+    ----------
+    places : ndarray, shape (parts, points, 2)
+        As of `stations`, of one sample [m].
+    outer : ndarray, shape (parts, 2, 2)
+        As of `Diagram.ordinates` [m].
+
+    Returns
+    -------
+    areas, lines : list of ndarray, shape (points, 2)
+        [m]
+    """
+    size = float(np.max(np.ptp(places, axis=(0, 1)), initial=0.0))
+    apart = np.linalg.norm(places[1:, 0] - places[:-1, -1], axis=-1) > TOGETHER * size
+    chains = np.split(np.arange(len(places)), np.flatnonzero(apart) + 1)
+    lines = [outer[chain].reshape(-1, 2) for chain in chains]
+    return [
+        np.concatenate([places[chain].reshape(-1, 2), line[::-1]]) for chain, line in zip(chains, lines, strict=True)
+    ], lines
 
 
 def colour_bar(axes: list[Axes], diagram: Diagram) -> None:

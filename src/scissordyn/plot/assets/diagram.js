@@ -14,25 +14,31 @@ function drawDiagram(context, source, quantity, frame, X, Y, text, colors) {
   const total = source.shapes.reduce((sum, shape) => sum + shape.parts.length, 0);
   const longest = diagram.ordinate * Math.max(...source.high.map((high, axis) => high - source.low[axis]));
   context.setLineDash([]);
-  for (const shape of source.shapes) for (const [part, first, last] of partsOf(shape)) {
-    const points = [];
-    for (let k = first; k <= last; k++) points.push(at(shape.points, frame, k, shape.count));
-    const trace = () => { context.beginPath(); points.forEach(([x, y], k) => k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y))); };
-    const values = [0, 1].map(end => diagram.values[2 * (frame * total + part) + end]);
-    if (!longest) {
-      const share = Math.max(...values) / diagram.largest * (diagram.ramp.length - 1);
-      trace(); context.strokeStyle = diagram.ramp[Math.round(share)]; context.lineWidth = 4; context.stroke();
-      continue;
+  const line = points => { context.beginPath(); points.forEach(([x, y], k) => k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y))); };
+  const stroke = (points, style, width) => { line(points); context.strokeStyle = style; context.lineWidth = width; context.stroke(); };
+  for (const shape of source.shapes) {
+    const inner = [], outer = [];
+    for (const [part, first, last] of partsOf(shape)) {
+      const points = [];
+      for (let k = first; k <= last; k++) points.push(at(shape.points, frame, k, shape.count));
+      const values = [0, 1].map(end => diagram.values[2 * (frame * total + part) + end]);
+      if (!longest) {
+        const share = Math.max(...values) / diagram.largest * (diagram.ramp.length - 1);
+        stroke(points, diagram.ramp[Math.round(share)], 4);
+        continue;
+      }
+      inner.push(...points);
+      outer.push([[points[0], points[0], points[1]], [points[points.length - 1], ...points.slice(-2)]].map(([place, from, to], end) => {
+        const [x, y] = [to[0] - from[0], to[1] - from[1]], size = longest * values[end] / diagram.largest / Math.hypot(x, y);
+        return [place[0] + size * y, place[1] - size * x];
+      }));
     }
-    const outer = [[points[0], points[0], points[1]], [points[points.length - 1], ...points.slice(-2)]].map(([place, from, to], end) => {
-      const [x, y] = [to[0] - from[0], to[1] - from[1]], size = longest * values[end] / diagram.largest / Math.hypot(x, y);
-      return [place[0] + size * y, place[1] - size * x];
-    });
-    trace(); context.lineTo(X(outer[1][0]), Y(outer[1][1])); context.lineTo(X(outer[0][0]), Y(outer[0][1])); context.closePath();
+    if (!inner.length) continue;
+    const ends = outer.flat();
+    line([...inner, ...[...ends].reverse()]); context.closePath();  // one area for all parts: between two there would be a seam
     context.save(); context.globalAlpha = 0.3; context.fillStyle = diagram.ramp[0]; context.fill(); context.restore();
-    context.beginPath(); context.moveTo(X(outer[0][0]), Y(outer[0][1])); context.lineTo(X(outer[1][0]), Y(outer[1][1]));
-    context.strokeStyle = diagram.ramp[0]; context.lineWidth = 1.2; context.stroke();
-    trace(); context.strokeStyle = colors.ink; context.lineWidth = 3.2; context.stroke();
+    stroke(ends, diagram.ramp[0], 1.2);
+    stroke(inner, colors.ink, 3.2);
   }
   drawKey(context, diagram, source.magnification === 1 ? 14 : 32, text, colors);
 }

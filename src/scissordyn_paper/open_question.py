@@ -48,9 +48,6 @@ MANOEUVRES: Mapping[Manoeuvre, str] = {
     "deployment": "deployment from 30 to 75 deg in 0.5 s, from rest to rest, and 0.1 s more",
 }
 
-MODES, MODES_OF_SOLID_BARS = 6, 8
-"""Bending modes of a bar with its pins held: up to 2.0 kHz of the steel tube, 0.8 kHz of the solid bar."""
-
 BARS: Mapping[str, Mapping[str, str]] = {
     "rigid": {},
     "solid steel": {"section": "solid 19.02x19.02 mm", "material": "steel"},
@@ -138,11 +135,6 @@ class OpenCase:
         return "dry" if self.oil is None else f"{1e3 * self.oil:g} mPa s"
 
     @property
-    def modes(self) -> int:
-        """Bending modes of a bar."""
-        return MODES_OF_SOLID_BARS if self.bars.startswith("solid") else MODES
-
-    @property
     def rigid(self) -> OpenCase:
         """The same with rigid bars."""
         return dataclasses.replace(self, bars="rigid")
@@ -167,7 +159,7 @@ class OpenCase:
             rigidity, axial = (STIFFER[self.bars] * each for each in TUBE)
             bars = {"bending_stiffness": f"{rigidity:g} N m^2", "axial_stiffness": f"{axial:g} N"}
         if bars:
-            tree["bending"] = [{"bars": "unit */bar *", **bars, "modes": self.modes}]
+            tree["bending"] = [{"bars": "unit */bar *", **bars, "modes": "auto"}]
         return f"# {self.name}\n{_written(tree)}"
 
 

@@ -25,11 +25,17 @@ def checks_table(checks: Sequence[Check]) -> str:
             f"{check.reference:.12g}",
             f"{check.found:.12g}",
             f"{check.error:.1e}",
-            f"{check.allowed:.0e}{'' if check.met else ': missed'}",
+            f"{_bound(check.allowed)}{'' if check.met else ': missed'}",
         ]
         for check in checks
     ]
     return table(["quantity", "reference by", "reference", "scissordyn", "error", "allowed"], rows)
+
+
+def _bound(allowed: float) -> str:
+    """What is allowed, with the digits that it has: 1e-09, 1.5e-02."""
+    text = f"{allowed:.0e}"
+    return text if math.isclose(float(text), allowed, rel_tol=1e-9) or not allowed else f"{allowed:.1e}"
 
 
 def published_table(results: Sequence[Printed]) -> str:
@@ -58,7 +64,7 @@ def models_table(models: Sequence[Model]) -> tuple[str, int]:
             if not error <= model.allowed:
                 verdict = ": missed"
                 missed += 1
-        rows.append([model.name, model.solution, found, f"{model.allowed:.0e}{verdict}"])
+        rows.append([model.name, model.solution, found, f"{_bound(model.allowed)}{verdict}"])
     head = (
         "Each model of another code is first compared with an exact solution, alone, at tight settings, in a motion in which\n"
         "errors do not grow:\n\n"

@@ -97,8 +97,7 @@ def _rod(diameter: float) -> Section:
 
 def _angle(width: float, depth: float, wall: float) -> Section:
     """Sharp corners; about the axis parallel to the leg of that width, the shear centre's offset left out."""
-    if not wall < min(width, depth):
-        _check_wall(wall, 2.0 * min(width, depth))
+    _check_wall(wall, min(width, depth), walls=1)
     flat, upright = (width - wall) * wall, depth * wall
     area = flat + upright
     height = (flat * 0.5 * wall + upright * 0.5 * depth) / area
@@ -107,11 +106,12 @@ def _angle(width: float, depth: float, wall: float) -> Section:
     return Section(area, second, 2.0 * max(height, depth - height))
 
 
-def _check_wall(wall: float, across: float) -> None:
-    if not 2.0 * wall < across:
+def _check_wall(wall: float, across: float, walls: int = 2) -> None:
+    """Raise `InputError` where as many walls have no place beside each other."""
+    if not walls * wall < across:
         raise InputError(
             f"a section {across * 1e3:g} mm across with a wall of {wall * 1e3:g} mm",
-            f"a wall below {0.5 * across * 1e3:g} mm",
+            f"a wall below {across / walls * 1e3:g} mm",
             'section = "tube 60x60x1.5 mm"',
         )
 

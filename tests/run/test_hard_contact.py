@@ -269,3 +269,22 @@ def test_method_and_contact_have_to_fit():
         sd.simulate(ball().with_clearance("pin", sd.Clearance(1.0, journal_radius=1.1)), until=0.1, method="moreau-jean")
     with pytest.raises(sd.InputError, match="hard contact in joint 'pin'"):
         sd.simulate(ball(), until=0.1, method="rodas5p")
+
+
+def test_a_clock_that_is_short_of_its_end_by_round_off_makes_no_step_of_its_own() -> None:
+    """Identity: as many steps as the run has parts, where their sum is short of its end by more than 1e-9 of a step."""
+    until, found = 0.02, 0
+    joint = sd.Clearance(1e-4, damping=sd.Flores(0.5), contact="hard")
+    arm = sd.scissor(units=1, angle=sd.degrees(60)).with_clearance("A", joint).driven(speed=sd.rpm(20))
+    for count in range(9000, 9040):
+        step = until / count
+        reached = 0.0
+        for _ in range(count):
+            reached += step
+        if not 1e-9 * step < until - reached < 1e-6 * step or found == 3:
+            continue
+        found += 1
+        run = sd.simulate(arm, until=until, step=step, events="crossed", samples=3)
+        statistics = json.loads(run.attrs["statistics"])
+        assert statistics["steps"] == count
+    assert found == 3

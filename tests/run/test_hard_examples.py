@@ -50,7 +50,10 @@ def alternate(path: Path) -> Case | None:
 
 
 def check(case: Case, run: xr.Dataset) -> None:
-    """Complete, inside the bearings, in balance, and without impacts that give energy: within a hundredth of it."""
+    """Complete, inside the bearings, in balance, and without impacts that give energy: within a hundredth of it.
+
+    What all contacts together have lost is what the run has lost.
+    """
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     for joint in [joint for joint in case.mechanism.joints if joint.clearance is not None]:
         assert joint.clearance is not None
@@ -60,6 +63,9 @@ def check(case: Case, run: xr.Dataset) -> None:
     loss = run["damping_loss"].values
     assert float(np.abs(run["energy_residual"].values).max()) <= scale
     assert float(np.max(np.maximum.accumulate(loss) - loss)) <= scale
+    for name in ("damping_loss", "friction_loss"):
+        total = float(run[name][-1])
+        assert float(np.sum(run[f"contact_{name}"])) == pytest.approx(total, rel=1e-9, abs=1e-12 * scale), name
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -11,7 +11,7 @@ from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
-__all__ = ["after_acceptance", "after_event", "after_rejection", "choose_step", "first_step"]
+__all__ = ["REMAINDER", "after_acceptance", "after_event", "after_rejection", "choose_step", "first_step"]
 
 _EXPLICIT = EXPLICIT
 

@@ -22,6 +22,7 @@ from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
 from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
+from scissordyn.integrate.control import REMAINDER
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
 from scissordyn.integrate.integration import (
@@ -61,9 +62,6 @@ JUMPED = 1e-3
 
 DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
 """Columns of `State.total` that impacts add to, see `mechanics.monitored.POWERS`."""
-
-SLIVER = 1e-9
-"""A step that would leave this part of a step before an end is made longer."""
 
 
 class Jumps(NamedTuple):
@@ -166,7 +164,7 @@ def choose_size(t, s, w, K):
     if K.ahead[1] < h:  # not across the next impact of what rebounds and the one after it
         h = 1.2 * K.ahead[1]
     K.ahead[1] = math.inf
-    if clock.end - t <= h * (1.0 + SLIVER):
+    if clock.end - t <= h * (1.0 + REMAINDER):
         return clock.end - t, True
     return h, False
 
@@ -359,10 +357,10 @@ def fall(now, i, s, w, K, log):
 
 @kernel(inline=True)
 def follow(t, h, s, w):
-    """Largest values, integrals and limits of what is monitored, from its means over the step."""
+    """Largest values, integrals and limits of what is monitored, from its means over the step, of guards that act in it."""
     for row in range(s.peak.shape[0]):
         value = w.monitored[0, row, 0]
-        if row < s.mode.size and s.mode[row] == 0:
+        if row < s.mode.size and s.mode[row] + w.saved_mode[row] == 0:
             continue
         if value != value:
             continue

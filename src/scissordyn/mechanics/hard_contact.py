@@ -140,7 +140,7 @@ def keep_pressed(h, y, new, S, H):
         H.pressed[i] = max(law_depth(i, H.place[m + 2 * i], H), 0.0) if acts else 0.0
         H.ending[i], _ = gap(H.which[i], S)
         stored = S.model.elastic_state[H.which[i]]
-        new[stored] = stored_energy(i, S, H)
+        new[stored] = stored_energy(i, H)
         H.result[i, RESTITUTION_LOSS] -= new[stored] - y[stored]
     place_at_middle(S, H)
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
+from scissordyn.mechanics.hard_result import CLOSED
 
 __all__ = ["FLOOR", "law_at", "law_depth", "law_fits", "prepare_law", "stored_energy"]
 
@@ -94,12 +95,12 @@ def law_fits(m, H):
 
 
 @kernel(inline=True)
-def stored_energy(i, S, H):
-    """Elastic energy [J] of hard contact i at the end of a step, 0 if it is open.
+def stored_energy(i, H):
+    """Elastic energy [J] of hard contact i at the end of a step, 0 if it is open or parts there.
 
     Where its vibration is far faster than the step it is that of the indentation whose force it has had.
     """
-    if S.state.mode[H.which[i]] == 0:
+    if H.result[i, CLOSED] == 0.0:
         return 0.0
     depth = (1.0 - H.faster[i]) * H.ending[i] + H.faster[i] * H.pressed[i] if H.yields[i] == 1 else H.ending[i]
     return elastic_energy(H.energy[i], H.law[i], depth, H.elastic[i])

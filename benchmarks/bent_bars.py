@@ -1,13 +1,15 @@
 """What bars that bend cost: the paper's array beside that of rigid bars, and arrays of more units.
 
-``python -m benchmarks.bent_bars``: processor time of the integration alone, the least of interleaved repetitions.
+``python -m benchmarks.bent_bars``: processor time of the integration alone, and of making a mechanism and all that `simulate`
+does with it; the least of interleaved repetitions.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -48,19 +50,33 @@ def least(cases: Mapping[str, sd.Mechanism], until: float) -> dict[str, tuple[fl
     return found
 
 
+def whole(cases: Mapping[str, Callable[[], sd.Mechanism]], until: float) -> dict[str, float]:
+    """Processor time of making a mechanism, planning and integrating it, and of the Dataset [s], of interleaved repetitions."""
+    found = dict.fromkeys(cases, np.inf)
+    for repetition in range(REPETITIONS + 1):
+        for name, made in cases.items():
+            begun = time.process_time()
+            sd.simulate(made(), until=until)
+            if repetition:
+                found[name] = min(found[name], time.process_time() - begun)
+    return found
+
+
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--elements", action="store_true", help="beam elements too, which take half a minute")
     chosen = parser.parse_args()
-    cases = {"rigid": array()} | {f"{modes} modes": array(modes=modes) for modes in (4, 6, 8, 10)}
+    cases = {"rigid": array} | {f"{modes} modes": partial(array, modes=modes) for modes in (4, 6, 8, 10)}
     if chosen.elements:
-        cases |= {f"{elements} elements": array(elements=elements) for elements in (2, 4)}
-    print("two units, stroke of 50 ms\n| bars | steps | rejected | right-hand sides | time [ms] | over rigid bars |")
-    table = least(cases, STROKE)
+        cases |= {f"{elements} elements": partial(array, elements=elements) for elements in (2, 4)}
+    print("two units, stroke of 50 ms; integration, then all of `simulate`")
+    print("| bars | steps | rejected | right-hand sides | time [ms] | over rigid bars | time [ms] | over rigid bars |")
+    table, runs = least({name: made() for name, made in cases.items()}, STROKE), whole(cases, STROKE)
     for name, (took, counts) in table.items():
         numbers = " | ".join(f"{value}" for value in counts.values())
-        print(f"| {name} | {numbers} | {1e3 * took:.1f} | {took / table['rigid'][0]:.1f} |", flush=True)
+        alone = f"{1e3 * took:.1f} | {took / table['rigid'][0]:.1f}"
+        print(f"| {name} | {numbers} | {alone} | {1e3 * runs[name]:.1f} | {runs[name] / runs['rigid']:.1f} |", flush=True)
     print("\n6 modes a bar, 5 ms\n| units | free coordinates | steps | time [ms] | of a step [us] | exponent of that |")
     before: tuple[int, float] | None = None
     for units, (took, counts) in ((n, least({"one": array(n, modes=6)}, 5e-3)["one"]) for n in UNITS):

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -97,7 +97,7 @@ class Axis:
     turned: np.ndarray
     directed: tuple[int, ...]
 
-    @property
+    @cached_property
     def stretching(self) -> np.ndarray:
         """`Shapes.stretching` of the bar."""
         return self.shapes.stretching(self.bar.bending_stiffness / self.bar.axial_stiffness)
@@ -135,12 +135,8 @@ class Axis:
 
     def vectors(self, natural: np.ndarray) -> np.ndarray:
         """The vectors of the shapes, from natural coordinates of shape (..., nZ), shape (..., count, 2)."""
-        found = np.zeros((*natural.shape[:-1], self.shapes.count, 2))
-        for k, p, angle in self.terms:
-            cos, sin = math.cos(angle), math.sin(angle)
-            found[..., k, 0] += cos * natural[..., p] - sin * natural[..., p + 1]
-            found[..., k, 1] += sin * natural[..., p] + cos * natural[..., p + 1]
-        return found
+        x, y, cos, sin = natural[..., self.first], natural[..., self.first + 1], np.cos(self.turned), np.sin(self.turned)
+        return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
     def in_static_deflection(self, natural: np.ndarray) -> np.ndarray:
         """The amplitudes with which the bar is bent as by forces at its cross-sections alone, shape (modes, 2)."""

@@ -214,7 +214,8 @@ def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_arr
     count, label = connected_components(reduced, directed=False)
     order = np.argsort(label, kind="stable")
     sizes = np.bincount(label, minlength=count)
-    blocks, first, diagonal = [], 0, reduced.diagonal()
+    blocks: list[np.ndarray] = []
+    first, diagonal = 0, reduced.diagonal()
     if not np.all(diagonal > 0.0):
         raise np.linalg.LinAlgError
     for size in sizes.tolist():

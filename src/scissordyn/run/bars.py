@@ -17,7 +17,7 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 
-__all__ = ["PARTS", "bar_variables", "marks_of", "mode_warnings", "part_names", "shape_forces"]
+__all__ = ["PARTS", "bar_motions", "bar_variables", "marks_of", "mode_warnings", "part_names", "shape_forces"]
 
 SHARE = 0.1
 """Part of the largest force of a run that a contact has to reach for its duration to count: slighter touches excite little."""
@@ -79,7 +79,7 @@ def part_names(axis: Axis) -> list[str]:
 
 
 @dataclass(frozen=True)
-class _Motion:
+class BarMotion:
     """Of a bar at some instants: vectors of its shapes and their rates, factor of its temperatures."""
 
     vectors: np.ndarray
@@ -87,62 +87,68 @@ class _Motion:
     factor: np.ndarray
 
 
-def _motion(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> _Motion:
-    matrix = plan.coordinates.matrix
-    position, velocity = (np.asarray((matrix @ part.T).T) for part in (found.X, found.V))
+def bar_motions(plan: Plan, found: Record, time: np.ndarray) -> list[BarMotion]:
+    """Motion of each flexible bar at the instants of a record."""
+    matrix, axes = plan.coordinates.matrix, plan.coordinates.natural.axes
+    position, velocity = (np.asarray((matrix @ part.T).T) if axes else part for part in (found.X, found.V))
+    return [BarMotion(axis.vectors(position), axis.vectors(velocity), _warmth(axis.bar, time)) for axis in axes]
+
+
+def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
+    """Factor of the temperatures of a bar at some instants."""
     factor = np.ones(time.size)
-    if axis.bar.time_function is not None:
-        rows, value = function_rows(axis.bar.time_function, 0.0), np.zeros(4)
+    if bar.time_function is not None:
+        rows, value = function_rows(bar.time_function, 0.0), np.zeros(4)
         for k, instant in enumerate(time.tolist()):
             function_at(instant, rows, value)
             factor[k] = value[0]
-    return _Motion(axis.vectors(position), axis.vectors(velocity), factor)
+    return factor
 
 
-def _strain(axis: Axis, motion: _Motion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _strain(axis: Axis, motion: BarMotion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """R' at some places, the strain that has an elastic stress, that of damping, and the unit tangent."""
-    slope = axis.shapes.at(places, 1) @ motion.vectors
-    rate = axis.shapes.at(places, 1) @ motion.rates
-    size = np.linalg.norm(slope, axis=-1)
+    slopes, damped = axis.shapes.at(places, 1), np.zeros((motion.factor.size, len(places)))
+    slope = slopes @ motion.vectors
+    size = np.sqrt(slope[..., 0] ** 2 + slope[..., 1] ** 2)
     tangent = slope / size[..., None]
-    warm = motion.factor[:, None] * thermal_loads(axis.bar)[0]
-    return slope, size - 1.0 - warm, axis.bar.damping * np.sum(rate * tangent, axis=-1), tangent
+    if axis.bar.damping > 0.0:
+        damped = axis.bar.damping * np.sum((slopes @ motion.rates) * tangent, axis=-1)
+    return slope, size - 1.0 - motion.factor[:, None] * thermal_loads(axis.bar)[0], damped, tangent
 
 
-def _curvature(axis: Axis, motion: _Motion, places: np.ndarray) -> np.ndarray:
+def _curvature(axis: Axis, motion: BarMotion, places: np.ndarray) -> np.ndarray:
     """The curvature that has a stress, with that of damping."""
     first, second = axis.shapes.at(places, 1), axis.shapes.at(places, 2)
-    (a, b), (da, db) = ([table @ vectors for table in (first, second)] for vectors in (motion.vectors, motion.rates))
-    turning = _cross(da, b) + _cross(a, db)
-    warm = motion.factor[:, None] * thermal_loads(axis.bar)[1]
-    return np.asarray(_cross(a, b) / np.sum(a * a, axis=-1) - warm + axis.bar.damping * turning)
+    a, b = first @ motion.vectors, second @ motion.vectors
+    found = _cross(a, b) / (a[..., 0] ** 2 + a[..., 1] ** 2) - motion.factor[:, None] * thermal_loads(axis.bar)[1]
+    if axis.bar.damping > 0.0:
+        found += axis.bar.damping * (_cross(first @ motion.rates, b) + _cross(a, second @ motion.rates))
+    return np.asarray(found)
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
-def carried(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> Carried:
+def carried(axis: Axis, motion: BarMotion) -> Carried:
     """What a bar carries at some instants.
 
     Parameters
     ----------
-    plan : Plan
     axis : Axis
-    found : Record
-    time : ndarray, shape (nt,)
+    motion : BarMotion
 
     Returns
     -------
     Carried
     """
-    motion, shapes, bar = _motion(plan, axis, found, time), axis.shapes, axis.bar
+    shapes, bar = axis.shapes, axis.bar
     ends = marks_of(bar)
     length = np.diff(ends)
     points, weights = shapes.quadrature
     _, elastic, damped, _ = _strain(axis, motion, points)
     force = bar.axial_stiffness * (elastic + damped)
-    axial = np.zeros((time.size, length.size))
+    axial = np.zeros((motion.factor.size, length.size))
     for k, (a, b) in enumerate(zip(shapes.places, shapes.places[1:], strict=False)):
         # where bending shortens the axis the strain is that of its points of quadrature: a line through them in each span
         inside, parts = (points > a) & (points < b), slice(PARTS * k, PARTS * (k + 1))
@@ -179,7 +185,8 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
     if not axes:
         return {}
     elements = [part for part in plan.components if isinstance(part, Beam)]
-    carried_by = [_table(axis.bar, carried(plan, axis, found, time)) for axis in axes]
+    motions = bar_motions(plan, found, time)
+    carried_by = [_table(axis.bar, carried(axis, motion)) for axis, motion in zip(axes, motions, strict=True)]
     names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis)]
     variables = {"beam": xr.Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
     further = len(names) - len(elements)
@@ -225,9 +232,9 @@ def _table(bar: FlexibleBar, has: Carried) -> dict[str, np.ndarray]:
     }
 
 
-def shape_forces(plan: Plan, axis: Axis, found: Record, time: np.ndarray) -> np.ndarray:
+def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     """What the elastic and damping stresses of a bar exert on the vectors of its shapes, shape (nt, count, 2) [N]."""
-    motion, shapes, bar = _motion(plan, axis, found, time), axis.shapes, axis.bar
+    shapes, bar = axis.shapes, axis.bar
     points, weights = shapes.quadrature
     slope, elastic, damped, tangent = _strain(axis, motion, points)
     strain = elastic @ axis.stretching + damped * weights

@@ -266,10 +266,10 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
         inside, own, parts = span == k, slice(PARTS * k, PARTS * (k + 1) + 1), slice(PARTS * k, PARTS * (k + 1))
-        for values, target in ((moments, bending), (away, deflection)):
-            target[:, inside] = _through(marks[own], values[:, own], distance[inside])[0]
-        shear[:, inside] = -_through(marks[own], moments[:, own], distance[inside])[1]
-        normal[:, inside] = _through(middles[parts][[0, -1]], axial[:, parts][:, [0, -1]], distance[inside])[0]
+        value, slope = _through(marks[own], distance[inside])
+        bending[:, inside], deflection[:, inside] = moments[:, own] @ value, away[:, own] @ value
+        shear[:, inside] = -moments[:, own] @ slope
+        normal[:, inside] = axial[:, parts][:, [0, -1]] @ _through(middles[parts][[0, -1]], distance[inside])[0]
     strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
     points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
     line = points[:, -1] - points[:, 0]
@@ -292,12 +292,11 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     }
 
 
-def _through(nodes: np.ndarray, values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The polynomial through values at nodes, shape (samples, nodes), and its derivative, at some places."""
+def _through(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The polynomial through values at nodes, and its derivative, at some places: by the values, shape (nodes, places)."""
     middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
-    powers = np.arange(nodes.size)
-    coefficients = np.linalg.solve(np.vander((nodes - middle) / half, increasing=True), values.T)
-    x = (at - middle) / half
+    powers, x = np.arange(nodes.size), (at - middle) / half
+    coefficients = np.linalg.inv(np.vander((nodes - middle) / half, increasing=True))
     slopes = np.where(powers > 0, powers, 0) * x[:, None] ** np.maximum(powers - 1, 0) / half
     return (np.vander(x, nodes.size, increasing=True) @ coefficients).T, (slopes @ coefficients).T
 

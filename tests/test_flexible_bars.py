@@ -37,9 +37,9 @@ def cantilever(modes: int, *, rigidity: float = RIGIDITY, **more: Any) -> sd.Mec
     return bar(**more).with_bending(bending_stiffness=rigidity, axial_stiffness=AXIAL, modes=modes).driven(speed=0.0)
 
 
-def array(**options: Any) -> sd.Mechanism:
+def array(*, contact: Literal["compliant", "hard"] = "compliant", **options: Any) -> sd.Mechanism:
     """The array of the paper with a frictionless clearance at A, its bars tubes."""
-    loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3))
+    loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, contact=contact))
     return loose.with_bending(**TUBE, **options).driven(speed=sd.rpm(150))
 
 
@@ -221,6 +221,9 @@ def test_modes_go_up_to_the_frequency_of_contacts() -> None:
     assert mode_count(made, part) == kept.shapes.modes
     assert kept.shapes.wave_numbers[kept.shapes.modes] ** 2 * speed > frequency
     assert mode_count(made.ideal(), part) == 4
+    hard = array(contact="hard")
+    assert mode_count(hard, part) == kept.shapes.modes
+    assert "stiffness law" in sd.simulate(hard, until=1e-4, samples=2)["flexible_bar_modes"].attrs["long_name"]
     assert plan(made).ideal.coordinates.natural.total == plan(made).coordinates.natural.total  # with the same modes
     run = sd.simulate(made, until=1e-4, samples=2)
     assert run["flexible_bar_modes"].values.tolist() == [kept.shapes.modes] * 4

@@ -154,13 +154,10 @@ def contact_frequency(mechanism: Mechanism, mass: float) -> float:
     """One over the duration of the shortest impact of a mass on a clearance joint or guide at 1 m/s [Hz]; 0 without contacts.
 
     The duration goes with the fifth root of mass squared over speed for a contact as that of spheres, so that neither has to be
-    known well.
+    known well. A hard contact has the stiffness law of the impact that its impulse stands for.
     """
-    found = 0.0
-    for clearance in {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}:
-        if clearance.contact == "compliant":
-            found = max(found, 1.0 / _impact_duration(clearance.stiffness, clearance.surfaces, mass))
-    return found
+    known = {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}
+    return max((1.0 / _impact_duration(each.stiffness, each.surfaces, mass) for each in known), default=0.0)
 
 
 @lru_cache(256)

@@ -202,11 +202,12 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
         variables[f"beam_{name}"] = xr.Variable(
             ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
         )
+    hard = "; hard contacts have the frequency of their stiffness law" if plan.hard_places else ""
     bars = {
         "flexible_bar": (np.array([axis.bar.name for axis in axes], dtype=str), {"long_name": "flexible bar"}),
         "flexible_bar_modes": (
             np.array([axis.shapes.modes for axis in axes]),
-            {"units": "1", "long_name": "bending modes with the cross-sections held"},
+            {"units": "1", "long_name": f"bending modes with the cross-sections held{hard}"},
         ),
         "flexible_bar_frequency": (
             np.array([axis.highest_frequency for axis in axes]),

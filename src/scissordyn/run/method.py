@@ -45,6 +45,9 @@ DEAR_MATRICES = 150
 TRIAL = 500
 """Explicit steps in which a contact that is closed at the start has to open."""
 
+STATIC_TRIAL, STATIC_PART = 15000, 0.1
+"""The same from static equilibrium, where loads press contacts together for a while, and the part of the run in which it has to."""
+
 PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
 
@@ -116,10 +119,13 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
         if not plan.coordinates.natural.axes or tolerances.delays:
             return Choice(STIFF, "contacts that start at rest have a stiff damping")
         resting = [joint.name for joint, mode in zip(plan.contacts, system.content.state.mode.tolist(), strict=False) if mode]
-        if resting and not open_soon(plan, system, y, tolerances):
+        static = options.start == "static"
+        trial = (STATIC_TRIAL, STATIC_PART * options.until) if static else (TRIAL, math.inf)
+        if resting and not open_soon(plan, system, y, tolerances, *trial):
             return Choice(STIFF, f"the contact of joint '{resting[0]}' stays closed from rest, where its damping is stiff")
         if resting:
-            return Choice(EXPLICIT, f"the contact of joint '{resting[0]}' opens within a few explicit steps")
+            soon = "the first tenth of the run" if static else "a few explicit steps"
+            return Choice(EXPLICIT, f"the contact of joint '{resting[0]}' opens within {soon}")
     if not plan.components:
         return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
@@ -141,8 +147,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
 
 
-def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> bool:
-    """Whether all contacts are open once within `TRIAL` explicit steps from the start, which are made for it.
+def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances, most: int, until: float) -> bool:
+    """Whether all contacts are open once within some explicit steps from the start, which are made for it.
 
     Damping over the approach speed, which is next to nothing at rest, is stiff until a contact has been open. Bars that bend
     often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
@@ -155,6 +161,10 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances)
     y : ndarray, shape (ny,)
         At the start.
     tolerances : Tolerances
+    most : int
+        Steps; one in `most`/`TRIAL` looks at the contacts.
+    until : float
+        Simulated time after which it is too late [s].
 
     Returns
     -------
@@ -164,9 +174,10 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances)
     before = [part.copy() for part in state]
     driver = Driver(plan, system, y, method=Choice(EXPLICIT, ""), tolerances=tolerances)
     driver.monitor(False)
-    closed = np.flatnonzero(state.mode[: len(plan.contacts)] == 1)
-    while closed.size and driver.tried < TRIAL and driver.advance(math.inf, most_steps=1) == ADVANCING:
-        closed = closed[state.mode[closed] == 1]
+    closed, status = np.flatnonzero(state.mode[: len(plan.contacts)] == 1), ADVANCING
+    while closed.size and driver.tried < most and status == ADVANCING:
+        status = driver.advance(until, most_steps=most // TRIAL)
+        closed = np.setdiff1d(closed, driver.log["guard"][driver.log["mode"] == 0])
     for part, kept in zip(state, before, strict=True):
         part[...] = kept
     return closed.size == 0

@@ -46,7 +46,7 @@ TRIAL = 500
 """Explicit steps in which a contact that is closed at the start has to open."""
 
 STATIC_TRIAL, STATIC_PART = 15000, 0.1
-"""The same from static equilibrium, where loads press contacts together for a while, and the part of the run in which it has to."""
+"""The same from static equilibrium, where loads press contacts together for a while, and in which part of the run."""
 
 PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""

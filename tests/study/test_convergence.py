@@ -11,7 +11,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.run.options import Options
-from scissordyn.study.convergence import Level, _agrees, read_wanted
+from scissordyn.study.convergence import Level, _agrees, _tried, read_wanted
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,14 @@ def test_steps_of_hard_contact(arm):
     assert all(coarse == 2.0 * fine for coarse, fine in itertools.pairwise(settings))
     if found.options:
         assert found.options == {"step": found.setting}
+
+
+def test_steps_around_the_one_that_was_asked_for(arm):
+    """Limit: a shorter step than the chosen one is in the middle of those that are tried, a longer one changes nothing."""
+    hard = arm.replace("A.contact", "hard")
+    steps = {asked: [each[0] for each in _tried(hard, Options(0.01, step=asked))[1]] for asked in (None, 1e-8, 1e-2)}
+    assert steps[1e-8] == [1e-8 * 2.0**k for k in range(4, -4, -1)]
+    assert steps[None] == steps[1e-2] != steps[1e-8]
 
 
 @pytest.mark.parametrize(

@@ -60,6 +60,10 @@ LETTER, SHORTEST = 0.58, 8
 ENTRY = 0.18
 """Largest width of an entry of a legend, for each point of the letters' size [inch]."""
 
+BESIDE, LETTER = 0.072, 0.0075
+"""Width of an entry beside its text, and of each letter, over the size of the letters [in/pt]."""
+
+
 COLUMN = 5.0
 """Width of new figures [inch] below which few panels stand beside each other."""
 
@@ -287,6 +291,7 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
     if (above or narrow) and not (alone and figure.get_layout_engine()):
         return axes[0].legend(handles, labels, loc="best", **{**look, "frameon": True, "framealpha": 0.8, "edgecolor": "none"})
     if above or narrow:
-        columns = int(figure.get_figwidth() / (ENTRY * letters)) or 1
+        longest = max(map(len, labels))
+        columns = int(figure.get_figwidth() / (max(ENTRY, BESIDE + LETTER * longest) * letters)) or 1
         return figure.legend(handles, labels, loc="outside upper left", ncols=columns, **look)
     return axes[0].legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.0, **look)

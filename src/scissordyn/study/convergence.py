@@ -28,7 +28,7 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """From coarse to fine; each is compared with the next two."""
 
 STEPS = tuple(2.0**k for k in range(4, -4, -1))
-"""The same of hard contacts, in units of the step that is chosen without one."""
+"""The same of hard contacts, in units of the step that is chosen without one, or of a shorter one that was asked for."""
 
 MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)
 """Of each bar that bends, from coarse to fine."""
@@ -194,7 +194,8 @@ def _tried(mechanism: Mechanism, options: Options) -> _Tried:
     once = replace(options, trust=False)
     _, _, choice = make_driver(plan(mechanism), replace(once, step=None))
     if choice.method == TIME_STEPPING:
-        return "step", [(factor * choice.step, mechanism, replace(once, step=factor * choice.step)) for factor in STEPS]
+        steps = [factor * min(choice.step, options.step or math.inf) for factor in STEPS]
+        return "step", [(step, mechanism, replace(once, step=step)) for step in steps]
     return "tolerance", [(each, mechanism, replace(once, rtol=each, atol=each)) for each in TOLERANCES]
 
 

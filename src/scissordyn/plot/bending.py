@@ -153,7 +153,7 @@ def _over_time(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None
         if np.any(known):
             strength = unit.factor * float(np.min(stress[known] / used[known]))
             axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")
-            axes.legend(loc="lower right", fontsize=small())
+            axes.legend(loc="best", fontsize=small())
     else:
         strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
         axes.plot(x, strain.max(axis=1), color=BLUE, linewidth=LINE)

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.errors import InputError
 from scissordyn.plot.scale import Scale, engineering, scale_of
@@ -53,6 +53,9 @@ LEVEL = 30
 
 DECADES = 30.0
 """Ratio of largest to smallest value from which colours and axes are logarithmic."""
+
+SHORT = 300.0
+"""That below which a logarithmic axis has numbers between powers of ten."""
 
 
 def _factors(points: xr.Dataset) -> list[str]:
@@ -156,6 +159,13 @@ def feasibility_map(
         bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
     return [one]
+
+
+def _few_ticks(axis: Axis) -> None:
+    """Numbers at 1, 2 and 5 of each decade of a short logarithmic axis."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _disagreement(
@@ -264,6 +274,8 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             finite = values[np.isfinite(values)]
             if finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES:
                 one.set_yscale("log")
+                if finite.max() / finite.min() < SHORT:
+                    _few_ticks(one.yaxis)
             elif _is_whole(finite):
                 one.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
             _named_ticks(one.xaxis, sx)

@@ -14,6 +14,7 @@ from validation.four_bar.case import CASE as FOUR_BAR
 from validation.guide.case import CASE as GUIDE
 from validation.hard_contact.case import CASE as HARD_CONTACT
 from validation.hard_limit.case import CASE as HARD_LIMIT
+from validation.mixed_contact.case import CASE as MIXED_CONTACT
 from validation.n_four_bar.case import CASE as N_FOUR_BAR
 from validation.pendulum.case import CASE as PENDULUM
 from validation.records.case import CASE as RECORDS
@@ -32,6 +33,7 @@ CASES: tuple[Case, ...] = (
     GUIDE,
     HARD_CONTACT,
     HARD_LIMIT,
+    MIXED_CONTACT,
     FOUR_BAR,
     CONTROLLED_FOUR_BAR,
     RECORDS,

@@ -12,6 +12,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.run.options import Options
+from scissordyn.study.store import column
 
 NAMES = {
     "peak_bar_stress": "stress",
@@ -103,6 +104,18 @@ def test_a_pinned_bar_buckles_at_one(kind: dict[str, int], points: tuple[str, ..
     assert run.scissordyn.summary().bars.buckling == 1.0 / ratio
     pushed = rigid.with_parts({"components": (sd.Force("push", ("bar", "end"), (-load, 0.0)),)}).with_bending(**bending)
     assert ratio * float(sd.buckling(pushed)["load_factor"][0]) == pytest.approx(1.0, rel=2e-3)
+
+
+def test_stiffness_is_a_number_of_the_mechanism(tmp_path: Path) -> None:
+    """Cross-check: bending stiffness by a distribution, in one plan, gives the bits of single runs."""
+    case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
+    sd.write_case(bent(), case, run=Options(until=2e-3))
+    given = {address: sd.Normal(42e3, 2e3)}
+    found = sd.study(case, uncertain=given, samples=2, measures=["peak_deflection"], engine=1).dataset
+    for each in range(2):
+        run = sd.simulate(bent().replace(address, float(found[column(address)][each])), until=2e-3)
+        expected = np.abs(run["bar_largest_deflection"].values)
+        np.testing.assert_array_equal(found["peak_deflection"][each].values, expected)
 
 
 def test_a_study_asks_for_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -36,6 +36,18 @@ def test_a_journal_pressed_in_by_its_radius_is_a_failed_model() -> None:
     assert "the contact model has failed" in short.attrs["cause"]
 
 
+@pytest.mark.parametrize(("friction", "warned"), [(sd.LuGre(kinetic=0.1), True), (sd.NoFriction(), False)])
+def test_damping_from_rest_that_outweighs_the_indentation(friction: sd.Friction, warned: bool) -> None:
+    """Contract: in a mast from equilibrium whose friction sticks and slips, each joint by name; not where friction does not."""
+    joint = sd.Clearance(5e-5, journal_radius=5e-3, damping=sd.Flores(restitution=0.8), friction=friction)
+    mast = sd.mast(units=5, bar_length=0.8, bar_mass=0.7, slider_mass=0.5, platform_mass=2.0, angle=sd.degrees(15))
+    mast = mast.with_clearance("pivots", joint).driven(sd.Cycloidal(sd.degrees(15), sd.degrees(60), 0.8))
+    run = sd.simulate(mast, until=0.05, start="static", samples=11)
+    said = [text for text in warnings(run) if "closed from rest reaches" in text]
+    assert len(said) == (5 if warned else 0)
+    assert all("hard" in text and "1e-06 m/s" in text for text in said)
+
+
 def run_steps(run) -> int:
     """Steps that a run took."""
     return json.loads(run.attrs["statistics"])["steps"]

@@ -219,9 +219,9 @@ def _damped_from_rest(plan: Plan, run: xr.Dataset) -> list[str]:
         if largest > DAMPED * elastic:
             found.append(
                 f"joint '{joint.name}': a contact that is closed from rest reaches {largest:.4g} N, its deepest indentation "
-                f"gives {elastic:.4g} N: the rest is damping over an approach speed of "
-                f"{APPROACH_FLOOR:g} m/s, as rest has none, with which the contact hardly yields; where friction sticks and slips such forces can be far too large: "
-                "compare contact = 'hard', or a friction law without states"
+                f"gives {elastic:.4g} N: the rest is damping over an approach speed of {APPROACH_FLOOR:g} m/s, as rest "
+                "has none, with which the contact hardly yields; where friction sticks and slips such forces can be far too "
+                "large: compare contact = 'hard', or a friction law without states"
             )
     return found
 

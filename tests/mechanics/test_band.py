@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scissordyn.mechanics.band import factorize, solve
+from scissordyn.mechanics.band import eliminate, factorize, product, solve, substitute, width
 
 LOWER, UPPER = 2, 1
 
@@ -46,3 +46,41 @@ def test_the_first_row_without_a_pivot_is_named() -> None:
     dense = np.eye(4)
     dense[2, 2] = 0.0
     assert factorize(banded(dense), LOWER, UPPER, np.zeros(4, np.int64)) == 2
+
+
+@pytest.mark.parametrize("reach", [1, 3, 11])
+@pytest.mark.parametrize("first", [0, 4, 25])
+def test_elimination_goes_on_from_the_first_row_that_has_changed(reach: int, first: int) -> None:
+    """Independent formulation: numpy, for a matrix of which the rows from one on are then others."""
+    rng, size = np.random.default_rng(reach), 26
+
+    def equations() -> tuple[np.ndarray, np.ndarray]:
+        dense = np.triu(np.tril(rng.normal(size=(size, size)), reach), -reach)
+        return dense + 3.0 * reach * np.eye(size), rng.normal(size=size)
+
+    band, right, found = np.zeros((size, width(reach, reach))), np.zeros(size), np.zeros(size)
+
+    def write(dense: np.ndarray, x: np.ndarray, since: int) -> None:
+        right[since:], band[since:] = x[since:], 0.0
+        for i in range(since, size):
+            for j in range(max(0, i - reach), min(size, i + reach + 1)):
+                band[i, j - i + reach] = dense[i, j]
+
+    dense, x = equations()
+    write(dense, x, 0)
+    assert eliminate(band, reach, 0, right) == -1
+    later, y = equations()
+    dense[first:], x[first:] = later[first:], y[first:]
+    write(dense, x, first)
+    assert eliminate(band, reach, first, right) == -1
+    substitute(band, reach, right, found)
+    np.testing.assert_allclose(found, np.linalg.solve(dense, x), rtol=1e-12)
+    write(dense, x, 0)
+    np.testing.assert_allclose([product(band, reach, i, found) for i in range(size)], x, rtol=0.0, atol=1e-12)
+
+
+def test_a_zero_pivot_is_named_where_rows_are_not_exchanged() -> None:
+    """Closed form: zeros on the diagonal, which exchanges would avoid."""
+    band, right = np.zeros((3, width(1, 1))), np.ones(3)
+    band[:, 0] = band[:, 2] = 1.0
+    assert eliminate(band, 1, 0, right) == 0

@@ -1,18 +1,20 @@
 """Banded linear equations: elimination with row exchanges in a row-wise band. A full matrix is a wide band.
 
 Entry (i, j) of the matrix stands in ``band[i, j - i + lower]``; row exchanges fill up to `lower` further columns on the right.
+Without exchanges elimination takes half as many operations, and goes on from the first row that has changed since the last one.
 """
 
 from __future__ import annotations
 
 from scissordyn.jit import kernel
+from scissordyn.mechanics.lanes import SHORT, row_times, take_row
 
-__all__ = ["factorize", "solve", "width"]
+__all__ = ["eliminate", "factorize", "product", "solve", "substitute", "width"]
 
 
 def width(lower: int, upper: int) -> int:
     """Columns of the band array for `lower` and `upper` off-diagonals."""
-    return 2 * lower + upper + 1
+    return max(2 * lower + upper + 1, lower + upper + 1 + SHORT)
 
 
 @kernel()
@@ -65,3 +67,38 @@ def solve(band, lower, upper, pivots, x):
         for j in range(i + 1, min(i + reach, size - 1) + 1):
             total -= band[i, j + shift] * x[j]
         x[i] = total / band[i, lower]
+
+
+@kernel()
+def eliminate(band, reach, first, x):
+    """Eliminate below the diagonal without row exchanges, in the right-hand side x too. Returns the row of a zero pivot, or -1.
+
+    Rows before `first` are those of the last call; from it on they are as in the matrix, with zeros beyond its band.
+    """
+    size = band.shape[0]
+    for k in range(max(0, first - reach), size):
+        pivot = band[k, reach]
+        if not abs(pivot) > 0.0:
+            return k
+        inverse = 1.0 / pivot
+        for r in range(max(first, k + 1), min(k + reach, size - 1) + 1):
+            factor = band[r, k - r + reach] * inverse
+            if factor != 0.0:
+                take_row(band, r, k + 1 - r + reach, k, reach + 1, factor, reach)
+                x[r] -= factor * x[k]
+    return -1
+
+
+@kernel()
+def substitute(band, reach, x, solution):
+    """Write the solution from what `eliminate` has left."""
+    size = band.shape[0]
+    for i in range(size - 1, -1, -1):
+        solution[i] = (x[i] - row_times(band, i, reach + 1, solution, i + 1, min(reach, size - 1 - i))) / band[i, reach]
+
+
+@kernel()
+def product(band, reach, row, vector):
+    """A row of a banded matrix times a vector."""
+    first = max(0, row - reach)
+    return row_times(band, row, first - row + reach, vector, first, min(vector.size, row + reach + 1) - first)

@@ -17,7 +17,7 @@ from scissordyn.jit import kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
-from scissordyn.mechanics.hard_rows import SLIP, effective_mass
+from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
 from scissordyn.plugin.address import call_at
 
 __all__ = ["begin_laws", "laws_fit", "take_compliant", "too_long_for_laws"]
@@ -154,6 +154,7 @@ def laws_fit(m, y, S, H):
         if max(abs(h * force - p_n), abs(h * friction - H.impulse[b])) > near:
             across = slip * H.rubbed[i] < 0.0
             linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)
+            differ(i, m, H)
             fits = False
     return fits
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 from scissordyn.jit import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
+from scissordyn.mechanics.hard_rows import differ
 
 __all__ = ["FLOOR", "law_at", "law_depth", "law_fits", "prepare_law", "stored_energy"]
 
@@ -33,13 +34,20 @@ NEGLIGIBLE = 1e-4
 
 
 @kernel(inline=True)
-def law_at(i, delta, H):
-    """Force [N] and its derivative [N/m] of hard contact i at an indentation."""
+def force_at(i, delta, H):
+    """Force [N] of hard contact i at an indentation."""
     least = H.floor[i]
     if delta <= least:
-        slope = elastic_force(H.law[i], least, H.elastic[i]) / least
-        return slope * delta, slope
-    force = elastic_force(H.law[i], delta, H.elastic[i])
+        return elastic_force(H.law[i], least, H.elastic[i]) / least * delta
+    return elastic_force(H.law[i], delta, H.elastic[i])
+
+
+@kernel(inline=True)
+def law_at(i, delta, H):
+    """And its derivative [N/m]."""
+    force, least = force_at(i, delta, H), H.floor[i]
+    if delta <= least:
+        return force, elastic_force(H.law[i], least, H.elastic[i]) / least
     small = 1e-5 * delta
     slope = (elastic_force(H.law[i], delta + small, H.elastic[i]) - elastic_force(H.law[i], delta - small, H.elastic[i])) / (
         2.0 * small
@@ -87,9 +95,10 @@ def law_fits(m, H):
             continue
         at = H.place[m + 2 * i]
         delta = law_depth(i, at, H)
-        force, _ = law_at(i, max(delta, 0.0), H)
+        force = force_at(i, max(delta, 0.0), H)
         if abs(h * force - H.impulse[at]) > MISFIT * max(h * force, H.impulse[at]) + NEGLIGIBLE * largest:
             linearise_law(i, max(delta, 0.0), H)
+            differ(i, m, H)
             fits = False
     return fits
 

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from scissordyn.jit import F1, F2, I1, I2, kernel, opener
+from scissordyn.mechanics.band import product
 from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
 
@@ -24,6 +25,7 @@ __all__ = [
     "assemble",
     "contact_rows",
     "convective",
+    "differ",
     "effective_mass",
     "element_of",
     "open_hard",
@@ -83,7 +85,9 @@ class HardContacts(NamedTuple):
     asked: I1  # (k,) the mode that its impulses and velocities ask for
     stuck: I1  # (k,) whether it stuck in the last step
     gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
-    band: F2  # (rows, 3 reach + 1) the equations, factorized
+    band: F2  # (rows, more than 3 reach) the equations, factorized
+    right: F1  # (rows,) their right-hand side, eliminated
+    since: I1  # (1,) the first row in which they differ from what is factorized
     pivots: I1
     free: F1  # (rows,) velocities of the rows without impulses
     before: F1  # (rows,) U- of contacts
@@ -305,7 +309,10 @@ def effective_mass(i, S, H):
 @kernel(inline=True)
 def row_product(a, vector, H):
     """Row a of G, which is banded, times a vector of all rows."""
-    reach, total = H.reach[0], 0.0
-    for b in range(max(0, a - reach), min(H.place.size, a + reach + 1)):
-        total += H.gram[a, b - a + reach] * vector[b]
-    return total
+    return product(H.gram, H.reach[0], a, vector)
+
+
+@kernel(inline=True)
+def differ(i, m, H):
+    """Note that the equations of contact i are no longer those that are factorized."""
+    H.since[0] = min(H.since[0], H.place[m + 2 * i], H.place[m + 2 * i + 1])

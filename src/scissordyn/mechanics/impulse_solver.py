@@ -15,7 +15,7 @@ from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
-from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
+from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_product
 from scissordyn.mechanics.pivoting import pivot
 
 __all__ = [
@@ -51,6 +51,9 @@ BORDER = 1e-10
 STILL = 1e-6
 """Slip speed, as a part of what forces change it by in a step, below which surfaces have not slipped."""
 
+ACCURATE = 1e-9
+"""Velocity that equations without row exchanges may miss, as a part of what impulses change; else rows are exchanged."""
+
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
 """Columns of `HardContacts.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
 solved, steps with closed contacts, steps with rows that depend on each other."""
@@ -60,7 +63,7 @@ COUNTS = 7
 DEPENDS = 1e-6
 """Pivot over diagonal below which a row depends on others."""
 
-_factorize, _solve = band.factorize, band.solve
+_factorize, _solve, eliminate, substitute = band.factorize, band.solve, band.eliminate, band.substitute
 
 
 @kernel()
@@ -88,6 +91,7 @@ def solve_impulses(m, y, S, H):
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
+    H.since[0] = 0
     solved, fewest, tries, laws, misfits = False, 3 * count + 1, TRIES, 0, False
     for tried in range(MOST):
         if not solve_modes(m, H):
@@ -107,7 +111,7 @@ def solve_impulses(m, y, S, H):
             fewest, tries = asking, TRIES
         else:
             tries = max(tries - 1, 0)
-        change_modes(tries == 0, H)
+        change_modes(tries == 0, m, H)
     if solved and depends(H):
         H.counts[DEPENDENT] += 1
     if not solved:
@@ -122,46 +126,112 @@ def solve_impulses(m, y, S, H):
     return not misfits
 
 
-@kernel(inline=True)
+@kernel()
 def solve_modes(m, H):
     """Impulses for the present modes, and the velocities that follow; returns whether there are any."""
-    size, reach = H.place.size, H.reach[0]
-    H.band[:, :] = 0.0
+    size, reach, first = H.place.size, H.reach[0], H.since[0]
+    write_equations(m, first, H)
+    H.since[0] = size
+    if eliminate(H.band, reach, first, H.right) < 0:
+        substitute(H.band, reach, H.right, H.impulse)
+        follow(H)
+        if accurate(m, H):
+            return True
+    write_equations(m, 0, H)
+    H.since[0] = 0
     for a in range(size):
-        for k in range(2 * reach + 1):
-            H.band[a, k] = H.gram[a, k]
-        H.impulse[a] = -H.free[a]
-    for a in range(H.place.size):
-        if H.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
-            H.band[a, reach] = 1.0
-            H.impulse[a] = 0.0
-    for i in range(H.which.size):
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        if H.closed[i] == 0:
-            continue
-        if H.mode[i] == OPEN:
-            only(a, 1.0, reach, H)
-            only(b, 1.0, reach, H)
-            continue
-        H.band[a, reach] = H.band[a, reach] * (1.0 + COMPLIANCE) + H.compliance[i]
-        H.impulse[a] = -H.free[a] - H.offset[i]
-        if H.mode[i] == STICK:
-            H.band[b, reach] *= 1.0 + COMPLIANCE
-            continue
-        sign = 1.0 if H.mode[i] == SLIP else -1.0
-        # P_T + turning_mass U_T = lag + friction, times G_TT
-        own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
-        for k in range(2 * reach + 1):
-            H.band[b, k] = turned * H.gram[b, k]
-        H.band[b, reach] += own
-        H.band[b, a - b + reach] -= sign * H.friction[i] * own
-        H.impulse[b] = own * H.lag[i] - turned * H.free[b]
+        H.impulse[a] = H.right[a]
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     _solve(H.band, reach, reach, H.pivots, H.impulse)
-    for a in range(size):
-        H.velocity[a] = H.free[a] + row_product(a, H.impulse, H)
+    follow(H)
     return True
+
+
+@kernel(inline=True)
+def follow(H):
+    """Write the velocities that follow from the impulses."""
+    for a in range(H.place.size):
+        H.velocity[a] = H.free[a] + row_product(a, H.impulse, H)
+
+
+@kernel(inline=True)
+def accurate(m, H):
+    """Whether impulses satisfy the equations of what is closed, to within round-off of the velocities that they change."""
+    reach, largest, worst = H.reach[0], 0.0, 0.0
+    for a in range(H.place.size):
+        largest = max(largest, abs(H.free[a]), H.gram[a, reach] * abs(H.impulse[a]))
+    for a in range(m):
+        if H.gram[H.place[a], reach] > 0.0:
+            worst = max(worst, abs(H.velocity[H.place[a]]))
+    for i in range(H.which.size):
+        if H.closed[i] == 0 or H.mode[i] == OPEN:
+            continue
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        worst = max(worst, abs(H.velocity[a] + H.compliance[i] * H.impulse[a] + H.offset[i]))
+        if H.mode[i] == STICK:
+            worst = max(worst, abs(H.velocity[b]))
+    return worst <= ACCURATE * largest
+
+
+@kernel(inline=True)
+def write_equations(m, first, H):
+    """Write the equations of the present modes from one row on."""
+    size, reach = H.place.size, H.reach[0]
+    for a in range(first, size):
+        for k in range(2 * reach + 1):
+            H.band[a, k] = H.gram[a, k]
+        for k in range(2 * reach + 1, H.band.shape[1]):
+            H.band[a, k] = 0.0
+        H.right[a] = -H.free[a]
+        if H.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
+            H.band[a, reach] = 1.0
+            H.right[a] = 0.0
+    for i in range(H.which.size):
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        if H.closed[i] == 1 and a >= first:
+            write_normal(i, a, H)
+        if H.closed[i] == 1 and b >= first:
+            write_tangential(i, a, b, H)
+
+
+@kernel(inline=True)
+def write_normal(i, a, H):
+    """Write the row N of a closed contact."""
+    if H.mode[i] == OPEN:
+        only(a, H)
+        return
+    H.band[a, H.reach[0]] = H.band[a, H.reach[0]] * (1.0 + COMPLIANCE) + H.compliance[i]
+    H.right[a] = -H.free[a] - H.offset[i]
+
+
+@kernel(inline=True)
+def write_tangential(i, a, b, H):
+    """Write the row T of a closed contact, whose row N is a."""
+    reach = H.reach[0]
+    if H.mode[i] == OPEN:
+        only(b, H)
+        return
+    if H.mode[i] == STICK:
+        H.band[b, reach] *= 1.0 + COMPLIANCE
+        return
+    sign = 1.0 if H.mode[i] == SLIP else -1.0
+    # P_T + turning_mass U_T = lag + friction, times G_TT
+    own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
+    for k in range(2 * reach + 1):
+        H.band[b, k] = turned * H.gram[b, k]
+    H.band[b, reach] += own
+    H.band[b, a - b + reach] -= sign * H.friction[i] * own
+    H.right[b] = own * H.lag[i] - turned * H.free[b]
+
+
+@kernel(inline=True)
+def only(a, H):
+    """Make row a of the equations a diagonal one without a right-hand side."""
+    for k in range(2 * H.reach[0] + 1):
+        H.band[a, k] = 0.0
+    H.band[a, H.reach[0]] = 1.0
+    H.right[a] = 0.0
 
 
 @kernel(inline=True)
@@ -173,15 +243,6 @@ def depends(H):
         if H.gram[a, reach] > 0.0:
             least = min(least, abs(H.band[a, reach]) / H.gram[a, reach])
     return least < DEPENDS
-
-
-@kernel(inline=True)
-def only(a, value, reach, H):
-    """Make row a of the equations a diagonal one without a right-hand side."""
-    for k in range(2 * reach + 1):
-        H.band[a, k] = 0.0
-    H.band[a, reach] = value
-    H.impulse[a] = 0.0
 
 
 @kernel(inline=True)
@@ -215,12 +276,13 @@ def ask_for_modes(m, H):
 
 
 @kernel(inline=True)
-def change_modes(single, H):
+def change_modes(single, m, H):
     """Change the modes of all contacts that ask for it, or of the last one."""
     for i in range(H.which.size - 1, -1, -1):
         breaks_away = H.closed[i] == 1 and H.asked[i] >= SLIP and H.friction[i] > H.kinetic[i]
         if H.asked[i] != H.mode[i] or breaks_away:
             H.mode[i] = H.asked[i]
+            differ(i, m, H)
             if breaks_away:
                 H.friction[i] = H.kinetic[i]
             if single:

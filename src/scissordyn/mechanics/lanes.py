@@ -15,13 +15,30 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import lower_builtin, register_jitable, type_callable
 
-__all__ = ["LANES", "PAIRS", "combine", "even", "join", "padded", "part", "pull", "stretch", "transform"]
+__all__ = [
+    "LANES",
+    "PAIRS",
+    "SHORT",
+    "combine",
+    "even",
+    "join",
+    "padded",
+    "part",
+    "pull",
+    "row_times",
+    "stretch",
+    "take_row",
+    "transform",
+]
 
 LANES = 8
 """Rows of tables have a whole multiple of so many numbers, which processors take at once."""
 
 PAIRS = LANES // 2
 """Plane vectors whose components fill the lanes."""
+
+SHORT = 4
+"""Numbers that rows of a band are taken by."""
 
 TOGETHER = 2
 """Vectors of numbers that are summed at once: fewer sums wait for each other's latency."""
@@ -76,6 +93,20 @@ def join(target, first, factor, x, y, place, count):
         target[first + 2 * k + 1] += factor * y[place + k]
 
 
+def take_row(table, row, column, other, begin, factor, count):
+    """Take `count` numbers of the row `other` from `begin` on, times a factor, from a row; `SHORT` - 1 zeros follow them."""
+    for k in range(count):
+        table[row, column + k] -= factor * table[other, begin + k]
+
+
+def row_times(table, row, column, x, first, count):
+    """The sum of `count` products of a row with numbers of x."""
+    total = 0.0
+    for k in range(count):
+        total += table[row, column + k] * x[first + k]
+    return total
+
+
 @register_jitable
 def padded(count: int) -> int:
     """The width of a row with so many numbers, in whole lanes."""
@@ -96,6 +127,8 @@ type_callable(transform)(lambda context: lambda table, first, rows, width, x, sx
 type_callable(stretch)(lambda context: lambda rx, ry, free, inverse, strain, width: types.none)
 type_callable(part)(lambda context: lambda source, first, factor, x, y, place, count: types.none)
 type_callable(join)(lambda context: lambda target, first, factor, x, y, place, count: types.none)
+type_callable(take_row)(lambda context: lambda table, row, column, other, begin, factor, count: types.none)
+type_callable(row_times)(lambda context: lambda table, row, column, x, first, count: types.float64)
 type_callable(pull)(lambda context: lambda factor, force, inverse, rx, ry, fx, fy, width: types.none)
 
 
@@ -148,6 +181,51 @@ def _generate_pull(context: Any, builder: Any, signature: Any, arguments: Any) -
     return context.get_dummy_value()
 
 
+_QUARTER = ir.VectorType(ir.DoubleType(), SHORT)
+
+
+def _in_row(context: Any, builder: Any, kind: Any, table: Any, row: Any, column: Any) -> Any:
+    """Where an entry of a table of two dimensions is."""
+    made = context.make_array(kind)(context, builder, table)
+    _, wide = cgutils.unpack_tuple(builder, made.shape)
+    words = [context.cast(builder, value, types.intp, types.int64) for value in (row, column)]
+    return builder.gep(made.data, [builder.add(builder.mul(words[0], wide), words[1])])
+
+
+@lower_builtin(take_row, types.Array, *(types.Integer,) * 4, types.Float, types.Integer)
+def _generate_take_row(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    table, row, column, other, begin, factor, count = arguments
+    target, source = (_in_row(context, builder, signature.args[0], table, *at) for at in ((row, column), (other, begin)))
+    fused = _fused(builder, _QUARTER)
+    factors = _splat(builder, builder.fneg(factor), SHORT)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), count, ir.Constant(_WORD, SHORT), _WORD) as (k, _):
+        to = _at(builder, target, k, _QUARTER)
+        numbers = builder.load(_at(builder, source, k, _QUARTER), align=8)
+        builder.store(builder.call(fused, [numbers, factors, builder.load(to, align=8)]), to, align=8)
+    return context.get_dummy_value()
+
+
+@lower_builtin(row_times, types.Array, *(types.Integer,) * 2, types.Array, *(types.Integer,) * 2)
+def _generate_row_times(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """By lanes, and what is left one by one."""
+    table, row, column, x, first, count = arguments
+    numbers = _in_row(context, builder, signature.args[0], table, row, column)
+    vector = builder.gep(context.make_array(signature.args[3])(context, builder, x).data, [first])
+    step, fused = ir.Constant(_WORD, SHORT), _fused(builder, _QUARTER)
+    whole = builder.mul(builder.sdiv(count, step), step)
+    sums, total = cgutils.alloca_once(builder, _QUARTER), cgutils.alloca_once(builder, ir.DoubleType())
+    builder.store(ir.Constant(_QUARTER, [0.0] * SHORT), sums)
+    with cgutils.for_range_slice(builder, ir.Constant(_WORD, 0), whole, step, _WORD) as (k, _):
+        pair = [builder.load(_at(builder, each, k, _QUARTER), align=8) for each in (numbers, vector)]
+        builder.store(builder.call(fused, [*pair, builder.load(sums)]), sums)
+    lanes = [builder.extract_element(builder.load(sums), ir.Constant(ir.IntType(32), k)) for k in range(SHORT)]
+    builder.store(builder.fadd(builder.fadd(lanes[0], lanes[1]), builder.fadd(lanes[2], lanes[3])), total)
+    with cgutils.for_range_slice(builder, whole, count, ir.Constant(_WORD, 1), _WORD) as (k, _):
+        one, other = (builder.load(builder.gep(each, [k])) for each in (numbers, vector))
+        builder.store(builder.fadd(builder.load(total), builder.fmul(one, other)), total)
+    return builder.load(total)
+
+
 _VECTORS = (types.Array, types.Integer, types.Float, types.Array, types.Array, types.Integer, types.Integer)
 _HALF = ir.VectorType(ir.DoubleType(), PAIRS)
 
@@ -180,11 +258,11 @@ def _shuffled(builder: Any, one: Any, other: Any, places: list[int]) -> Any:
     return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(ir.IntType(32), len(places)), places))
 
 
-def _splat(builder: Any, number: Any) -> Any:
+def _splat(builder: Any, number: Any, lanes: int = LANES) -> Any:
     """A vector of the same number."""
-    nothing, places = ir.Constant(_VECTOR, ir.Undefined), ir.VectorType(ir.IntType(32), LANES)
+    nothing = ir.Constant(ir.VectorType(ir.DoubleType(), lanes), ir.Undefined)
     one = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(one, nothing, ir.Constant(places, [0] * LANES))
+    return _shuffled(builder, one, nothing, [0] * lanes)
 
 
 def _at(builder: Any, pointer: Any, place: Any, kind: Any = _VECTOR) -> Any:
@@ -211,9 +289,10 @@ def _generate_transform(context: Any, builder: Any, signature: Any, arguments: A
     return context.get_dummy_value()
 
 
-def _fused(builder: Any) -> Any:
+def _fused(builder: Any, vector: Any = _VECTOR) -> Any:
     """Product and sum of vectors."""
-    return cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR] * 3), f"llvm.fmuladd.v{LANES}f64")
+    name = f"llvm.fmuladd.v{vector.count}f64"
+    return cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector, [vector] * 3), name)
 
 
 @lower_builtin(combine, types.Array, types.Integer, types.Integer, types.Integer, *(types.Array,) * 4)

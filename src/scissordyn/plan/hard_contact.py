@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from scissordyn.mechanics.band import width
 from scissordyn.mechanics.hard_elastic import FLOOR
 from scissordyn.mechanics.hard_result import RESULTS
 from scissordyn.mechanics.hard_rows import HardContacts
@@ -27,7 +28,7 @@ NUMBERS = (
 CHOICES = ("law", "energy", "yields", "closed", "was", "mode", "asked", "stuck", "kept_mode", "kept_stuck", "active")
 """Fields of `HardContacts` with a number, or an integer, of each contact."""
 
-OF_ROWS = ("free", "before", "impulse", "velocity", "shift")
+OF_ROWS = ("free", "before", "impulse", "velocity", "shift", "right")
 OF_STATES = ("kept_slope", "slope", "middle", "scratch")
 """Fields with a number of each row, or of each state."""
 
@@ -71,7 +72,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
         normal=np.zeros((2, model.element_column.size)),
         impact=np.zeros(2, np.int64),
         gram=np.zeros((rows, 2 * reach + 1)),
-        band=np.zeros((rows, 3 * reach + 1)),
+        band=np.zeros((rows, width(reach, reach))),
+        since=np.zeros(1, np.int64),
         pivots=np.zeros(rows, np.int64),
         row=np.zeros(n),
         mass_row=np.zeros(m),

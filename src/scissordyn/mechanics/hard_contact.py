@@ -388,31 +388,47 @@ def beyond_law(i, S, H):
 @kernel(inline=True)
 def return_to_surfaces(h, new, S, H):
     """Move the positions of contacts that stay closed back to their surfaces."""
-    W = S.work
-    m, reach, deep = W.multiplier.size, H.reach[0], False
     place_at_end(h, new, S)
-    H.band[:, :] = 0.0
-    for a in range(H.place.size):
-        at = H.place[a]
-        H.shift[at], H.band[at, reach] = 0.0, 1.0
-        if a < m and H.gram[at, reach] > 0.0:
-            for k in range(2 * reach + 1):
-                H.band[at, k] = H.gram[at, k]
+    if too_far(S, H):
+        move_back(new, S, H)
+    place_at_middle(S, H)
+
+
+@kernel(inline=True)
+def too_far(S, H):
+    """Write by how much contacts that stay closed move back, NaN for those that do not; returns whether one is not near."""
+    m, deep = S.work.multiplier.size, False
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
         if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0 or (H.locate[0] == 0 and depth <= 0.0 and H.yields[i] == 0):
-            continue
-        at = H.place[m + 2 * i]
-        for k in range(2 * reach + 1):
-            H.band[at, k] = H.gram[at, k]
-        H.band[at, reach] *= 1.0 + LEAST_SQUARES
-        if H.yields[i] == 1:
-            continue
-        H.shift[at] = depth
+            depth = math.nan
+        elif H.yields[i] == 1:
+            depth = 0.0
+        H.shift[H.place[m + 2 * i]] = depth
         deep = deep or abs(depth) > DEEP * S.parameters.contact[H.which[i]].clearance
-    if deep and factorize(H.band, reach, reach, H.pivots) < 0:
-        solve(H.band, reach, reach, H.pivots, H.shift)
-        for a in range(m + 2 * H.which.size):
-            if H.shift[H.place[a]] != 0.0:
-                add_row(a, m, H.shift[H.place[a]], new, 0, S, H)
-    place_at_middle(S, H)
+    return deep
+
+
+@kernel(inline=True)
+def move_back(new, S, H):
+    """Move positions by what `too_far` has written: a weighted least-squares solution."""
+    m, reach = S.work.multiplier.size, H.reach[0]
+    for a in range(H.place.size):
+        at, normal = H.place[a], m <= a < m + 2 * H.which.size and (a - m) % 2 == 0
+        if not normal:
+            H.shift[at] = 0.0 if a < m and H.gram[at, reach] > 0.0 else math.nan
+        moves = not math.isnan(H.shift[at])
+        for k in range(2 * reach + 1):
+            H.band[at, k] = H.gram[at, k] if moves else 0.0
+        for k in range(2 * reach + 1, H.band.shape[1]):
+            H.band[at, k] = 0.0
+        if normal:
+            H.band[at, reach] *= 1.0 + LEAST_SQUARES
+        if not moves:
+            H.shift[at], H.band[at, reach] = 0.0, 1.0
+    if factorize(H.band, reach, reach, H.pivots) >= 0:
+        return
+    solve(H.band, reach, reach, H.pivots, H.shift)
+    for a in range(m + 2 * H.which.size):
+        if H.shift[H.place[a]] != 0.0:
+            add_row(a, m, H.shift[H.place[a]], new, 0, S, H)

@@ -85,13 +85,13 @@ def prepare_law(i, at, H):
 
 @kernel(inline=True)
 def law_fits(m, H):
-    """Whether impulses agree with the law of all elastic contacts; where they do not it is linearised anew."""
+    """Whether impulses agree with the law of all elastic contacts that keep their mode; where not it is linearised anew."""
     fits, h, largest = True, H.size[0], 0.0
     for i in range(H.which.size):
         if H.closed[i] == 1:
             largest = max(largest, H.impulse[H.place[m + 2 * i]])
     for i in range(H.which.size):
-        if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1:
+        if H.closed[i] == 0 or H.yields[i] == 0 or H.compliant[i] == 1 or H.asked[i] != H.mode[i]:
             continue
         at = H.place[m + 2 * i]
         delta = law_depth(i, at, H)

@@ -35,8 +35,6 @@ def hard_impact(t, h, y, S, H):
     for i in range(y.size):
         H.scratch[i] = y[i]
     accelerate(t, y, S, H.middle)
-    for k in range(n):
-        H.row[k] = 0.0
     for i in range(H.which.size):
         j = H.which[i]
         depth, rate = gap(j, S)

@@ -77,7 +77,11 @@ class HardContacts(NamedTuple):
     place: I1  # (rows,) permutation, rows = m+2k+c
     pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
     reach: I1  # (1,) of the band
+    products: I2  # (products, 2): entries of rows that stand in the same column, of one pair after another
+    product_start: I1  # (pairs + 1,)
+    value: F1  # entries of rows: those of `normal`, which is a part of it, and of the constraints
     normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T, and s
+    acts: I1  # (rows,) whether it is of an active constraint or of a contact whose gap closes
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
     impact: I1  # (2,) whether the step has an impact; `STEP` and so on
@@ -95,7 +99,6 @@ class HardContacts(NamedTuple):
     velocity: F1  # (rows,) U+
     shift: F1  # (rows,) moves of positions along the rows
     friction: F1  # (k,) coefficient in the present step
-    row: F1  # (n,) zeros: one row while it is multiplied
     depth: F1  # (k,) at the middle of the step
     ending: F1  # (k,) indentation at the end of the step [m]
     overlap: F1  # (k,) largest indentation so far beyond that of the law [m]
@@ -190,52 +193,6 @@ def along(a, source, S, H):
 
 
 @kernel(inline=True)
-def scatter(a, m, S, H):
-    """Add row a to `HardContacts.row`."""
-    M = S.model
-    if a < m:
-        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
-            if M.constraint_column[k] < M.n:
-                H.row[M.constraint_column[k]] += S.work.gradient[k]
-        return
-    j, axis = element_of(a, m, S, H)
-    for k in range(M.element_start[j], M.element_start[j + 1]):
-        if M.element_column[k] < M.n:
-            H.row[M.element_column[k]] += H.normal[axis, k]
-
-
-@kernel(inline=True)
-def clear(a, m, S, H):
-    """Set `HardContacts.row` back to zero where row a has columns."""
-    M = S.model
-    if a < m:
-        for k in range(M.constraint_start[a], M.constraint_start[a + 1]):
-            if M.constraint_column[k] < M.n:
-                H.row[M.constraint_column[k]] = 0.0
-        return
-    j, _ = element_of(a, m, S, H)
-    for k in range(M.element_start[j], M.element_start[j + 1]):
-        if M.element_column[k] < M.n:
-            H.row[M.element_column[k]] = 0.0
-
-
-@kernel(inline=True)
-def times_row(b, m, S, H):
-    """Product of row b with `HardContacts.row`."""
-    M, total = S.model, 0.0
-    if b < m:
-        for k in range(M.constraint_start[b], M.constraint_start[b + 1]):
-            if M.constraint_column[k] < M.n:
-                total += S.work.gradient[k] * H.row[M.constraint_column[k]]
-        return total
-    j, axis = element_of(b, m, S, H)
-    for k in range(M.element_start[j], M.element_start[j + 1]):
-        if M.element_column[k] < M.n:
-            total += H.normal[axis, k] * H.row[M.element_column[k]]
-    return total
-
-
-@kernel(inline=True)
 def add_row(a, m, value, target, first, S, H):
     """Add a multiple of row a to target[first:], its free columns alone."""
     M = S.model
@@ -265,22 +222,21 @@ def acting_row(a, m, S, H):
 def assemble(h, S, H):
     """Write the products of all acting rows, and what the rows of components add to theirs."""
     m, reach = S.work.multiplier.size, H.reach[0]
+    first = H.value.size - S.work.gradient.size
+    for k in range(S.work.gradient.size):
+        H.value[first + k] = S.work.gradient[k]
+    for a in range(H.place.size):
+        H.acts[a] = 1 if acting_row(a, m, S, H) else 0
     H.gram[:, :] = 0.0
-    row = -1
     for p in range(H.pairs.shape[0]):
         a, b = H.pairs[p, 0], H.pairs[p, 1]
-        if not (acting_row(a, m, S, H) and acting_row(b, m, S, H)):
+        if H.acts[a] == 0 or H.acts[b] == 0:
             continue
-        if a != row:
-            if row >= 0:
-                clear(row, m, S, H)
-            scatter(a, m, S, H)
-            row = a
-        total, i, k = times_row(b, m, S, H), H.place[a], H.place[b]
+        total, i, k = 0.0, H.place[a], H.place[b]
+        for q in range(H.product_start[p], H.product_start[p + 1]):
+            total += H.value[H.products[q, 0]] * H.value[H.products[q, 1]]
         H.gram[i, k - i + reach] = total
         H.gram[k, i - k + reach] = total
-    if row >= 0:
-        clear(row, m, S, H)
     first = m + 2 * H.which.size
     for c in range(H.damped.size):
         if H.damping[c] == 1 and h > 0.0:

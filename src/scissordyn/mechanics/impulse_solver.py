@@ -99,8 +99,9 @@ def solve_impulses(m, y, S, H):
         H.counts[FACTORIZATIONS] += 1
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
+        elastic = laws == most_laws or law_fits(m, H)
         if asking == 0:
-            elastic, compliant = law_fits(m, H), laws_fit(m, y, S, H)
+            compliant = laws_fit(m, y, S, H)
             if (elastic and compliant) or laws == most_laws:
                 misfits = not compliant
                 solved = True

@@ -56,7 +56,10 @@ def hard_contacts(plan: Plan) -> HardContacts:
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
     rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
-    place, pairs, reach = _ordering(plan, which, damped)
+    entries = _entries(plan, which, damped)
+    place, pairs, reach = _ordering(n, entries)
+    value = np.zeros(2 * model.element_column.size + model.constraint_column.size)
+    product_start, products = _products(entries, pairs)
     made = HardContacts(
         which=np.array(which, np.int64),
         compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
@@ -69,13 +72,16 @@ def hard_contacts(plan: Plan) -> HardContacts:
         place=place,
         pairs=pairs,
         reach=np.array([reach], np.int64),
-        normal=np.zeros((2, model.element_column.size)),
+        product_start=product_start,
+        products=products,
+        value=value,
+        normal=value[: 2 * model.element_column.size].reshape(2, -1),
+        acts=np.zeros(rows, np.int64),
         impact=np.zeros(2, np.int64),
         gram=np.zeros((rows, 2 * reach + 1)),
         band=np.zeros((rows, width(reach, reach))),
         since=np.zeros(1, np.int64),
         pivots=np.zeros(rows, np.int64),
-        row=np.zeros(n),
         mass_row=np.zeros(m),
         result=np.zeros((count, RESULTS)),
         locate=np.zeros(1, np.int64),
@@ -117,23 +123,45 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
     made.longest[:] = np.inf
 
 
-def _ordering(plan: Plan, which: list[int], damped: list[int]) -> tuple[np.ndarray, np.ndarray, int]:
-    """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
+Entries = list[tuple[np.ndarray, np.ndarray]]
+"""Of each row the free columns in which it has entries, in order, and where these stand in `HardContacts.value`."""
+
+
+def _entries(plan: Plan, which: list[int], damped: list[int]) -> Entries:
+    """Entries of the rows of constraints, of N and T of each contact, and of components whose force depends on their speed."""
     model = plan.model
-    groups = [
-        model.constraint_column[model.constraint_start[k] : model.constraint_start[k + 1]]
+    size = model.element_column.size
+    found = [
+        (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], 2 * size)
         for k in range(model.constraint_start.size - 1)
     ]
-    for j in which:
-        groups += 2 * [model.element_column[model.element_start[j] : model.element_start[j + 1]]]
-    for j in damped:
-        e = len(plan.contacts) + j
-        groups.append(model.element_column[model.element_start[e] : model.element_start[e + 1]])
-    groups = [np.unique(group[group < model.n]) for group in groups]
+    for e in [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, 0) for j in damped]:
+        found.append((model.element_column, model.element_start[e[0]], model.element_start[e[0] + 1], e[1] * size))
+    rows = []
+    for columns, start, end, shift in found:
+        at = np.arange(start, end)[columns[start:end] < model.n]
+        at = at[np.argsort(columns[at], kind="stable")]
+        rows.append((columns[at], at + shift))
+    return rows
+
+
+def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Entries that are multiplied for each pair of rows."""
+    starts, found = [0], []
+    for a, b in pairs.tolist():
+        same = [(i, k) for i in range(entries[a][0].size) for k in np.flatnonzero(entries[b][0] == entries[a][0][i])]
+        found += [(entries[a][1][i], entries[b][1][k]) for i, k in same]
+        starts.append(len(found))
+    return np.array(starts, np.int64), np.array(found, np.int64).reshape(-1, 2)
+
+
+def _ordering(n: int, entries: Entries) -> tuple[np.ndarray, np.ndarray, int]:
+    """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
+    groups = [np.unique(columns) for columns, _ in entries]
     size = len(groups)
     held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
     owner = np.repeat(np.arange(size), [group.size for group in groups])
-    own = csr_array((np.ones(held.size), (owner, held)), shape=(size, max(model.n, 1)))
+    own = csr_array((np.ones(held.size), (owner, held)), shape=(size, max(n, 1)))
     graph = csr_array(own @ own.T + csr_array((np.ones(size), (np.arange(size), np.arange(size))), shape=(size, size)))
     graph.sort_indices()
     place = np.empty(size, np.int64)

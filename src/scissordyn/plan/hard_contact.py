@@ -135,8 +135,8 @@ def _entries(plan: Plan, which: list[int], damped: list[int]) -> Entries:
         (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], 2 * size)
         for k in range(model.constraint_start.size - 1)
     ]
-    for e in [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, 0) for j in damped]:
-        found.append((model.element_column, model.element_start[e[0]], model.element_start[e[0] + 1], e[1] * size))
+    acting = [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, 0) for j in damped]
+    found += [(model.element_column, model.element_start[e], model.element_start[e + 1], axis * size) for e, axis in acting]
     rows = []
     for columns, start, end, shift in found:
         at = np.arange(start, end)[columns[start:end] < model.n]

@@ -210,6 +210,7 @@ ZOO = {
     "squeezer": "a03-squeezer",
     "records": "woodpecker",
     "hard_limit": "solar-array",
+    "mixed_contact": "solar-array",
 }
 """Cases whose mechanism is in the zoo, by its name there."""
 

@@ -60,7 +60,7 @@ LETTER, SHORTEST = 0.58, 8
 ENTRY = 0.18
 """Largest width of an entry of a legend, for each point of the letters' size [inch]."""
 
-BESIDE, LETTER = 0.072, 0.0075
+BESIDE, EACH = 0.072, 0.0075
 """Width of an entry beside its text, and of each letter, over the size of the letters [in/pt]."""
 
 
@@ -292,6 +292,6 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
         return axes[0].legend(handles, labels, loc="best", **{**look, "frameon": True, "framealpha": 0.8, "edgecolor": "none"})
     if above or narrow:
         longest = max(map(len, labels))
-        columns = int(figure.get_figwidth() / (max(ENTRY, BESIDE + LETTER * longest) * letters)) or 1
+        columns = int(figure.get_figwidth() / (max(ENTRY, BESIDE + EACH * longest) * letters)) or 1
         return figure.legend(handles, labels, loc="outside upper left", ncols=columns, **look)
     return axes[0].legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.0, **look)

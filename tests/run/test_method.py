@@ -13,11 +13,12 @@ from scissordyn.run.options import Options, StartKind
 from scissordyn.run.trajectory import make_driver
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
+FRICTIONLESS = sd.NoFriction()
 
 
-def _array(*, modes: int = 0, **friction: object) -> sd.Mechanism:
+def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechanism:
     """The paper's array, frictionless unless said, with bars that bend if they have modes."""
-    made = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **friction))  # type: ignore[arg-type]
+    made = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
     return (made.with_bending(**TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 

@@ -27,6 +27,7 @@ import math
 
 from scissordyn.integrate.control import (
     ATTEMPTS,
+    RESOLVED,
     after_acceptance,
     after_event,
     after_rejection,
@@ -68,9 +69,6 @@ MOST_STALLED = 1000
 
 AT_THE_END = 0.999
 """Part of a step beyond which a crossing is the one that it ends on."""
-
-RESOLVED = 4e-16
-"""A step below this part of its instant is not one: the clock cannot resolve it, nor a Rosenbrock method divide by it."""
 
 TURNED = 1.1
 """A step that is to end behind the turn of a guard goes this many times as far as its rate says."""

@@ -11,7 +11,7 @@ from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
-__all__ = ["REMAINDER", "after_acceptance", "after_event", "after_rejection", "choose_step", "first_step"]
+__all__ = ["REMAINDER", "RESOLVED", "after_acceptance", "after_event", "after_rejection", "choose_step", "first_step"]
 
 _EXPLICIT = EXPLICIT
 
@@ -32,6 +32,9 @@ ATTEMPTS = 8
 SMALL_START, LARGEST_FACTOR_WITHOUT_STATE = 1e-3, 1.5
 """Without a state there is no error that steps go by, only their longest size, which follows the speed at their start: the
 first one is this part of the whole time, and they grow no faster, so that a motion from rest or back is not stepped over."""
+
+RESOLVED = 4e-16
+"""A step below this part of its instant is not one: the clock cannot resolve it, nor a Rosenbrock method divide by it."""
 
 REMAINDER = 1e-3
 """A rest of the whole time shorter than this part of the step is added to it."""
@@ -157,7 +160,7 @@ def after_rejection(T, t, h, error, to_fall, s, w):
         return False
     clock.step = h * factor
     clock.rejected = 1
-    return clock.step <= 4e-16 * max(abs(t), clock.first)
+    return clock.step <= RESOLVED * max(abs(t), clock.first)
 
 
 @kernel(inline=True)

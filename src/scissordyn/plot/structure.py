@@ -259,24 +259,7 @@ def draw_mechanism(
         for stroke in symbol.strokes:
             axes.plot(*stroke[0].T, color=PURPLE, zorder=2.5, **_look(symbol.kind))
         labels.append(Label(symbol.name, symbol.anchor[0], PURPLE))
-    for joint in mechanism.joints:
-        point = placed.place(joint.bearing)[0]
-        x, y = point.tolist()
-        for name, end in (joint.journal, joint.bearing):
-            if name == GROUND:
-                _support(axes, placed.place((name, end))[0], size)
-        if joint.clearance is None:
-            axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
-        else:
-            ring: dict[str, Any] = {
-                "gid": RINGED,
-                "marker": "o",
-                "markersize": RING,
-                "markeredgewidth": 1.2,
-                "markerfacecolor": "none",
-            }
-            axes.plot(x, y, color=VERMILION, zorder=4.0, **ring)
-            labels.append(Label(joint.name, point, VERMILION))
+    labels += _joints(axes, mechanism, placed, size)
     now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
@@ -285,6 +268,24 @@ def draw_mechanism(
     axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}{larger}", loc="left", fontsize=small())
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     label_axes(axes, placed.turns)
+    return labels
+
+
+def _joints(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> list[Label]:
+    """Draw pins, rings of clearance joints and supports; returns the names of clearance joints."""
+    labels = []
+    for joint in mechanism.joints:
+        point = placed.place(joint.bearing)[0]
+        x, y = point.tolist()
+        for name, end in (joint.journal, joint.bearing):
+            if name == GROUND:
+                _support(axes, placed.place((name, end))[0], size)
+        if joint.clearance is None:
+            axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
+            continue
+        ring: dict[str, Any] = {"marker": "o", "markersize": RING, "markeredgewidth": 1.2, "markerfacecolor": "none"}
+        axes.plot(x, y, color=VERMILION, zorder=4.0, gid=RINGED, **ring)
+        labels.append(Label(joint.name, point, VERMILION))
     return labels
 
 

@@ -63,7 +63,6 @@ ENTRY = 0.18
 BESIDE, EACH = 0.072, 0.0075
 """Width of an entry beside its text, and of each letter, over the size of the letters [in/pt]."""
 
-
 COLUMN = 5.0
 """Width of new figures [inch] below which few panels stand beside each other."""
 

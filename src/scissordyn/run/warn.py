@@ -208,10 +208,10 @@ def _damped_from_rest(plan: Plan, run: xr.Dataset) -> list[str]:
     """Contacts that are closed from rest and exert much more than their indentation gives."""
     touched, speed, peak = (_values(run, name) for name in ("contact_joint", "approach_speed", "peak_force"))
     found = []
-    for joint in plan.contacts:
+    for joint in (plan.contacts[j] for j in plan.compliant_places):
         assert joint.clearance is not None
         resting = (touched == joint.name) & (speed <= APPROACH_FLOOR)
-        if joint.clearance.contact == "hard" or not hasattr(joint.clearance.damping, "restitution") or not resting.any():
+        if not hasattr(joint.clearance.damping, "restitution") or not resting.any():
             continue
         law, largest = elastic_law(joint.clearance), float(np.max(peak[resting]))
         deepest = float(_values(run, "peak_indentation")[plan.joint_names.index(joint.name)])

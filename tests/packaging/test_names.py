@@ -1,30 +1,47 @@
-"""Names of modules mean one thing each."""
+"""What a user is shown of the package: `dir`, tab completion, and the function that has the name of a room."""
 
 from __future__ import annotations
 
-import ast
-from collections import Counter
-from pathlib import Path
+import json
+import subprocess
+import sys
 
-import scissordyn
+import scissordyn as sd
 
-ROOMS = Path(scissordyn.__file__).parents[1]
+FRESH = """
+import json, rlcompleter
+import scissordyn as sd
+before = dir(sd), dir(sd.plot)
+sd.simulate, sd.plot.force, sd.study, sd.Cluster
+import scissordyn.study.execute, scissordyn.study.engine as engine, scissordyn.plot.force
+completer = rlcompleter.Completer({"sd": sd})
+found = []
+while (name := completer.complete("sd.", len(found))) is not None:
+    found.append(name.removeprefix("sd.").partition("(")[0])
+print(json.dumps([before, [dir(sd), dir(sd.plot)], found, str(engine), callable(sd.study)]))
+"""
 
 
-def bound(module: Path) -> Counter[str]:
-    """How often each name is bound by a plain statement of a module: what a condition chooses is bound once."""
-    found: Counter[str] = Counter()
-    for statement in ast.parse(module.read_text(encoding="utf-8")).body:
-        if isinstance(statement, ast.Assign):
-            found.update(each.id for target in statement.targets for each in ast.walk(target) if isinstance(each, ast.Name))
-        elif isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name) and statement.value is not None:
-            found[statement.target.id] += 1
-    return found
+def test_shown_names() -> None:
+    """Identity: the public names and the version, before and after rooms are loaded, and no name of the ground."""
+    done = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
+    before, after, completed, engine, callable_ = json.loads(done.stdout)
+    wanted = sorted(["__version__", *sd.__all__])
+    assert before == after == [wanted, sorted(sd.plot.__all__)]
+    assert sorted(completed) == sorted(sd.__all__)
+    assert "study/engine.py" in engine.replace("\\\\", "/")
+    assert callable_
+    assert list(sd.__all__) == sorted(sd.__all__, key=lambda name: (not name.isupper(), not name[0].isupper(), name))
+    for name in sd.__all__:
+        assert getattr(sd, name) is not None
 
 
-def test_a_module_binds_each_constant_once() -> None:
-    """Identity: a constant that is bound a second time changes, in silence, what functions above read."""
-    modules = [path for room in ("scissordyn", "scissordyn_paper") for path in (ROOMS / room).rglob("*.py")]
-    assert len(modules) > 500
-    twice = {str(path): name for path in modules for name, times in bound(path).items() if times > 1 and name.isupper()}
-    assert not twice
+def test_a_room_that_is_called() -> None:
+    """Identity: `sd.study` has the signature and the documentation of its function, and stays the room for imports."""
+    import inspect
+
+    from scissordyn.config.studies import study
+
+    assert inspect.signature(sd.study) == inspect.signature(study)
+    assert sd.study.__doc__ == study.__doc__
+    assert sd.study is sys.modules["scissordyn.study"]

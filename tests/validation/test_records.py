@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from validation.records.case import by_its_scheme
+from validation.records.case import by_its_scheme, woodpecker_apart
 from validation.records.numbers import SLIDER_CRANK, WOODPECKER
 
 
@@ -22,3 +22,11 @@ def test_the_record_of_the_woodpecker_is_repeated_to_round_off() -> None:
     kept = by_its_scheme("woodpecker", 500)
     at, *places = WOODPECKER[0]
     assert kept[at, :3] == pytest.approx(places, rel=1e-13)
+
+
+def test_the_package_follows_the_scheme_of_the_woodpecker_in_the_limit_of_small_angles() -> None:
+    """Second formulation: the record's scheme, over 30 ms of pecking, with its jamming and slipping sleeve."""
+    height, sleeve, bird = woodpecker_apart(1500)
+    assert height < 1e-6
+    assert sleeve < 1e-4
+    assert bird < 2e-5

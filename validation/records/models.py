@@ -9,6 +9,7 @@ import numpy as np
 import scissordyn as sd
 from reference import woodpecker
 from scissordyn.laws.damping.factors import LankaraniNikravesh
+from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.friction.coulomb import Coulomb
 from validation.case import mechanism
 
@@ -16,6 +17,9 @@ __all__ = ["four_bar", "slider_crank", "woodpecker_of_small_angles"]
 
 SHARP = 1e-9
 """Radius of the corners [m]."""
+
+RIGID = Linear(1e15)
+"""Stiffness of surfaces that do not yield, as those of the records; edges this sharp would, by more than a scaled gap."""
 
 
 def slider_crank(*, rotation: float) -> sd.Mechanism:
@@ -27,6 +31,7 @@ def slider_crank(*, rotation: float) -> sd.Mechanism:
         1e-3,
         corners=wide.corners,
         corner_radius=SHARP,
+        stiffness=RIGID,
         damping=sd.law("damping", "exact")(0.4),
         friction=Coulomb(0.01),
         contact="hard",
@@ -42,6 +47,7 @@ def four_bar() -> sd.Mechanism:
             hard = sd.Clearance(
                 joint.clearance.clearance,
                 journal_radius=joint.clearance.journal_radius,
+                stiffness=RIGID,
                 damping=LankaraniNikravesh(0.0),
                 friction=Coulomb(0.1),
                 contact="hard",
@@ -111,6 +117,7 @@ def _around(gap: float, corners: tuple[tuple[float, float], ...], restitution: f
         around=True,
         corners=corners,
         corner_radius=SHARP,
+        stiffness=RIGID,
         damping=LankaraniNikravesh(restitution),
         friction=Coulomb(0.3),
         contact="hard",

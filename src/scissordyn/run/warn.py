@@ -192,8 +192,6 @@ def contact_failures(plan: Plan, run: xr.Dataset) -> list[str]:
     found = []
     for joint in plan.contacts:
         assert joint.clearance is not None
-        if joint.clearance.contact == "hard":
-            continue
         at = plan.joint_names.index(joint.name)
         text = contact_failure(joint.name, joint.clearance.surfaces, float(_values(run, "peak_indentation")[at]))
         if text:

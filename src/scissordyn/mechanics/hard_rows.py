@@ -87,6 +87,7 @@ class HardContacts(NamedTuple):
     impact: I1  # (2,) whether the step has an impact; `STEP` and so on
     mode: I1  # (k,) OPEN, STICK, SLIP, SLIP + 1 (towards -T)
     asked: I1  # (k,) the mode that its impulses and velocities ask for
+    restless: I1  # (k,) number of the last step of Newton's method after which its mode was changed
     stuck: I1  # (k,) whether it stuck in the last step
     gram: F2  # (rows, 2 reach + 1) symmetric, products of the rows
     band: F2  # (rows, more than 3 reach) the equations, factorized

@@ -16,6 +16,7 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_product
+from scissordyn.mechanics.impulse_equations import write_equations
 from scissordyn.mechanics.pivoting import pivot
 
 __all__ = [
@@ -30,8 +31,6 @@ __all__ = [
     "solve_impulses",
 ]
 
-COMPLIANCE = 1e-11
-
 MOST = 40
 """Steps of Newton's method before Lemke's pivoting."""
 
@@ -44,6 +43,14 @@ LAWS = 4
 
 COMPLIANT_LAWS = 12
 """The same beside compliant contacts, whose damping and friction are less smooth."""
+
+RECENT = 15
+"""Last steps of Newton's method in which contacts that changed their modes are pivoted first, the others' modes being kept."""
+
+GROWTHS = 6
+"""Times that further contacts join these."""
+
+FOUND, MISFIT, FAILED = range(3)
 
 BORDER = 1e-10
 """Part of the largest impulse of a step that is round-off."""
@@ -72,8 +79,8 @@ def solve_impulses(m, y, S, H):
 
     Returns whether they agree with the laws of compliant contacts.
     """
-    count, most_laws = H.which.size, LAWS
-    for i in range(count):
+    most_laws = LAWS
+    for i in range(H.which.size):
         if H.before[H.place[m + 2 * i]] > 0.0:  # surfaces that part already
             H.rebound[i] = 0.0
         H.compliance[i] = 0.0
@@ -91,8 +98,29 @@ def solve_impulses(m, y, S, H):
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
+    agree = newton(most_laws, m, y, S, H)
+    if agree != FAILED:
+        if depends(H):
+            H.counts[DEPENDENT] += 1
+        return agree == FOUND
+    H.counts[PIVOTED] += 1
+    if not pivot_restless(m, H):
+        pivots = pivot(0, m, H)
+        if pivots < 0:  # without friction there is a solution
+            H.counts[UNSOLVED] += 1
+            H.friction[:] = 0.0
+            H.counts[PIVOTS] += max(pivot(0, m, H), 0)
+        H.counts[PIVOTS] += max(pivots, 0)
+    return most_laws != COMPLIANT_LAWS or laws_fit(m, y, S, H)
+
+
+@kernel()
+def newton(most_laws, m, y, S, H):
+    """Find modes that agree with each other; returns `FOUND`, `MISFIT` where compliant laws do not, or `FAILED`."""
+    none = 3 * H.which.size + 1
     H.since[0] = 0
-    solved, fewest, tries, laws, misfits = False, 3 * count + 1, TRIES, 0, False
+    H.restless[:] = 0
+    fewest, tries, laws = none, TRIES, 0
     for tried in range(MOST):
         if not solve_modes(m, H):
             break
@@ -103,28 +131,32 @@ def solve_impulses(m, y, S, H):
         if asking == 0:
             compliant = laws_fit(m, y, S, H)
             if (elastic and compliant) or laws == most_laws:
-                misfits = not compliant
-                solved = True
-                break
-            laws, fewest, tries = laws + 1, 3 * count + 1, TRIES
+                return FOUND if compliant else MISFIT
+            laws, fewest, tries = laws + 1, none, TRIES
             continue
         if asking < fewest:
             fewest, tries = asking, TRIES
         else:
             tries = max(tries - 1, 0)
-        change_modes(tries == 0, m, H)
-    if solved and depends(H):
-        H.counts[DEPENDENT] += 1
-    if not solved:
-        H.counts[PIVOTED] += 1
-        pivots = pivot(m, H)
-        if pivots < 0:  # without friction there is a solution
-            H.counts[UNSOLVED] += 1
-            H.friction[:] = 0.0
-            H.counts[PIVOTS] += max(pivot(m, H), 0)
+        change_modes(tries == 0, tried, m, H)
+    return FAILED
+
+
+@kernel()
+def pivot_restless(m, H):
+    """Pivot the contacts alone that kept changing their modes, and those that then ask for another, until none does.
+
+    Returns whether none does.
+    """
+    for _ in range(GROWTHS):
+        pivots = pivot(MOST - RECENT, m, H)
         H.counts[PIVOTS] += max(pivots, 0)
-        misfits = most_laws == COMPLIANT_LAWS and not laws_fit(m, y, S, H)
-    return not misfits
+        if pivots < 0:
+            return False
+        if ask_for_modes(m, H) == 0:
+            return True
+        change_modes(False, MOST, m, H)
+    return False
 
 
 @kernel()
@@ -176,66 +208,6 @@ def accurate(m, H):
 
 
 @kernel(inline=True)
-def write_equations(m, first, H):
-    """Write the equations of the present modes from one row on."""
-    size, reach = H.place.size, H.reach[0]
-    for a in range(first, size):
-        for k in range(2 * reach + 1):
-            H.band[a, k] = H.gram[a, k]
-        for k in range(2 * reach + 1, H.band.shape[1]):
-            H.band[a, k] = 0.0
-        H.right[a] = -H.free[a]
-        if H.gram[a, reach] == 0.0:  # an open latch or contact, a component that does not damp
-            H.band[a, reach] = 1.0
-            H.right[a] = 0.0
-    for i in range(H.which.size):
-        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        if H.closed[i] == 1 and a >= first:
-            write_normal(i, a, H)
-        if H.closed[i] == 1 and b >= first:
-            write_tangential(i, a, b, H)
-
-
-@kernel(inline=True)
-def write_normal(i, a, H):
-    """Write the row N of a closed contact."""
-    if H.mode[i] == OPEN:
-        only(a, H)
-        return
-    H.band[a, H.reach[0]] = H.band[a, H.reach[0]] * (1.0 + COMPLIANCE) + H.compliance[i]
-    H.right[a] = -H.free[a] - H.offset[i]
-
-
-@kernel(inline=True)
-def write_tangential(i, a, b, H):
-    """Write the row T of a closed contact, whose row N is a."""
-    reach = H.reach[0]
-    if H.mode[i] == OPEN:
-        only(b, H)
-        return
-    if H.mode[i] == STICK:
-        H.band[b, reach] *= 1.0 + COMPLIANCE
-        return
-    sign = 1.0 if H.mode[i] == SLIP else -1.0
-    # P_T + turning_mass U_T = lag + friction, times G_TT
-    own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
-    for k in range(2 * reach + 1):
-        H.band[b, k] = turned * H.gram[b, k]
-    H.band[b, reach] += own
-    H.band[b, a - b + reach] -= sign * H.friction[i] * own
-    H.right[b] = own * H.lag[i] - turned * H.free[b]
-
-
-@kernel(inline=True)
-def only(a, H):
-    """Make row a of the equations a diagonal one without a right-hand side."""
-    for k in range(2 * H.reach[0] + 1):
-        H.band[a, k] = 0.0
-    H.band[a, H.reach[0]] = 1.0
-    H.right[a] = 0.0
-
-
-@kernel(inline=True)
 def depends(H):
     """Whether a row of the factorized equations depends on others, but for its compliance."""
     reach = H.reach[0]
@@ -277,12 +249,12 @@ def ask_for_modes(m, H):
 
 
 @kernel(inline=True)
-def change_modes(single, m, H):
-    """Change the modes of all contacts that ask for it, or of the last one."""
+def change_modes(single, tried, m, H):
+    """Change the modes of all contacts that ask for it, or of the last one, and note when."""
     for i in range(H.which.size - 1, -1, -1):
         breaks_away = H.closed[i] == 1 and H.asked[i] >= SLIP and H.friction[i] > H.kinetic[i]
         if H.asked[i] != H.mode[i] or breaks_away:
-            H.mode[i] = H.asked[i]
+            H.mode[i], H.restless[i] = H.asked[i], tried
             differ(i, m, H)
             if breaks_away:
                 H.friction[i] = H.kinetic[i]

@@ -1,12 +1,13 @@
 """The impulses of a step by Lemke's complementary pivoting, where Newton's method finds no modes that agree with each other.
 
-Letters: r friction part of P_T, u normal velocities that have to be >= 0. All rows but those of contacts are eliminated; with
+It is done for those contacts first whose modes do not come to rest, the others keeping theirs. Letters: r friction part of
+P_T, u normal velocities that have to be >= 0. All rows but those of the contacts pivoted are eliminated; with
 the slip speed U_T = s - p in parts s, p >= 0 the law of the contacts is a linear complementarity problem (Lemke 1965; for
 friction Stewart and Trinkle 1996)
 
     w = M z + q,    w = (u, s, mu P_N - r),    z = (P_N, mu P_N + r, p),    0 <= w _|_ z >= 0,
 
-of three variables for each closed contact. A pivot costs as many operations as it has entries. Where the method ends on a ray
+of three variables for each of them. A pivot costs as many operations as it has entries. Where the method ends on a ray
 there may be no solution, as with friction that locks surfaces.
 """
 
@@ -15,6 +16,7 @@ from __future__ import annotations
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
+from scissordyn.mechanics.impulse_equations import write_equations
 
 __all__ = ["pivot", "table_shape"]
 
@@ -42,11 +44,14 @@ def table_shape(contacts: int) -> tuple[int, int]:
 
 
 @kernel()
-def pivot(m, H):
-    """Write the impulses of all rows and the modes of contacts; returns the number of pivots, negative if it ends on a ray."""
+def pivot(least, m, H):
+    """Write the impulses of all rows and the modes of contacts that have been restless since `least`; others keep their modes.
+
+    Returns the number of pivots, negative if it ends on a ray.
+    """
     count = 0
     for i in range(H.which.size):
-        if H.closed[i] == 1:
+        if H.closed[i] == 1 and H.restless[i] >= least:
             H.active[count] = i
             count += 1
     if count == 0 or not unit_impulses(m, count, H):
@@ -60,24 +65,22 @@ def pivot(m, H):
 
 @kernel(inline=True)
 def unit_impulses(m, count, H):
-    """Impulses of all rows without those of contacts, and what a unit of each P_N and r adds; returns whether there are any."""
+    """Impulses of all rows without those of the contacts pivoted, and what a unit of each of their P_N and r adds.
+
+    Returns whether there are any.
+    """
     size, reach = H.place.size, H.reach[0]
-    H.band[:, :] = 0.0
-    H.units[: 2 * count + 1, :] = 0.0
+    write_equations(m, 0, H)
+    H.units[: 2 * count, :] = 0.0
     for at in range(size):
-        if H.gram[at, reach] == 0.0:
-            H.band[at, reach] = 1.0
-            continue
-        for k in range(2 * reach + 1):
-            H.band[at, k] = H.gram[at, k]
-        H.units[2 * count, at] = -H.free[at]
+        H.units[2 * count, at] = H.right[at]
     for c in range(count):
         i = H.active[c]
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
         for k in range(2 * reach + 1):
             H.band[a, k] = 0.0
-            H.band[b, k] *= turned
+            H.band[b, k] = turned * H.gram[b, k]
         H.band[a, reach] = 1.0
         H.band[b, reach] += own
         H.units[2 * count, a], H.units[2 * count, b] = 0.0, own * H.lag[i] - turned * H.free[b]

@@ -25,7 +25,20 @@ NUMBERS = (
     *("pressed", "reached", "weight", "faster", "compliance", "later", "later_slip", "rubbed"),
     *("friction", "depth", "ending", "overlap", "stick"),
 )
-CHOICES = ("law", "energy", "yields", "closed", "was", "mode", "asked", "stuck", "kept_mode", "kept_stuck", "active")
+CHOICES = (
+    "law",
+    "energy",
+    "yields",
+    "closed",
+    "was",
+    "mode",
+    "asked",
+    "restless",
+    "stuck",
+    "kept_mode",
+    "kept_stuck",
+    "active",
+)
 """Fields of `HardContacts` with a number, or an integer, of each contact."""
 
 OF_ROWS = ("free", "before", "impulse", "velocity", "shift", "right")

@@ -90,16 +90,20 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
         _hold_straight(plan, held)
     match kind:
         case "as-placed":
-            start = assemble(plan, content, guess, held)
+            start = assembled = assemble(plan, content, guess, held)
         case "in-contact" if plan.contacts:
-            start = _resting(plan, content, _concentric(plan, content, guess, held), held)
+            assembled = _concentric(plan, content, guess, held)
+            start = _resting(plan, content, assembled, held)
         case "static":
             place, turned = _resting_place(plan)
             count_turns(plan, content, turned)
+            assembled = _concentric(plan, content, guess, held)
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
         case _:
-            start = _concentric(plan, content, guess, held)
-    warnings += _far_from_placed(plan, content, start, kind)
+            start = assembled = _concentric(plan, content, guess, held)
+    warnings += _moved(plan, content, assembled)
+    if kind != "static":
+        warnings += _changed_velocity(plan, content, start, kind)
     warnings += plan.out_of_proportion
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
@@ -330,17 +334,9 @@ def _hold_straight(plan: Plan, held: Held) -> None:
             held.constraints.append(length)
 
 
-def _far_from_placed(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
-    """What the assembly changed of the given positions and velocities, in words."""
-    (given, given_velocity), (position, velocity) = plan.coordinates.placed, natural_state(plan, system, start)
-    found = _moved(plan, given, position)
-    if kind != "static" and np.any(given_velocity):
-        found += _changed_velocity(plan, given_velocity, velocity, kind)
-    return found
-
-
-def _moved(plan: Plan, given: np.ndarray, position: np.ndarray) -> list[str]:
-    """The body that was moved or rotated farthest, if any was noticeably."""
+def _moved(plan: Plan, system: System, start: Start) -> list[str]:
+    """The body that assembly moved or rotated farthest, if any was noticeably."""
+    given, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
     if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
@@ -360,8 +356,9 @@ def _moved(plan: Plan, given: np.ndarray, position: np.ndarray) -> list[str]:
     return [f"to assemble the mechanism at the start, {text} from where it was placed"] if text else []
 
 
-def _changed_velocity(plan: Plan, given: np.ndarray, velocity: np.ndarray, kind: StartKind) -> list[str]:
+def _changed_velocity(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
     """The body whose given velocity was changed most, if any was noticeably."""
+    given, velocity = plan.coordinates.placed[1], natural_state(plan, system, start)[1]
     most, name = 0.0, ""
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]

@@ -6,9 +6,9 @@ separate,
 
     0 <= U_N+ + e U_N- _|_ P_N >= 0,    |P_T| <= mu P_N,  P_T opposite to U_T+ where it slips.
 
-Rows of the equations for the impulses: the constraints, then N and T of each hard contact, then components whose force depends
-on their speed, permuted so that their band is narrow. Such a force F is taken at the mean of the speeds before and after the
-step, so that strong damping does not limit the step: with s s^T = -dF/dv and U = s.v
+Rows of the equations for the impulses: the constraints, then N and T of each hard contact, then components whose forces depend
+on their speeds, permuted so that their band is narrow. Such forces F, an oil film's among them, are taken at the mean of the
+speeds before and after the step, so that strong damping does not limit the step: with -dF/dv = sum s s^T and U = s.v
 
     U+ + 2/h lambda = 2 U_m - U-,    U_m where F was evaluated.
 
@@ -61,6 +61,9 @@ closed loop with all joints in contact, no move is larger than five times the ga
 
 TOO_DEEP = 0.1
 """Indentation, as a fraction of the clearance, of a contact at the end of a step that is too long."""
+
+NO_DAMPING = 1e-9
+"""Part of the largest entry of a component's damping that is round-off."""
 
 NEAR = 0.5
 """Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone."""
@@ -216,29 +219,54 @@ def close_gaps(h, S, H):
 
 @kernel(inline=True)
 def linearise_damping(t, S, H):
-    """Write the row s of each component whose force depends on its speed; returns whether there is one."""
-    M, W, found = S.model, S.work, False
+    """Write the rows s of the components whose forces depend on their speeds; returns whether there are any."""
+    M, found = S.model, False
     for c in range(H.damped.size):
+        if H.damped_axis[c] > 0:
+            continue
         i = H.damped[c]
-        e = S.parameters.contact.size + i
-        H.damping[c] = 0
+        e, last = S.parameters.contact.size + i, c + 1
+        while last < H.damped.size and H.damped_axis[last] > 0:
+            last += 1
+        for k in range(c, last):
+            H.damping[k] = 0
         if M.component_guard[i] >= 0 and S.state.mode[M.component_guard[i]] == 0:
             continue
         first = 2 * M.n + M.state_start[e]
         linearise_component(t, i, S, H.middle[first : 2 * M.n + M.state_start[e + 1]], H.scratch, first)
-        start, count, block = M.element_start[e], M.element_start[e + 1] - M.element_start[e], M.block_start[e]
-        best, most = 0, 0.0
-        for k in range(count):
-            if -W.block_v[block + k * count + k] > most:
-                best, most = k, -W.block_v[block + k * count + k]
-        if not most > 0.0:
-            continue
-        root = math.sqrt(most)
-        for k in range(count):
-            H.normal[0, start + k] = -W.block_v[block + k * count + best] / root
-        H.damping[c] = 1
-        found = True
+        for k in range(write_damping(e, last - c, S, H)):
+            H.damping[c + k] = 1
+            found = True
     return found
+
+
+@kernel(inline=True)
+def write_damping(e, most, S, H):
+    """Write rows s of force element e, of which D = sum s s^T: Cholesky's method with pivots; returns how many.
+
+    D is the symmetric part of -dF/dv, of which no direction is left out whose damping is not small.
+    """
+    M, W = S.model, S.work
+    start, count, block = M.element_start[e], M.element_start[e + 1] - M.element_start[e], M.block_start[e]
+    largest, rows = 0.0, 0
+    for axis in range(most):
+        best, left = 0, 0.0
+        for k in range(count):
+            here = -W.block_v[block + k * count + k]
+            for r in range(axis):
+                here -= H.normal[r, start + k] * H.normal[r, start + k]
+            if here > left:
+                best, left = k, here
+        largest = max(largest, left)
+        if not left > NO_DAMPING * largest:
+            break
+        for k in range(count):
+            entry = -0.5 * (W.block_v[block + k * count + best] + W.block_v[block + best * count + k])
+            for r in range(axis):
+                entry -= H.normal[r, start + k] * H.normal[r, start + best]
+            H.normal[axis, start + k] = entry / math.sqrt(left)
+        rows += 1
+    return rows
 
 
 @kernel(inline=True)

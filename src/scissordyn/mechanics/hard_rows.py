@@ -72,15 +72,16 @@ class HardContacts(NamedTuple):
     faster: F1  # (k,) f, 0 where its vibration is resolved, 1 where it is far faster than the step
     compliance: F1  # (k,) speed for P_N [1/kg]
     size: F1  # (1,) of the present step [s]
-    damped: I1  # (c,) components whose force depends on their speed
-    damping: I1  # (c,) whether it does now
+    damped: I1  # (c,) components whose forces depend on their speeds, each as often as it may have rows
+    damped_axis: I1  # (c,) which of these
+    damping: I1  # (c,) whether it acts now
     place: I1  # (rows,) permutation, rows = m+2k+c
     pairs: I2  # (pairs, 2): rows a >= b that share columns, in the order of a
     reach: I1  # (1,) of the band
     products: I2  # (products, 2): entries of rows that stand in the same column, of one pair after another
     product_start: I1  # (pairs + 1,)
     value: F1  # entries of rows: those of `normal`, which is a part of it, and of the constraints
-    normal: F2  # (2, entries of force elements): generalized forces of unit impulses along N and T, and s
+    normal: F2  # (3, entries of force elements): generalized forces of unit impulses along N and T, and rows s
     acts: I1  # (rows,) whether it is of an active constraint or of a contact whose gap closes
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
@@ -180,7 +181,8 @@ def element_of(a, m, S, H):
     i = a - m
     if i < 2 * H.which.size:
         return H.which[i // 2], i % 2
-    return S.parameters.contact.size + H.damped[i - 2 * H.which.size], 0
+    c = i - 2 * H.which.size
+    return S.parameters.contact.size + H.damped[c], H.damped_axis[c]
 
 
 @kernel(inline=True)

@@ -48,10 +48,15 @@ OF_STATES = ("kept_slope", "slope", "middle", "scratch")
 __all__ = ["hard_contacts", "put_hard_numbers"]
 
 
-def damped_components(plan: Plan) -> list[int]:
-    """Numbers, among the components, of those whose one force or torque may depend on its speed."""
+AXES = 3
+"""Rows of a force element: N and T of a contact, directions in which a component damps."""
+
+
+def damped_components(plan: Plan) -> list[tuple[int, int]]:
+    """Of each row of a component whose forces may depend on their speeds its number among the components, and which row."""
     kinds = [part.declaration for part in plan.components]
-    return [i for i, kind in enumerate(kinds) if len(kind.port.forces) == 1 and kind.section not in CONSTANT]
+    damped = [(i, min(len(kind.port.forces), AXES)) for i, kind in enumerate(kinds) if kind.section not in CONSTANT]
+    return [(i, axis) for i, rows in damped for axis in range(rows)]
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
@@ -71,7 +76,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
     rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
     entries = _entries(plan, which, damped)
     place, pairs, reach = _ordering(n, entries)
-    value = np.zeros(2 * model.element_column.size + model.constraint_column.size)
+    value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
     made = HardContacts(
         which=np.array(which, np.int64),
@@ -80,7 +85,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
         bristle=np.zeros(int(np.max(np.diff(model.state_start), initial=0))),
         longest=np.full(1, np.inf),
         size=np.zeros(1),
-        damped=np.array(damped, np.int64),
+        damped=np.array([i for i, _ in damped], np.int64),
+        damped_axis=np.array([axis for _, axis in damped], np.int64),
         damping=np.zeros(len(damped), np.int64),
         place=place,
         pairs=pairs,
@@ -88,7 +94,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         product_start=product_start,
         products=products,
         value=value,
-        normal=value[: 2 * model.element_column.size].reshape(2, -1),
+        normal=value[: AXES * model.element_column.size].reshape(AXES, -1),
         acts=np.zeros(rows, np.int64),
         impact=np.zeros(2, np.int64),
         gram=np.zeros((rows, 2 * reach + 1)),
@@ -140,15 +146,15 @@ Entries = list[tuple[np.ndarray, np.ndarray]]
 """Of each row the free columns in which it has entries, in order, and where these stand in `HardContacts.value`."""
 
 
-def _entries(plan: Plan, which: list[int], damped: list[int]) -> Entries:
-    """Entries of the rows of constraints, of N and T of each contact, and of components whose force depends on their speed."""
+def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Entries:
+    """Entries of the rows of constraints, of N and T of each contact, and of components whose forces depend on their speeds."""
     model = plan.model
     size = model.element_column.size
     found = [
-        (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], 2 * size)
+        (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], AXES * size)
         for k in range(model.constraint_start.size - 1)
     ]
-    acting = [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, 0) for j in damped]
+    acting = [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, axis) for j, axis in damped]
     found += [(model.element_column, model.element_start[e], model.element_start[e + 1], axis * size) for e, axis in acting]
     rows = []
     for columns, start, end, shift in found:

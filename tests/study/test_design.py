@@ -7,6 +7,8 @@ import pytest
 from scipy import stats
 
 import scissordyn as sd
+from scissordyn.run.options import Options
+from scissordyn.study.description import Study
 from scissordyn.study.design import DESIGNS, Design, design_size, design_values, uniform_numbers
 from scissordyn.study.distribution import (
     Empirical,
@@ -19,6 +21,7 @@ from scissordyn.study.distribution import (
     from_plain,
     to_plain,
 )
+from scissordyn.study.factor import Factor, Sampling
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])
@@ -136,3 +139,23 @@ def test_bad_designs(make: object, says: str) -> None:
     """Identity: one line each."""
     with pytest.raises(sd.InputError, match=says):
         make()  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("kind", ["sobol", "saltelli", "random", "grid"])
+def test_chosen_and_uncertain_numbers_of_sobol_sequences_are_independent(kind: str) -> None:
+    """Identity: drawn anew at each point, each quarter of one meets each quarter of the other equally often."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+    levels = Levels(tuple(np.linspace(0.1e-3, 0.4e-3, 256).tolist())) if kind == "grid" else Interval(0.1e-3, 0.4e-3)
+    study = Study(
+        arm,
+        Options(until=0.01),
+        (Factor("A.clearance", levels),),
+        Design(kind, 0 if kind == "grid" else 256, 1),
+        uncertain=(Factor("A.damping.restitution", Uniform(0.5, 0.9)),),
+        sampling=Sampling(common=False),
+    )
+    numbers = study.numbers(np.arange(study.cases)).values
+    places = [np.argsort(np.argsort(values)) * 4 // study.cases for values in numbers.values()]
+    cells = np.histogram2d(*places, bins=4)[0]
+    expected = study.cases / 16
+    assert np.sum((cells - expected) ** 2 / expected) < 30.0  # 9 +- 4 of independent ones, 768 of equal ones

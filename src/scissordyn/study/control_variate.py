@@ -1,10 +1,11 @@
 """Estimates from many cheap runs and a few accurate ones of the same cases: means, fractions and quantiles, with intervals.
 
 The accurate runs are paired with cheap ones, which a control variate uses: Peherstorfer, Willcox, Gunzburger, SIAM J. Sci.
-Comput. 38, A3163 (2016), doi:10.1137/15M1046472. A mean is that of a regression of the accurate on the cheap response at the
-mean of all cheap runs. For a fraction, whose responses are yes and no, the same estimate is the sum over both strata of the
-cheap runs; its interval has the uncertainty of all three fractions in it. A quantile is where the interval of a fraction holds
-its level.
+Comput. 38, A3163 (2016), doi:10.1137/15M1046472. A mean is that of a regression of the accurate on the cheap response, at the
+mean of all cheap runs; that mean itself, where an interpolation between them predicts further cases, is one of a regression of
+the cheap on the predicted response. For a fraction, whose responses are yes and no, the same estimate is the sum over both
+strata of the cheap runs; its interval has the uncertainty of all three fractions in it. A quantile is where the interval of a
+fraction holds its level.
 """
 
 from __future__ import annotations
@@ -16,7 +17,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-__all__ = ["Estimate", "correlation", "cost_ratio", "fraction_estimate", "mean_estimate", "quantile_estimates", "split"]
+__all__ = [
+    "Estimate",
+    "Predicted",
+    "correlation",
+    "cost_ratio",
+    "fraction_estimate",
+    "mean_estimate",
+    "population_mean",
+    "quantile_estimates",
+    "split",
+    "strangers",
+]
 
 CONFIDENCE = 0.95
 
@@ -71,13 +83,65 @@ class Estimate:
         return (alone / self.width) ** 2 if self.width > 0.0 and math.isfinite(alone) else math.nan
 
 
+@dataclass(frozen=True)
+class Predicted:
+    """What an interpolation between cheap runs says.
+
+    Parameters
+    ----------
+    own : ndarray, shape (N,)
+        Of these runs, of each by others.
+    others : ndarray, shape (M,)
+        Of further cases.
+    """
+
+    own: np.ndarray
+    others: np.ndarray
+
+
 def correlation(accurate: np.ndarray, cheap: np.ndarray) -> float:
     """Correlation of the pairs; NaN where one of both does not vary."""
     spread = float(np.std(accurate)) * float(np.std(cheap)) if accurate.size > 1 else 0.0
     return float(np.mean((accurate - accurate.mean()) * (cheap - cheap.mean())) / spread) if spread > 0.0 else math.nan
 
 
-def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
+def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tuple[float, float]:
+    """Mean of the cheap response over all cases that might be run, and its variance.
+
+    Parameters
+    ----------
+    cheap : ndarray, shape (N,)
+    predicted : Predicted, optional
+        Of the same response.
+    """
+    alone = float(cheap.mean()), float(np.var(cheap, ddof=1)) / cheap.size
+    if predicted is None or not np.ptp(predicted.own) > 0.0:
+        return alone
+    squares, slope, value, residual = _regressed(cheap, predicted.own, float(predicted.others.mean()))
+    shift = float(predicted.others.mean() - predicted.own.mean())
+    variance = residual * (1.0 / cheap.size + shift**2 / squares)
+    return value, variance + slope**2 * float(np.var(predicted.others, ddof=1)) / predicted.others.size
+
+
+def strangers(pairs: int) -> float:
+    """Mean square of the part of cases whose accurate runs have nothing to do with their cheap ones, none of which was seen.
+
+    The part has the distribution of Jeffreys.
+    """
+    part = stats.beta(JEFFREYS, pairs + JEFFREYS)
+    return float(part.var() + part.mean() ** 2)
+
+
+def _regressed(wanted: np.ndarray, known: np.ndarray, at: float) -> tuple[float, float, float, float]:
+    """Of a regression: squares of what is known, slope, value at some place, variance of the residuals."""
+    squares = float(np.sum((known - known.mean()) ** 2))
+    slope = float(np.sum((known - known.mean()) * (wanted - wanted.mean()))) / squares
+    rest = wanted - wanted.mean() - slope * (known - known.mean())
+    value = float(wanted.mean()) + slope * (at - float(known.mean()))
+    return squares, slope, value, float(np.sum(rest**2)) / (wanted.size - 2)
+
+
+def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None) -> Estimate:
     """Mean of the accurate response.
 
     Parameters
@@ -88,23 +152,23 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -
         Of the cheap runs of the same cases.
     cheap : ndarray, shape (N,)
         Of all cheap runs, N >= m, the paired ones among them.
+    predicted : Predicted, optional
+        The cheap response by interpolation.
 
     Returns
     -------
     Estimate
-        With the interval of Student's t; independent cases assumed, wider than needed for evenly spread ones.
+        With the interval of Student's t, in which half a pair is like no other; independent cases assumed, wider than needed
+        for evenly spread ones.
     """
     m, n = accurate.size, cheap.size
     alone = _student(accurate)
-    slopes = float(np.sum((paired - paired.mean()) ** 2)) if m else 0.0
-    if m < FEWEST or not slopes > 0.0:
+    if m < FEWEST or not np.ptp(paired) > 0.0:
         return Estimate(alone[0], alone[1], alone[2], _mean(cheap), *alone, math.nan, n, m)
-    slope = float(np.sum((paired - paired.mean()) * (accurate - accurate.mean()))) / slopes
-    shift = float(cheap.mean() - paired.mean())
-    value = float(accurate.mean()) + slope * shift
-    rest = accurate - accurate.mean() - slope * (paired - paired.mean())
-    residual = float(np.sum(rest**2)) / (m - 2)
-    variance = residual * (1.0 / m + shift**2 / slopes) + slope**2 * float(np.var(cheap, ddof=1)) / n
+    centre, uncertain = population_mean(cheap, predicted)
+    squares, slope, value, residual = _regressed(accurate, paired, centre)
+    variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
+    variance += strangers(m) * float(np.var(accurate, ddof=1))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 2)) * math.sqrt(variance)
     return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlation(accurate, paired), n, m)
 
@@ -202,20 +266,22 @@ def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], l
     )
 
 
-def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float) -> float:
+def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0) -> float:
     """Cheap runs for each accurate one that give the least variance at equal cost; 1 where cheap ones do not pay.
 
-    sqrt(rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016, with two models; one accurate run for a hundred thousand cheap
-    ones at most.
+    sqrt(u rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016, with two models, or three of which the third costs nothing
+    and leaves the part u of the variance of the second; one accurate run for a hundred thousand cheap ones at most.
     """
     if not math.isfinite(correlated):
         correlated = 0.0
     squared = min(correlated**2, 1.0 - 1e-10)
-    found = math.sqrt(squared / (1.0 - squared) * accurate_seconds / max(cheap_seconds, 1e-12))
+    found = math.sqrt(unpredicted * squared / (1.0 - squared) * accurate_seconds / max(cheap_seconds, 1e-12))
     return min(max(1.0, found), 1e5)
 
 
-def split(budget: float, correlated: float, accurate_seconds: float, cheap_seconds: float) -> tuple[int, int]:
+def split(
+    budget: float, correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0
+) -> tuple[int, int]:
     """Accurate and cheap runs of a budget.
 
     Parameters
@@ -226,12 +292,14 @@ def split(budget: float, correlated: float, accurate_seconds: float, cheap_secon
         Correlation of the pairs.
     accurate_seconds, cheap_seconds : float
         Time of a run [s].
+    unpredicted : float
+        Part of the variance of the cheap response that interpolation between cheap runs leaves; 1 without any.
 
     Returns
     -------
     verified, screened : int
     """
-    ratio = cost_ratio(correlated, accurate_seconds, cheap_seconds)
+    ratio = cost_ratio(correlated, accurate_seconds, cheap_seconds, unpredicted)
     verified = max(1, int(budget / (accurate_seconds + ratio * cheap_seconds)))
     screened = max(verified, int((budget - verified * accurate_seconds) / max(cheap_seconds, 1e-12)))
     return verified, screened

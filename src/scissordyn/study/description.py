@@ -25,7 +25,7 @@ from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.options import Options
 from scissordyn.study.accurate import Accurate, read_mechanism
-from scissordyn.study.design import Design, design_size, design_values
+from scissordyn.study.design import Design, design_size, design_values, sobol_dimensions
 from scissordyn.study.factor import Factor, Sampling, plain_factor, read_factor
 from scissordyn.study.goal import Optimisation
 from scissordyn.study.part_unit import check_unit
@@ -292,7 +292,8 @@ class Study:
                 assert points is not None
                 chosen = points[places]
             else:
-                chosen = design_values(self.design, [factor.variation for factor in self.factors], self.base(), places)
+                base = self.base() if self.design.kind == "one-at-a-time" else np.zeros(len(self.factors))
+                chosen = design_values(self.design, [factor.variation for factor in self.factors], base, places)
             values |= {factor.address: chosen[back, k] for k, factor in enumerate(self.factors)}
         if self.uncertain:
             size = self.sampling.samples if self.sampling.common else self.sampling.samples * self.points
@@ -300,7 +301,10 @@ class Study:
             at = sample if self.sampling.common else point * self.sampling.samples + sample
             places, back = np.unique(at, return_inverse=True)
             variations = [factor.variation for factor in self.uncertain]
-            drawn = design_values(design, variations, np.zeros(len(variations)), places)
+            # the same dimension of two Sobol sequences is one number twice: those of the chosen numbers are left out
+            taken = 0 if self.sampling.common else sobol_dimensions(self.design, len(self.factors))
+            left_out = [variations[0]] * (taken if self.sampling.kind == "sobol" else 0)
+            drawn = design_values(design, [*left_out, *variations], np.zeros(0), places)[:, len(left_out) :]
             values |= {factor.name: drawn[back, k] for k, factor in enumerate(self.uncertain)}
         return Cases(values, member)
 

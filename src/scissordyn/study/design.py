@@ -23,6 +23,7 @@ __all__ = [
     "design_size",
     "design_values",
     "morris_numbers",
+    "sobol_dimensions",
     "uniform_numbers",
 ]
 
@@ -202,6 +203,11 @@ def _sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
     else:  # the first point apart: scipy warns of a first draw that is no power of two, but here a block is drawn
         drawn = np.concatenate([sequence.random(1), sequence.random(high - 1)]) if high > 1 else sequence.random(1)
     return np.asarray(drawn[at - low])
+
+
+def sobol_dimensions(design: Design, factors: int) -> int:
+    """Dimensions of a Sobol sequence that a design of so many factors takes."""
+    return {"sobol": factors, "saltelli": 2 * factors}.get(design.kind, 0)
 
 
 def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:

@@ -12,12 +12,13 @@ import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer import answered
-from scissordyn.study.control_variate import Estimate, fraction_estimate, mean_estimate, quantile_estimates
+from scissordyn.study.control_variate import Estimate, Predicted, fraction_estimate, mean_estimate, quantile_estimates
 from scissordyn.study.description import Study
 from scissordyn.study.goal import risk_value
+from scissordyn.study.interpolation import Interpolation, interpolation
 from scissordyn.study.margin_estimate import fraction_by_margins
 from scissordyn.study.optimise import candidates, nondominated
-from scissordyn.study.requirement import Requirement, response_unit, response_values
+from scissordyn.study.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.study.store import COMPLETE, Store, column
 from scissordyn.study.summary import Table
 
@@ -68,6 +69,8 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     trials, size = _trials(study, cheap), _trials(study, accurate).shape[0]
     complete = _complete(cheap, trials)
     pairs = complete[:size] & _complete(accurate, trials[:size])
+    single = trials.shape[1] == 1
+    between = interpolation(study, cheap, trials[complete, 0]) if single else None
 
     def by_trial(results: xr.Dataset, values: np.ndarray) -> np.ndarray:
         rows = trials[: results.sizes["case"] // trials.shape[1]]
@@ -78,8 +81,8 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         return there[pairs], here[:size][pairs], here[complete]
 
     def met(requirements: Sequence[Requirement]) -> Estimate:
-        if trials.shape[1] == 1:
-            return fraction_by_margins(*both(partial(_margins, requirements)))
+        if single:
+            return fraction_by_margins(*both(partial(_margins, requirements)), _foretold_margins(between, requirements))
         return fraction_estimate(*both(lambda runs: np.all([_met(one, runs) for one in requirements], axis=0)))
 
     found = [Corrected(one.label, "fraction", "1", met([one])) for one in study.requirements]
@@ -90,11 +93,28 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         if not all(np.all(np.isfinite(each)) for each in three):
             continue
         units = response_unit(cheap, one)
-        found.append(Corrected(f"mean {one.name}", "mean", units, mean_estimate(*three)))
-        if trials.shape[1] == 1:
+        found.append(Corrected(f"mean {one.name}", "mean", units, mean_estimate(*three, _foretold(between, one))))
+        if single:
             both_ends = zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True)
             found += [Corrected(f"{level:.0%} quantile of {one.name}", "quantile", units, each) for level, each in both_ends]
     return found
+
+
+def _foretold(between: Interpolation | None, response: Response) -> Predicted | None:
+    """A response by interpolation, where there is one."""
+    return between.response(response) if between is not None else None
+
+
+def _foretold_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
+    """The least margins by interpolation; None where one of the responses has none."""
+    own, others = [], []
+    for one in requirements:
+        response = _foretold(between, one.response)
+        if response is None:
+            return None
+        own.append(one.margin(response.own))
+        others.append(one.margin(response.others))
+    return Predicted(np.min(own, axis=0), np.min(others, axis=0))
 
 
 def _met(requirement: Requirement, runs: xr.Dataset) -> np.ndarray:

@@ -22,6 +22,9 @@ MOST = 300
 STARTS = (0.3, 1.0)
 """Correlation lengths of the unit cube from which the likelihood is climbed."""
 
+PART = 4096
+"""Points that are predicted at once."""
+
 LENGTHS = (0.05, 20.0)
 NOISE = (1e-8, 1.0)
 VARIANCES = (1e-2, 1e4)
@@ -75,6 +78,17 @@ class Kriging:
         mean, deviation = self.process.predict(self._unit(x), return_std=True)
         y, deviation = self._shift + self._scale * mean, self._scale * deviation
         return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
+
+    def expected(self, x: np.ndarray) -> np.ndarray:
+        """Response at many points, without its uncertainty.
+
+        Parameters
+        ----------
+        x : ndarray, shape (m, numbers)
+        """
+        parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // PART))]
+        y = self._shift + self._scale * np.concatenate(parts)
+        return np.exp(y) if self.of_logarithm else y
 
     def _terms(self, x: np.ndarray) -> np.ndarray:
         return np.where(self._log, np.log(np.where(self._log, x, 1.0)), x)

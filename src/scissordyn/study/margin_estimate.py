@@ -2,9 +2,10 @@
 
 Yes and no say little where both kinds of runs agree: a hundred pairs none of which differs leave two of a hundred open. By how
 much margins differ says at which margin of a cheap run an accurate one may still be on the other side of the bound. Near each
-cheap margin the accurate one is a straight line of it and the residuals of the nearest pairs; the fraction is the mean, over
-all cheap runs, of the part of these residuals with which the bound is met. Its variance is that of the cheap runs, of the pairs
-(by leaving out groups of them, the jackknife), and of half a pair that is like no other.
+cheap margin the accurate one is a straight line of it and the residuals of the nearest pairs; the fraction is the mean of the
+part of these residuals with which the bound is met, over all cheap runs, or over the further cases whose margins an
+interpolation predicts, corrected by what it misses of the cheap runs. Its variance is that of this mean, of the pairs (by
+leaving out groups of them, the jackknife), and of half a pair that is like no other.
 """
 
 from __future__ import annotations
@@ -14,7 +15,16 @@ import math
 import numpy as np
 from scipy import stats
 
-from scissordyn.study.control_variate import CONFIDENCE, JEFFREYS, Estimate, correlation, fraction_estimate
+from scissordyn.study.control_variate import (
+    CONFIDENCE,
+    JEFFREYS,
+    Estimate,
+    Predicted,
+    correlation,
+    fraction_estimate,
+    population_mean,
+    strangers,
+)
 
 __all__ = ["fraction_by_margins"]
 
@@ -37,7 +47,9 @@ CONTRADICTED = 2.0
 """Standard deviations between the pairs that meet the bound and as many as margins predict, from which margins are not used."""
 
 
-def fraction_by_margins(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
+def fraction_by_margins(
+    accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None
+) -> Estimate:
     """Fraction of the cases whose accurate margin is positive.
 
     Parameters
@@ -48,6 +60,8 @@ def fraction_by_margins(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndar
         Of the cheap runs of the same cases.
     cheap : ndarray, shape (N,)
         Of all cheap runs, N >= m, the paired ones among them.
+    predicted : Predicted, optional
+        Margins of the cheap runs and of further cases by interpolation.
 
     Returns
     -------
@@ -63,15 +77,18 @@ def fraction_by_margins(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndar
     if not correlated >= CORRELATED:
         return by_strata
     order = np.argsort(paired, kind="stable")
-    accurate, paired, cheap = accurate[order], paired[order], np.sort(cheap)
+    accurate, paired = accurate[order], paired[order]
     known = _chances(accurate, paired, paired)
     spread = math.sqrt(float(np.sum(known * (1.0 - known))) + JEFFREYS**2)
     if abs(float(np.sum(accurate > 0.0) - np.sum(known))) > CONTRADICTED * spread:
         return by_strata
-    chances = _chances(accurate, paired, cheap)
-    value = float(np.mean(chances))
-    variance = float(np.var(chances, ddof=1)) / n
-    variance += _variance_of_pairs(accurate, paired, cheap) + _variance_of_strangers(m, value)
+    foretold = None
+    if predicted is not None:
+        foretold = Predicted(*(_chances(accurate, paired, each) for each in (predicted.own, predicted.others)))
+    value, variance = population_mean(_chances(accurate, paired, cheap), foretold)
+    value = min(1.0, max(0.0, value))
+    variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
+    variance += strangers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, GROUPS) - 1)) * math.sqrt(variance)
     alone = by_strata.accurate, by_strata.accurate_low, by_strata.accurate_high
     return Estimate(value, max(0.0, value - half), min(1.0, value + half), by_strata.cheap, *alone, correlated, n, m)
@@ -100,12 +117,3 @@ def _variance_of_pairs(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarr
     group = np.arange(accurate.size) % groups
     left = np.array([np.mean(_chances(accurate[group != k], paired[group != k], places)) for k in range(groups)])
     return (groups - 1.0) / groups * float(np.sum((left - left.mean()) ** 2))
-
-
-def _variance_of_strangers(pairs: int, value: float) -> float:
-    """Mean square of what cases change whose accurate runs have nothing to do with their cheap ones, none of which was seen.
-
-    Their part has the distribution of Jeffreys, and of them a part meets the bound of which nothing is known.
-    """
-    part = stats.beta(JEFFREYS, pairs + JEFFREYS)
-    return float(part.var() + part.mean() ** 2) * (1.0 / 12.0 + (0.5 - value) ** 2)

@@ -22,9 +22,13 @@ from scissordyn.study.control_variate import correlation, split
 from scissordyn.study.description import Study
 from scissordyn.study.design import Design
 from scissordyn.study.execute import Progress, execute, extend
+from scissordyn.study.interpolation import FEWEST, interpolation
 from scissordyn.study.optimise import candidates, optimise
 from scissordyn.study.requirement import Response, response_values
 from scissordyn.study.store import Store, column
+
+PILOTED = 0.05
+"""Of the budget, at most, for cheap runs that say how well interpolation between them predicts."""
 
 __all__ = ["screened", "verified_address", "verified_results", "verified_study"]
 
@@ -175,8 +179,13 @@ def _split(study: Study, budget: float) -> Study:
     cheap_runs, cheap = _piloted(few)
     accurate_runs, each = _piloted(accurate)
     known = _least_correlation(few, cheap_runs, accurate_runs)
-    verified, screened_points = split(max(budget - PILOT * (cheap + each), 0.0), known, each, cheap)
-    points = max(PILOT, screened_points)
+    left, unpredicted = budget - PILOT * (cheap + each), 1.0
+    if FEWEST * cheap < PILOTED * budget:
+        more = replace(study, design=replace(study.design, points=FEWEST))
+        unpredicted = _unpredicted(more, _piloted(more)[0])
+        left -= FEWEST * cheap
+    verified, screened_points = split(max(left, 0.0), known, each, cheap, unpredicted)
+    points = max(PILOT if unpredicted == 1.0 else FEWEST, screened_points)
     assert study.accurate is not None
     wanted = replace(study.accurate, points=min(max(PILOT, verified), points))
     return replace(study, design=replace(study.design, points=points), accurate=wanted)
@@ -193,12 +202,25 @@ def _piloted(study: Study) -> tuple[xr.Dataset, float]:
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
     """The least correlation of what requirements are about between cheap and accurate runs."""
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
-    asked = [one.response for one in study.requirements] or [Response(name) for name in study.measure_names]
     cheap, accurate = (_as_measures(study, each) for each in (cheap, accurate))
-    pairs = [(response_values(cheap, each), response_values(accurate, each)) for each in asked]
+    pairs = [(response_values(cheap, each), response_values(accurate, each)) for each in _asked(study)]
     found = [abs(correlation(there[both], here[both])) for here, there in pairs]
     known = [each for each in found if np.isfinite(each)]
     return max(LEAST, min(known, default=LEAST))
+
+
+def _unpredicted(study: Study, runs: xr.Dataset) -> float:
+    """The largest part of the variance of what requirements are about that interpolation between cheap runs leaves."""
+    if not np.all(runs["status"].values == "complete") or study.per_point > 1:
+        return 1.0
+    runs = _as_measures(study, runs)
+    between = interpolation(study, runs, np.arange(study.cases))
+    return max(between.unpredicted(wanted) for wanted in _asked(study)) if between is not None else 1.0
+
+
+def _asked(study: Study) -> list[Response]:
+    """What requirements are about, or all measures."""
+    return [one.response for one in study.requirements] or [Response(name) for name in study.measure_names]
 
 
 def _as_measures(study: Study, results: xr.Dataset) -> xr.Dataset:

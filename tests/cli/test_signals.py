@@ -108,7 +108,8 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
 @pytest.mark.parametrize(
     ("seconds", "command"),
     [
-        *((seconds, ("run", str(EXAMPLES / "paper.toml"))) for seconds in (4.0, 9.0, 14.0)),
+        *((seconds, ("run", str(EXAMPLES / "paper.toml"))) for seconds in (4.0, 9.0)),
+        pytest.param(14.0, ("run", str(EXAMPLES / "paper.toml")), marks=pytest.mark.slow),
         pytest.param(9.0, ("bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN), marks=pytest.mark.slow),
     ],
 )
@@ -122,8 +123,15 @@ def test_compiling_is_no_excuse(tmp_path: Path, seconds: float, command: tuple[s
     assert (process.returncode, out, err) == (130, "", f"scissordyn: interrupted{kept}\n")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("whole_group", [True, False])
+@pytest.mark.parametrize(
+    ("number", "whole_group"),
+    [
+        (signal.SIGINT, False),
+        (signal.SIGTERM, True),
+        pytest.param(signal.SIGINT, True, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, False, marks=pytest.mark.slow),
+    ],
+)
 def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, whole_group: bool) -> None:
     """Identity: whether the signal reaches the command or its whole group, it ends, and the file holds what was done."""
     target = tmp_path / "diagram.nc"

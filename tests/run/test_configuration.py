@@ -385,8 +385,9 @@ def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:
     return True
 
 
-def test_tampered_documents(originals: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: of 1000 tampered documents none makes the reader call anything but a declared class; errors are of one line.
+@pytest.mark.parametrize("count", [250, pytest.param(1000, marks=pytest.mark.slow)])
+def test_tampered_documents(originals: list[Any], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: of so many tampered documents none makes the reader call anything but a declared class; errors are of one line.
 
     A Python file lies where names could find it, and another one is allowed.
     """
@@ -399,10 +400,10 @@ def test_tampered_documents(originals: list[Any], tmp_path: Path, monkeypatch: p
     assert len(names) > 500
     # once beforehand: what is loaded and compiled with the first description is not the file's doing
     assert all(read(dataset(plain), Watch(), Path("mine.py")) for plain in originals[:-1])
-    accepted = sum(read(dataset(tampered(dice.choice(originals), names, dice)), watch, Path("mine.py")) for _ in range(1000))
+    accepted = sum(read(dataset(tampered(dice.choice(originals), names, dice)), watch, Path("mine.py")) for _ in range(count))
     assert not watch.offences, watch.offences[:5]
     assert not Path("done").exists()
-    assert 20 < accepted < 500  # some changes are harmless, most are not
+    assert 0.02 * count < accepted < 0.5 * count  # some changes are harmless, most are not
 
 
 def test_the_watch_sees_what_it_should() -> None:

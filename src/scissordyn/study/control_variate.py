@@ -58,6 +58,8 @@ class Estimate:
         Of the pairs; NaN where one of both does not vary.
     screened, verified : int
         Number of cheap runs, and of accurate ones.
+    interpolated : bool
+        Whether an interpolation between the cheap runs is in it.
     """
 
     value: float
@@ -70,6 +72,7 @@ class Estimate:
     correlation: float
     screened: int
     verified: int
+    interpolated: bool = False
 
     @property
     def width(self) -> float:
@@ -170,7 +173,8 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
     variance += strangers(m) * float(np.var(accurate, ddof=1))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 2)) * math.sqrt(variance)
-    return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlation(accurate, paired), n, m)
+    known, foretold = correlation(accurate, paired), predicted is not None
+    return Estimate(value, value - half, value + half, _mean(cheap), *alone, known, n, m, foretold)
 
 
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:

@@ -15,7 +15,7 @@ from scissordyn.study.answer import answered
 from scissordyn.study.control_variate import Estimate, Predicted, fraction_estimate, mean_estimate, quantile_estimates
 from scissordyn.study.description import Study
 from scissordyn.study.goal import risk_value
-from scissordyn.study.interpolation import Interpolation, interpolation
+from scissordyn.study.interpolation import OTHERS, Interpolation, interpolation
 from scissordyn.study.margin_estimate import fraction_by_margins
 from scissordyn.study.optimise import candidates, nondominated
 from scissordyn.study.requirement import Requirement, Response, response_unit, response_values
@@ -217,6 +217,8 @@ def fidelity_text(
     found = estimates(study, cheap, accurate)
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
+    if any(one.estimate.interpolated for one in found):
+        saved += f" Fractions and means predict {OTHERS} further cases by interpolation between the cheap runs."
     table = Table(head, [_row(one) for one in found], "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))
     every = next((one.estimate for one in found if one.label == "all requirements"), None)
     sentences = [] if every is None else [_met_by(every, times)]
@@ -242,6 +244,8 @@ def _confirmation(study: Study, points: pd.DataFrame) -> str:
 def _met_by(one: Estimate, times: Sequence[tuple[float, float]]) -> str:
     """The fraction that meets all requirements, and what accurate runs alone would take for it."""
     points = f"{one.screened} points with cheap runs and {one.verified} with accurate ones"
+    if one.interpolated:
+        points = f"{one.screened} points with cheap runs, an interpolation between them and {one.verified} accurate runs"
     said = f"All requirements are met by {one.value:.1%} of the range ({one.low:.1%} to {one.high:.1%}, 95 %), from {points}"
     (_, cheap), (cases, accurate) = times
     if not np.isfinite(one.saved) or not cases:

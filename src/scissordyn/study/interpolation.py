@@ -22,7 +22,7 @@ from scissordyn.study.kriging import Kriging
 from scissordyn.study.requirement import Response, response_values
 from scissordyn.study.store import column
 
-__all__ = ["Interpolation", "interpolation"]
+__all__ = ["FEWEST", "OTHERS", "Interpolation", "interpolation"]
 
 FEWEST = 32
 """Runs between which is interpolated."""

@@ -91,7 +91,8 @@ def fraction_by_margins(
     variance += strangers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, GROUPS) - 1)) * math.sqrt(variance)
     alone = by_strata.accurate, by_strata.accurate_low, by_strata.accurate_high
-    return Estimate(value, max(0.0, value - half), min(1.0, value + half), by_strata.cheap, *alone, correlated, n, m)
+    low, high = max(0.0, value - half), min(1.0, value + half)
+    return Estimate(value, low, high, by_strata.cheap, *alone, correlated, n, m, foretold is not None)
 
 
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:

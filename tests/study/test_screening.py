@@ -48,7 +48,7 @@ def test_estimates_and_report(tmp_path):
     assert again.estimates == found.estimates
     text = found.report(tmp_path / "study.html").read_text()
     assert "Cheap and accurate runs" in text
-    assert "64 points with cheap runs and 16 with accurate ones" in text
+    assert "64 points with cheap runs, an interpolation between them and 16 accurate runs" in text
     more = again.extend(80, engine=1)
     assert more.estimates[0].estimate.screened == 80
     assert more.resume(engine=1).estimates[0].estimate.verified == 16

@@ -67,7 +67,7 @@ class Lubrication:
         check_quantities(self)
         if (self.oil is None) == (self.viscosity is None):
             given = "neither oil nor viscosity" if self.oil is None else "an oil and a viscosity"
-            raise InputError(f"lubrication with {given}", "one of them", 'viscosity=0.05, or oil="ISO VG 46"')
+            raise InputError(f"lubrication with {given}", "one of them", 'viscosity=0.05 for 50 mPa s, or oil="ISO VG 46"')
         if self.bearing not in ("finite", "short", "long"):
             raise InputError(f"bearing = {self.bearing!r} of a film", '"finite", "short" or "long"')
         if self.full and self.bearing == "finite":

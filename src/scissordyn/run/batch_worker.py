@@ -15,7 +15,7 @@ from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
-from scissordyn.run.hard_contact import stepping_warnings
+from scissordyn.run.hard_contact import step_unused, stepping_warnings
 from scissordyn.run.ideal_path import IdealPath, ideal_path
 from scissordyn.run.measure import Ended
 from scissordyn.run.method import choose_method
@@ -96,7 +96,7 @@ class Worker:
         for case, slot, driver, taken in ended:
             try:
                 if taken is not None:
-                    self.cases.take(case, Ended(driver), taken, [*slot.warned, *_warned(driver)])
+                    self.cases.take(case, Ended(driver), taken, [*slot.warned, *_warned(driver, self.options)])
             except ScissordynError as error:  # of a measure of the user's
                 self.cases.failed(case, str(error))
         self.seconds = (clocks.perf_counter() - began) / len(group)
@@ -156,10 +156,10 @@ class Worker:
         driver.compare_with(path.table, path.step)
 
 
-def _warned(driver: Driver) -> list[str]:
+def _warned(driver: Driver, options: Options) -> list[str]:
     """What the counters of a run warn of."""
     if driver.stepping is None:
-        return []
+        return step_unused(options)
     return stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))
 
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from scissordyn.jit import Handle
 from scissordyn.plan.plan import Plan
+from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["hard_contact_warnings", "stepping_warnings"]
+__all__ = ["hard_contact_warnings", "step_unused", "stepping_warnings"]
 
 DEEP = 0.2
 """Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing."""
@@ -23,20 +24,31 @@ LASTING = 0.02
 """Part of the run at its end for which a mechanism that has jammed stands."""
 
 
-def hard_contact_warnings(path: Trajectory) -> list[str]:
-    """The warnings of time stepping, none for a run without it.
+def hard_contact_warnings(path: Trajectory, options: Options) -> list[str]:
+    """The warnings of time stepping; of a run without it only where a step was asked for.
 
     Parameters
     ----------
     path : Trajectory
+    options : Options
 
     Returns
     -------
     list of str
     """
     if "step" not in path.statistics:
-        return []
+        return step_unused(options)
     return stepping_warnings(path.plan, path.system, path.statistics) + _jammed(path)
+
+
+def step_unused(options: Options) -> list[str]:
+    """The warning of a run without hard contact for which a step of time stepping was asked."""
+    if options.step is None:
+        return []
+    return [
+        f"step = {options.step:g} s is that of time stepping, and no contact is hard: steps follow rtol and atol; "
+        "contact = 'hard' for some clearance, or leave the step out"
+    ]
 
 
 def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> list[str]:

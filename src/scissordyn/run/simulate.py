@@ -209,7 +209,7 @@ def _computed(
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = to_dataset(plan, configuration, path, record)
     found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
-    found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path)
+    found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
     if ideal is not None:

@@ -8,11 +8,12 @@ OUT ?= out
 paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
 
+# two workers, in which threads of linear algebra would wait for each other
 test: .venv/.dev
-	$(BIN)/pytest -n 2
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2
 
 slow: .venv/.dev
-	$(BIN)/pytest -n 2 -m slow
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 -m slow
 
 # kernels with numba's check of every index, compiled anew into a cache of their own: 112 s of one processor, 61 tests
 bounds: .venv/.dev
@@ -33,8 +34,8 @@ docs: .venv/.docs
 # cases with known answers, and other codes on them; one that does not install is shown as not installed (numbalsoda is built
 # from source: apt-get install gfortran)
 validate: .venv/.dev
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements.txt "exudyn>=1.13"
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements.txt "numbalsoda>=0.3.4"
+	-$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --constraint requirements.txt "exudyn>=1.13"
+	-$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --constraint requirements.txt "numbalsoda>=0.3.4"
 	$(BIN)/python -m validation --write
 
 # needs Debian's browser: apt-get install chromium
@@ -48,16 +49,16 @@ bench: .venv/.dev
 	$(PYTHON) -m venv .venv
 
 .venv/.installed: .venv/bin/python pyproject.toml requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -r requirements.txt
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --no-deps -e .
 	touch $@
 
 .venv/.dev: .venv/.installed requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.txt
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -r requirements-dev.txt
 	touch $@
 
 .venv/.docs: .venv/.installed requirements-docs.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-docs.txt
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -r requirements-docs.txt
 	touch $@
 
 # sdist and wheel in dist/, checked and installed into an empty environment
@@ -66,7 +67,7 @@ distributions:
 
 # needs zizmor from PyPI, which is not pinned here: its rules follow what is found
 workflows: .venv/.dev
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check zizmor
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check zizmor
 	$(BIN)/zizmor --offline --persona=regular .github
 
 clean:

@@ -97,25 +97,34 @@ def _numbers(run: xr.Dataset) -> dict[str, float]:
 
 
 def _cost(quick: bool) -> str:
-    cases = {"dry": (None, "finite"), **{bearing: (0.05, bearing) for bearing in ("short", "long", "finite")}}
-    rows = []
+    made = {}
     for friction in (False, True):
-        made = {name: array(5e-4, *oil[:1], friction=friction, bearing=oil[1]) for name, oil in cases.items()}
-        seconds: dict[str, list[float]] = {name: [] for name in made}
-        steps = {}
-        for turn in range(2 if quick else 8):
-            for name, mechanism in made.items():
-                began = perf_counter()
-                run = sd.simulate(mechanism, until=UNTIL)
-                if turn:
-                    seconds[name].append(perf_counter() - began)
-                steps[name] = json.loads(run.attrs["statistics"])["steps"]
-        for name, times in seconds.items():
-            ratio = median(one / dry for one, dry in zip(times, seconds["dry"], strict=True))
-            label = f"{'LuGre 0.05' if friction else 'frictionless'}, {name}"
-            rows.append([label, str(steps[name]), f"{1e3 * median(times):.1f}", f"{ratio:.2f}"])
-    text = "Time of `simulate` at 0.5 mm, oil of 50 mPa s, interleaved runs; median of the ratios to the dry run beside.\n\n"
-    return text + table(["", "steps", "[ms]", "ratio"], rows)
+        label = "LuGre 0.05" if friction else "frictionless"
+        cases = [(5e-4, 0.05, bearing) for bearing in ("short", "long", "finite")]
+        if not friction:
+            cases += [(clearance, viscosity, "finite") for clearance in (2e-4, 6e-4) for viscosity in (0.01, 0.1)]
+        for clearance in dict.fromkeys(clearance for clearance, _, _ in cases):
+            made[f"{label}, {1e3 * clearance:g} mm, dry"] = array(clearance, None, friction)
+            for _, viscosity, bearing in (case for case in cases if case[0] == clearance):
+                name = f"{label}, {1e3 * clearance:g} mm, {1e3 * viscosity:g} mPa s, {bearing}"
+                made[name] = array(clearance, viscosity, friction, bearing)
+    seconds: dict[str, list[float]] = {name: [] for name in made}
+    steps, methods = {}, {}
+    for turn in range(2 if quick else 8):
+        for name, mechanism in made.items():
+            began = perf_counter()
+            run = sd.simulate(mechanism, until=UNTIL)
+            if turn:
+                seconds[name].append(perf_counter() - began)
+            found = json.loads(run.attrs["statistics"])
+            steps[name], methods[name] = found["steps"], found["method"]
+    rows, dry = [], ""
+    for name, times in seconds.items():
+        dry = name if name.endswith("dry") else dry
+        ratio = median(one / other for one, other in zip(times, seconds[dry], strict=True))
+        rows.append([name, methods[name], str(steps[name]), f"{1e3 * median(times):.1f}", f"{ratio:.2f}"])
+    text = "Time of `simulate`, interleaved runs; median of the ratios to the dry run above, of the same turn.\n\n"
+    return text + table(["", "method", "steps", "[ms]", "ratio"], rows)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ _film = njit(force)
 def blended_film(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
     """The film's force, fading over the band beyond the clearance."""
     fx, fy, torque, _, lost, thickness, pressure, _, _, _, _, _ = _film(
-        x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table
+        x, y, angle, x_rate, y_rate, speed, 0.0, viscosity, clearance, radius, length, thinnest, model, full, table
     )
     part = min(max((table[LAST] + clearance - math.sqrt(x * x + y * y)) / table[LAST], 0.0), 1.0)
     return part * fx, part * fy, part * torque, 0.0, part * lost, thickness, pressure

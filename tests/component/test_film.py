@@ -35,7 +35,7 @@ def film(model: str = "finite", **given) -> Film:
 def acting(one: Film, x, y, x_rate=0.0, y_rate=0.0, speed=0.0):
     """Force, torque, energy, power lost, thickness, pressure."""
     numbers = one.parameters((0.0, 0.0, 0.0))
-    return plain(x, y, 0.0, x_rate, y_rate, speed, *numbers[:FIRST], np.array(numbers))
+    return plain(x, y, 0.0, x_rate, y_rate, speed, 0.0, *numbers[:FIRST], np.array(numbers))
 
 
 @pytest.mark.parametrize("seed", range(20))

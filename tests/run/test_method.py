@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
 from scissordyn.plan.plan import plan
+from scissordyn.run.method import STABLE, film_steps
 from scissordyn.run.options import Options, StartKind
+from scissordyn.run.tolerance import error_weights
 from scissordyn.run.trajectory import make_driver
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
@@ -59,3 +64,49 @@ def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float)
     assert chosen["steps"] < 5 * stiff["steps"]  # which cost ten times as much
     apart = np.abs(runs["auto"]["position"].values - runs["rodas5p"]["position"].values)
     assert float(np.max(apart)) < 1e-3 * 0.5e-3
+
+
+@pytest.mark.parametrize(
+    ("clearance", "viscosity", "bearing", "method"),
+    [
+        (2e-4, 0.03, "finite", "dop853"),
+        (2e-4, 0.1, "finite", "rodas5p"),
+        (2e-4, 0.03, "long", "dop853"),
+        (2e-4, 0.1, "long", "rodas5p"),
+        (5e-4, 0.05, "short", "rodas5p"),
+        (1e-3, 0.001, "short", "dop853"),
+        (1e-3, 0.1, "finite", "dop853"),
+    ],
+)
+def test_integrator_of_a_film(clearance: float, viscosity: float, bearing: Any, method: str) -> None:
+    """Contract: by how stiff the film gets before metal touches; nothing of the mechanism is left changed."""
+    oil = sd.Lubrication(viscosity=viscosity, bearing=bearing)
+    gap = sd.Clearance(clearance, friction=FRICTIONLESS, lubrication=oil)
+    chosen = plan(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)))
+    driver, _, choice = make_driver(chosen, Options(1e-3))
+    assert choice.method == method
+    asked, _, _ = make_driver(chosen, Options(1e-3, method=method))
+    found, expected = (each.system.content for each in (driver, asked))
+    assert np.array_equal(found.parameters.component, expected.parameters.component)
+    assert np.array_equal(found.state.mode, expected.state.mode)
+
+
+def test_steps_through_a_film() -> None:
+    """Second road: a mass that is pressed through a long bearing's film, its stable steps as an integral over time."""
+    mass, clearance, thinnest = 140.0, 4e-5, 4e-7
+    oil = sd.Lubrication(viscosity=5e-4, bearing="long", roughness=thinnest)
+    gap = sd.Clearance(clearance, journal_radius=0.02, bearing_length=0.04, friction=FRICTIONLESS, lubrication=oil)
+    joint = sd.Revolute("bearing", ("shaft", "centre"), ("ground", "O"), clearance=gap)
+    shaft = sd.Body("shaft", mass, 1.0, {"centre": (0.0, 0.0)})
+    pressed = sd.Mechanism((shaft,), joints=(joint,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+    driver, prepared, _ = make_driver(plan(pressed), Options(1e-3))
+    tolerances = error_weights(driver.plan, driver.system, prepared.y, rtol=1e-8, atol=1e-8)
+    tolerances = replace(tolerances, time_scale=math.sqrt(clearance / 9.81))
+    found = film_steps(driver.plan, driver.system, prepared.y, tolerances)
+
+    run = sd.simulate(pressed, until=0.02, samples=20001)
+    speed, force = run["film_squeeze_speed"].values[:, 0], run["film_force"].values[:, 0, 1]
+    moving = (speed > 0.0) & (run["film_thickness"].values[:, 0] > thinnest)
+    decay = np.where(moving, force / np.where(moving, speed, 1.0) / mass, 0.0)
+    expected = float(np.trapezoid(decay, run["time"].values)) / STABLE
+    assert 0.5 * expected < found < 2.0 * expected

@@ -84,7 +84,7 @@ def film(model: str, **given: object) -> Film:
 def acting(one: Film, place: float, rate: float, speed: float) -> tuple[float, float]:
     """Force along the eccentricity and across it."""
     numbers = one.parameters((0.0, 0.0, 0.0))
-    found = getattr(force, "py_func", force)(place, 0.0, 0.0, rate, 0.0, speed, *numbers[:FIRST], np.array(numbers))
+    found = getattr(force, "py_func", force)(place, 0.0, 0.0, rate, 0.0, speed, 0.0, *numbers[:FIRST], np.array(numbers))
     return float(found[0]), float(found[1])
 
 

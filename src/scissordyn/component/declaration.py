@@ -21,9 +21,10 @@ __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check
 PARAMETERS = 64
 """Most parameters of a component, the numbers of its table included."""
 
-CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate")
+CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences")
 """What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
-guard (1 after a rise, 0 after a fall), the rate of the guard's value at the last rise, and that of the time function [1/s]."""
+guard (1 after a rise, 0 after a fall), the rate of the guard's value at the last rise, that of the time function [1/s], and
+whether differences of its forces are taken (1, else 0), for which outputs beyond them are not read."""
 
 ENERGY = ("energy", "dissipation")
 """What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""

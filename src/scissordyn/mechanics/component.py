@@ -23,7 +23,7 @@ __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss
 
 _ACTUATOR, _AXIS, _RAIL = ACTUATOR.code, AXIS.code, RAIL.code
 
-TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE = range(5)
+TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES = range(6)
 """Places of `declaration.CONTEXT`."""
 
 DIFFERENCE = 1e-7
@@ -54,6 +54,7 @@ def write_context(t, i, S):
     x[FACTOR], x[FACTOR_RATE] = factor_of(t, i, S)
     x[MODE] = float(S.state.mode[guard]) if guard >= 0 else 0.0
     x[APPROACH_SPEED] = S.state.memory[guard] if guard >= 0 else 0.0
+    x[DIFFERENCES] = 0.0
 
 
 @kernel(inline=True)
@@ -147,6 +148,7 @@ def port_slopes(t, i, S, z):
     M, W = S.model, S.work
     address, forces, first = M.force_kernel[i], M.component_forces[i], M.first_rate[i]
     coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
+    W.context[DIFFERENCES] = 1.0
     for k in range(2 * coordinates + z.size + 1):
         h = DIFFERENCE * (1.0 + abs(t))
         apart = 2.0 * h
@@ -180,6 +182,7 @@ def port_slopes(t, i, S, z):
             W.slope[f, k] = (up[f] - down[f]) / apart
         for s in range(z.size):
             W.slope[forces + s, k] = (up[first + s] - down[first + s]) / apart
+    W.context[DIFFERENCES] = 0.0
 
 
 @kernel()

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from scissordyn.component.declaration import CONTEXT
 from scissordyn.control.signal import SIGNALS
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.lanes import LANES, padded
@@ -97,7 +98,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         state_jacobian=np.zeros((most + 3, most)),
         coordinates=np.zeros((components, 4)),
         coordinate_rates=np.zeros((components, 4)),
-        context=np.zeros(5),
+        context=np.zeros(len(CONTEXT)),
         answer=np.zeros(RESULTS),
         other_answer=np.zeros(RESULTS),
         result=np.zeros((components, RESULTS)),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scissordyn.component.film.film import Film, thinned
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import ADVANCING
 from scissordyn.jit import Handle
@@ -36,8 +37,12 @@ MOST_EIGENVALUES = 400
 """Above this number of states the modes are not computed, and what declares itself stiff decides."""
 
 
+FILM_STEPS = 30.0
+"""Explicit steps that only stability asks for while a journal is pressed through its film once, above which films of rigid bars
+are stiff."""
+
 THIN_FILM = 3e5
-"""Damping of a film of a two-hundredth of the clearance over that in the centre: 3 (2 h/c)^-2.5 of a short bearing."""
+"""The same on bars that bend: damping of a film of a two-hundredth of the clearance over that in the centre."""
 
 DEAR_MATRICES = 150
 """Number of states above which a linearly implicit step, with the matrices of bars that bend, costs over 30 explicit ones."""
@@ -108,13 +113,17 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
     if stiff and not (bends(plan.mechanism) and y.size > DEAR_MATRICES):
         return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
-    short = [joint.name for joint, _, oil in plan.lubricated if oil.bearing == "short"]
-    if short:
-        return Choice(STIFF, f"the film of the short bearing of joint '{short[0]}' gets stiff as it gets thin")
     if plan.lubricated and any(part.declaration.section == "beam" for part in plan.components):
         return Choice(
             STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"
         )
+    if plan.lubricated and not bends(plan.mechanism) and y.size <= MOST_EIGENVALUES:
+        steps = film_steps(plan, system, y, tolerances)
+        if steps > FILM_STEPS:
+            film = f"the film of joint '{plan.lubricated[0][0].name}'"
+            return Choice(
+                STIFF, f"to press a journal through {film} once would take {steps:.2g} explicit steps for stability alone"
+            )
     if plan.contacts and options.start != "concentric":
         if not plan.coordinates.natural.axes or tolerances.delays:
             return Choice(STIFF, "contacts that start at rest have a stiff damping")
@@ -216,6 +225,41 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
         if oscillation * step > OSCILLATION_STEP:
             step, why = OSCILLATION_STEP / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
     return step, why
+
+
+def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> float:
+    """Explicit steps that stability asks for while a journal is pressed through its film, until roughness carries.
+
+    A mass m under an acceleration a, with which the time scale T of the clearance c is (c/a)^(1/2), has the speed m a/D in a
+    film of damping D, and steps of `STABLE` m/D are stable. D grows at least as the power -3/2 of the thickness h, so that
+    there are about D^2 h/(2 `STABLE` m^2 a) steps down to h.
+
+    Parameters
+    ----------
+    plan : Plan
+    system : Handle
+        Its state is left as it was.
+    y : ndarray, shape (ny,)
+        At the start.
+    tolerances : Tolerances
+
+    Returns
+    -------
+    float
+        Without a unit; of several films by the strongest damping and the least thickness over the clearance.
+    """
+    content: System = system.content
+    parameters, modes = content.parameters.component, content.state.mode
+    kept, thinnest = (parameters.copy(), modes.copy()), 1.0
+    modes[: len(plan.contacts)] = 0
+    functions.rate(0.0, y, system.address, np.zeros(y.size))
+    for i, part in enumerate(plan.components):
+        if isinstance(part, Film):
+            thinnest = min(thinnest, part.roughness / part.clearance)
+            parameters[i] = thinned(parameters[i], content.work.coordinates[i])
+    decay, _ = fastest_modes(plan, system, y, tolerances)
+    parameters[...], modes[...] = kept
+    return (decay * tolerances.time_scale) ** 2 * thinnest / (2.0 * STABLE)
 
 
 def fastest_modes(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> tuple[float, float]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+import numpy as np
+
 from scissordyn.component.declaration import check_attachment, component
 from scissordyn.component.film.impedance import (
     finite_table,
@@ -12,15 +14,17 @@ from scissordyn.component.film.impedance import (
     padded,
     pressure_table,
     short_bearing,
+    squeezed_pressure,
     tabulated,
     tabulated_pressure,
 )
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.jit import kernel
+from scissordyn.plugin.address import plain_kernel
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["MODELS", "Film"]
+__all__ = ["MODELS", "Film", "thinned"]
 
 MODELS = ("finite", "short", "long")
 """Bearing models: their place is the kernel's number for them."""
@@ -39,8 +43,8 @@ def film_gap(gap, thinnest):
     return thinnest + bend * math.log1p(math.exp(reach))
 
 
-def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
-    """Force [N] and torque [N m] on the journal, energy [J], power lost [W], then the outputs."""
+def force(x, y, angle, x_rate, y_rate, speed, differences, viscosity, clearance, radius, length, thinnest, model, full, table):
+    """Force [N] and torque [N m] on the journal, energy [J], power lost [W], then the outputs; differences need no pressure."""
     ex, ey = x / clearance, y / clearance
     eccentricity = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)
@@ -51,25 +55,26 @@ def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, leng
     size = math.sqrt(ux * ux + uy * uy)
     cosine, sine = ((nx * ux + ny * uy) / size, (nx * uy - ny * ux) / size) if size > 0.0 else (1.0, 0.0)
     direction = math.atan2(abs(sine), cosine)
-    ratio = 0.5 * length / radius
+    ratio, pressure, tension = 0.5 * length / radius, 0.0, 0.0
     if model == 1.0:
         radial, tangential = short_bearing(e, sine, cosine, full == 1.0)
         radial, tangential = ratio * ratio * radial, ratio * ratio * tangential
-        pressure = tabulated_pressure(table, FIRST, gap, direction)
     elif model == 2.0:
         radial, tangential = long_bearing(e, sine, cosine, full == 1.0)
-        pressure = tabulated_pressure(table, FIRST, gap, direction)
     else:
         radial, tangential, pressure = tabulated(table, FIRST, gap, direction)
         tangential = math.copysign(1.0, sine) * tangential
     stiff = viscosity * (radius / clearance) * (radius / clearance) * size
-    # Reynolds' equation without a condition on p is odd in the velocity; the cavity of a wedge is in the model of p >= 0,
-    # the one that a journal leaves behind is not
-    if full == 1.0:
-        tension = max(stiff * tabulated_pressure(table, FIRST, gap, math.pi - direction), 0.0)
-    else:
-        tension = max(-cosine * stiff * tabulated_pressure(table, FIRST, gap, 0.0), 0.0) if cosine < 0.0 else 0.0
-    pressure = max(stiff * pressure, 0.0)
+    if differences == 0.0:
+        if model > 0.0:
+            pressure = tabulated_pressure(table, FIRST, gap, direction)
+        pressure = max(stiff * pressure, 0.0)
+        # Reynolds' equation without a condition on p is odd in the velocity; the cavity of a wedge is in the model of p >= 0,
+        # the one that a journal leaves behind is not
+        if full == 1.0:
+            tension = max(stiff * tabulated_pressure(table, FIRST, gap, math.pi - direction), 0.0)
+        elif cosine < 0.0:
+            tension = max(-cosine * stiff * squeezed_pressure(table, FIRST, gap), 0.0)
     stiff *= radius * length
     fx, fy = stiff * (radial * nx - tangential * ny), stiff * (radial * ny + tangential * nx)
     shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))
@@ -87,6 +92,7 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
     force=force,
     section="film",
     label="film",
+    context=("differences",),
     outputs=(
         Output("thickness", "m", "least distance of the surfaces, negative where they touch"),
         Output("pressure", "Pa", "largest pressure of the film", monitored=True),
@@ -152,3 +158,29 @@ class Film:
         thinnest = self.roughness / self.clearance
         own = (self.viscosity, self.clearance, self.radius, self.length, thinnest, float(model), float(self.full))
         return (*own, *padded(table).ravel().tolist())
+
+
+def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Parameters of an oil with which the film damps here, on average, as its own does an approach where roughness carries.
+
+    Parameters
+    ----------
+    parameters : ndarray
+        Of a film.
+    place : ndarray
+        Its coordinates, of which the first two are the place of the journal [m].
+
+    Returns
+    -------
+    ndarray
+    """
+    viscosity, clearance, _, _, thinnest = parameters[:5]
+    nearest = (1.0 - thinnest) * clearance
+    here = min(math.hypot(place[0], place[1]), nearest)
+
+    def damping(away: float, rate: float) -> float:
+        plain = plain_kernel(force)
+        return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *parameters[:FIRST], parameters)[0]) / rate
+
+    stronger = 2.0 * damping(nearest, 1.0) / (damping(here, 1.0) + damping(here, -1.0))
+    return np.concatenate([[stronger * viscosity], parameters[1:]])

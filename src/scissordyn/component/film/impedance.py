@@ -16,7 +16,6 @@ from scissordyn.component.film.grid import (
     DIRECTIONS,
     GAPS,
     NEAREST,
-    POWERS,
     SHARP,
     WIDEST,
     directions,
@@ -25,7 +24,17 @@ from scissordyn.component.film.grid import (
 )
 from scissordyn.jit import kernel
 
-__all__ = ["finite_table", "long_bearing", "looked_up", "padded", "pressure_table", "short_bearing"]
+__all__ = [
+    "finite_table",
+    "long_bearing",
+    "looked_up",
+    "padded",
+    "pressure_table",
+    "short_bearing",
+    "squeezed_pressure",
+    "tabulated",
+    "tabulated_pressure",
+]
 
 TABLE = Path(__file__).parent / "finite.npz"
 
@@ -37,35 +46,28 @@ WIDTH = DIRECTIONS + 2
 STEPS = 4
 """Of Newton's method for the end of a long bearing's film, more than any needs."""
 
-_POWERS = POWERS
-
-
-@kernel()
-def sommerfeld_angle(eccentricity, sine, cosine):
-    """The angle s with cos s = (e + cos theta)/(1 + e cos theta), from -pi to pi."""
-    return math.atan2(math.sqrt(1.0 - eccentricity * eccentricity) * sine, eccentricity + cosine)
-
 
 @kernel()
 def short_bearing(eccentricity, sine, cosine, full):
     """Impedance of a short bearing (Ocvirk) over (L/D)^2, for the direction psi by its sine and cosine.
 
     The pressure is positive on the half where cos(theta - psi) < 0; with `full`, both halves count. The integrals over cos^2,
-    sin^2 and their product over H^3 are those of trigonometric polynomials in Sommerfeld's angle (Booker 1965).
+    sin^2 and their product over H^3 are those of trigonometric polynomials in Sommerfeld's angle s (Booker 1965), with
+    cos s = (e + cos theta)/(1 + e cos theta): from psi + 90 deg to psi + 270 deg.
     """
     e = eccentricity
     root = math.sqrt(1.0 - e * e)
     if full:
-        first, last = -math.pi, math.pi
+        s1, c1, s2, c2, angle = 0.0, -1.0, 0.0, -1.0, 2.0 * math.pi
     else:
-        first = sommerfeld_angle(e, cosine, -sine)  # psi + 90 deg
-        last = sommerfeld_angle(e, -cosine, sine)
-        if last < first:
-            last += 2.0 * math.pi
-    s1, c1, s2, c2 = math.sin(first), math.cos(first), math.sin(last), math.cos(last)
-    angle = last - first
-    both = (0.5 + e * e) * angle + 0.5 * (s2 * c2 - s1 * c1) - 2.0 * e * (s2 - s1)
-    across = (1.0 - e * e) * (0.5 * angle - 0.5 * (s2 * c2 - s1 * c1))
+        near, far = 1.0 / (1.0 - e * sine), 1.0 / (1.0 + e * sine)
+        s1, c1, s2, c2 = root * cosine * near, (e - sine) * near, -root * cosine * far, (e + sine) * far
+        angle = math.atan2(-2.0 * e * root * cosine, 2.0 * e * e - 1.0 - e * e * sine * sine)
+        if angle < 0.0:
+            angle += 2.0 * math.pi
+    ends = 0.5 * (s2 * c2 - s1 * c1)
+    both = (0.5 + e * e) * angle + ends - 2.0 * e * (s2 - s1)
+    across = (1.0 - e * e) * (0.5 * angle - ends)
     mixed = root * (0.5 * (s2 * s2 - s1 * s1) + e * (c2 - c1))
     factor = -2.0 / root**5
     return factor * (cosine * both + sine * mixed), factor * (cosine * mixed + sine * across)
@@ -131,18 +133,31 @@ def cubic_weights(f):
 
 
 @kernel()
-def cell(gap, direction):
-    """Row and column of a cell of the table, and where in it a film thickness over the clearance and a direction lie."""
+def row_of(gap):
+    """Row of a cell of the table, and where in it a film thickness over the clearance lies."""
     x = (math.sqrt(max(gap, NEAREST)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
+    row = min(max(int(x), 0), GAPS - 2)
+    return row, x - row
+
+
+@kernel()
+def column_of(direction):
+    """Column of a cell of the table, and where in it a direction lies."""
     y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / SHARP) / WIDEST + 1.0) * (DIRECTIONS - 1)
-    row, column = min(max(int(x), 0), GAPS - 2), min(max(int(y), 0), DIRECTIONS - 2)
-    return row, column, x - row, y - column
+    column = min(max(int(y), 0), DIRECTIONS - 2)
+    return column, y - column
+
+
+@kernel()
+def steepness_at(gap):
+    """Powers `POWERS` of a film thickness over the clearance."""
+    return gap * math.sqrt(gap), gap, gap * gap
 
 
 @kernel()
 def tabulated(table, first, gap, direction):
     """Radial, tangential and pressure of a table at a film thickness over the clearance and a direction from 0 to pi."""
-    row, column, fx, fy = cell(gap, direction)
+    (row, fx), (column, fy) = row_of(gap), column_of(direction)
     across, along = cubic_weights(fx), cubic_weights(fy)
     radial = tangential = pressure = 0.0
     for k in range(4):
@@ -152,20 +167,31 @@ def tabulated(table, first, gap, direction):
             radial += weight * table[node]
             tangential += weight * table[node + 1]
             pressure += weight * table[node + 2]
-    return radial / gap ** _POWERS[0], tangential / gap ** _POWERS[1], pressure / gap ** _POWERS[2]
+    by = steepness_at(gap)
+    return radial / by[0], tangential / by[1], pressure / by[2]
 
 
 @kernel()
 def tabulated_pressure(table, first, gap, direction):
     """The pressure alone."""
-    row, column, fx, fy = cell(gap, direction)
+    (row, fx), (column, fy) = row_of(gap), column_of(direction)
     across, along = cubic_weights(fx), cubic_weights(fy)
     pressure = 0.0
     for k in range(4):
         at = first + 3 * ((row + k) * WIDTH + column) + 2
         for l in range(4):
             pressure += across[k] * along[l] * table[at + 3 * l]
-    return pressure / gap ** _POWERS[2]
+    return pressure / steepness_at(gap)[2]
+
+
+@kernel()
+def squeezed_pressure(table, first, gap):
+    """The pressure of pure approach, psi = 0, which is a column of the table."""
+    row, fx = row_of(gap)
+    across, pressure = cubic_weights(fx), 0.0
+    for k in range(4):
+        pressure += across[k] * table[first + 3 * ((row + k) * WIDTH + 1) + 2]
+    return pressure / steepness_at(gap)[2]
 
 
 def padded(table: np.ndarray) -> np.ndarray:

@@ -156,6 +156,8 @@ class Quantity:
         Description of the number in one line.
     because : str
         Why there is a bound, where that is not plain: what a larger number takes.
+    tied : str
+        What to change instead of this number, where it stands in other places too and cannot change alone.
     """
 
     unit: str
@@ -165,6 +167,7 @@ class Quantity:
     maximum: float | None = None
     help: str = ""
     because: str = ""
+    tied: str = ""
 
     def __post_init__(self) -> None:
         smallest, largest = RANGES.get(self.unit, ANY_RANGE)

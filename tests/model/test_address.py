@@ -77,3 +77,12 @@ def test_patterns_change_all():
     assert [joint.clearance.clearance for joint in wider.clearance_joints] == [3e-4, 3e-4]
     assert [joint.name for joint in wider.ideal_joints] == [joint.name for joint in loose.ideal_joints]
     assert loose.replace("joint.*/pivot.clearance", 3e-4).joint("A") == loose.joint("A")
+
+
+def test_a_mass_that_stands_twice_does_not_change_alone():
+    """Contract: that of a bar per length, which is in its cross-sections, is refused with what to change instead."""
+    bent = sd.scissor(units=1).driven(speed=1.0).with_bending(section="tube 60x60x1.5 mm", material="steel")
+    address = f"{bent.components[0].name}.mass_per_length"
+    for change in (lambda: number(bent, address), lambda: bent.replace(address, 3.0)):
+        with pytest.raises(InputError, match="changed alone; allowed: the section or material"):
+            change()

@@ -14,6 +14,7 @@ from scissordyn.component.elastic import (
     DEPTH,
     EXPANSION,
     MODULUS,
+    OF_SECTIONS,
     WARMER,
     YIELD,
     check_depth,
@@ -184,7 +185,7 @@ class Beam:
     length: Annotated[float, Quantity("m", above=0.0, help="unstrained length")]
     axial_stiffness: Annotated[float, AXIAL]
     bending_stiffness: Annotated[float, BENDING]
-    mass_per_length: Annotated[float, Quantity("kg/m", minimum=0.0, help="mass per length")]
+    mass_per_length: Annotated[float, Quantity("kg/m", minimum=0.0, help="mass per length", tied=OF_SECTIONS)]
     depth: Annotated[float, DEPTH] = 0.0
     youngs_modulus: Annotated[float, MODULUS] = 0.0
     yield_strength: Annotated[float, YIELD] = 0.0

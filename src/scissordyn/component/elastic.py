@@ -15,6 +15,7 @@ __all__ = [
     "DEPTH",
     "EXPANSION",
     "MODULUS",
+    "OF_SECTIONS",
     "WARMER",
     "YIELD",
     "check_depth",
@@ -26,6 +27,7 @@ AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA")
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI")
 DEPTH = Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")
 MODULUS = Quantity("Pa", minimum=0.0, help="Young's modulus, 0 if unknown")
+OF_SECTIONS = "the section or material of the bar, from which the masses of its cross-sections follow, too"
 YIELD = Quantity("Pa", minimum=0.0, help="yield strength, 0 if unknown")
 DAMPING = Quantity("s", minimum=0.0, maximum=1e3, help="damping time: the loss factor over the angular frequency")
 EXPANSION = Quantity("1/K", minimum=0.0, maximum=1e-2, help="coefficient of thermal expansion")

@@ -13,6 +13,7 @@ from scissordyn.component.elastic import (
     DEPTH,
     EXPANSION,
     MODULUS,
+    OF_SECTIONS,
     WARMER,
     YIELD,
     check_depth,
@@ -95,7 +96,7 @@ class FlexibleBar:
     places: Annotated[tuple[float, ...], Quantity("m", help="where the cross-sections are along the bar")]
     axial_stiffness: Annotated[float, AXIAL]
     bending_stiffness: Annotated[float, BENDING]
-    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0, help="mass per length")]
+    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0, help="mass per length", tied=OF_SECTIONS)]
     modes: Annotated[int | None, MODES] = None
     turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against each cross-section")] = ()
     depth: Annotated[float, DEPTH] = 0.0

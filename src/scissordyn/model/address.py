@@ -86,12 +86,13 @@ def number(mechanism: Mechanism, address: str) -> Place:
     Raises
     ------
     InputError
-        If there is no number with a unit.
+        If there is no number with a unit, or one that stands in other places too and cannot change alone.
     """
     first = find(mechanism, address)[0]
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
         known = _numbers(at(mechanism, first.path[:-1]))
         raise InputError(f"'{address}' is not a number with a unit", ", ".join(known) or f"an address such as {SAMPLE}")
+    _free(first, address)
     return first
 
 
@@ -155,16 +156,28 @@ def changed_all(
     Returns
     -------
     Mechanism
+
+    Raises
+    ------
+    InputError
+        For a number that stands in other places too and cannot change alone.
     """
     new: dict[str, Any] = {}
     numbers = True
     for address, value in changes.items():
         for place in find(mechanism, address) if places is None else places[address]:
+            _free(place, address)
             field, *path = place.path
             numbers = numbers and place.quantity is not None and bool(path)
             new[str(field)] = replaced(new.get(str(field), getattr(mechanism, str(field))), path, value)
     # numbers are checked by the part that they belong to; what parts refer to stays as it is
     return mechanism.with_parts(new, check=not numbers)
+
+
+def _free(place: Place, address: str) -> None:
+    """Refuse a number that stands in other places, too."""
+    if place.quantity is not None and place.quantity.tied:
+        raise InputError(f"'{address}' changed alone", place.quantity.tied)
 
 
 def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:

@@ -189,6 +189,19 @@ def test_a_heated_bar_extends_and_curves_without_stress() -> None:
     )
 
 
+@pytest.mark.parametrize("rise", [0.0, 80.0, 800.0])
+def test_a_bar_that_is_longer_curves_as_much(rise: float) -> None:
+    """Closed form: between a pin and a guide an arc of the curvature alpha Delta T_h/h, without stress, however long."""
+    loose = bar().with_parts({"drives": (), "guides": (sd.Guide("end", ("bar", "end")),)})
+    heat = {"temperature_difference": 30.0, "temperature_rise": rise}
+    warm = loose.with_bending(section="solid 20x20 mm", material="steel", modes=6, mass="section", **heat)
+    run = sd.simulate(warm, until=1e-4, samples=2, start="static")
+    turn = 12e-6 * 30.0 / 0.02 * LENGTH
+    radius = (1.0 + 12e-6 * rise) * LENGTH / turn
+    assert float(np.abs(run["beam_deflection"][0]).max()) == pytest.approx(radius * (1.0 - math.cos(0.5 * turn)), rel=1e-7)
+    assert float(np.abs(run["beam_start_moment"][0]).max()) < 1e-5 * 210e9 * 0.02**4 / 12.0 * turn / LENGTH
+
+
 def test_the_first_contact_is_that_of_absolute_nodal_coordinates() -> None:
     """Cross-check by a second formulation: 2.0670 ms, 0.5787 m/s, 8.85 kN with 16 elements (`validation/bent_array`)."""
     run = sd.simulate(array(modes=8), until=3.4e-3, samples=5)

@@ -2,9 +2,11 @@
 
 With r' = sum S_k' q_k at points of quadrature, g = |r'|, t = r'/g and the strains e = g - 1 - e_0, e_0 that of a temperature:
 axial forces times weights N = EA A e by the constant matrix A of `Shapes.stretching`; bending by the constant matrix
-K = int S_k'' S_l'' ds; moments EI c on both ends, c the curvature of temperatures:
+K = int S_k'' S_l'' ds; moments EI c (1 + e_0)^2 on both ends, c the curvature of temperatures:
 
-    f_k = -EI sum K_kl q_l - sum S_k' N t + EI c [S_k' J r'/g^2] from one end to the other.
+    f_k = -EI sum K_kl q_l - sum S_k' N t + EI c (1 + e_0)^2 [S_k' J r'/g^2] from one end to the other.
+
+A bar with g = 1 + e_0 and the curvature c then has no stress, as r'' grows with g.
 
 Damping adds EA w tau g' to N and the moment EI tau (r' x r'')' (r' x r'' is the curvature but for the strain).
 """
@@ -26,6 +28,7 @@ __all__ = [
     "read_vectors",
     "slopes_at_ends",
     "tables_of",
+    "warm_bending",
     "warmth",
     "write_strains",
 ]
@@ -110,6 +113,15 @@ def warmth(t, i, S):
 
 
 @kernel(inline=True)
+def warm_bending(p, factor, factor_rate):
+    """Curvature of temperatures times (1 + e_0)^2, its rate; squared curvature times the same, and its rate."""
+    c, c_rate = factor * p[CURVATURE], factor_rate * p[CURVATURE]
+    grown, growing = 1.0 + factor * p[STRAIN], factor_rate * p[STRAIN]
+    rate, square_rate = grown * (c_rate * grown + 2.0 * c * growing), 2.0 * c * grown * (c_rate * grown + c * growing)
+    return c * grown * grown, rate, c * grown * c * grown, square_rate
+
+
+@kernel(inline=True)
 def write_strains(bar, S, free):
     """Write vectors, r' and one over its sizes, the strains beyond `free`, and A e."""
     table, B = S.model.bar_table, S.work.bar
@@ -142,8 +154,9 @@ def add_flexible_bar(t, i, S):
         rows += points
     combine(M.bar_table, forces, rows, wide, hx, hy, fx, fy)
     if p[CURVATURE] != 0.0:
-        turned = add_end_moments(bar, S, p[EI] * p[CURVATURE] * factor)
-        W.power_in[i] -= factor_rate * p[EI] * p[CURVATURE] * (turned - factor * p[CURVATURE] * p[LENGTH])
+        curvature, rate, _, square_rate = warm_bending(p, factor, factor_rate)
+        turned = add_end_moments(bar, S, p[EI] * curvature)
+        W.power_in[i] -= p[EI] * (rate * turned - 0.5 * square_rate * p[LENGTH])
     if factor_rate != 0.0:
         for g in range(points):
             W.power_in[i] -= factor_rate * p[STRAIN] * p[EA] * axial[g]
@@ -192,8 +205,8 @@ def flexible_bar_energy(t, i, S):
     for k in range(count):
         twice += p[EI] * (x[k] * fx[k] + y[k] * fy[k])
     if p[CURVATURE] != 0.0:
-        curvature = factor * p[CURVATURE]
-        twice += p[EI] * curvature * (curvature * p[LENGTH] - 2.0 * slopes_at_ends(bar, S))
+        curvature, _, square, _ = warm_bending(p, factor, 0.0)
+        twice += p[EI] * (square * p[LENGTH] - 2.0 * curvature * slopes_at_ends(bar, S))
     return 0.5 * twice
 
 

@@ -27,6 +27,7 @@ from scissordyn.mechanics.flexible_bar import (
     read_vectors,
     slopes_at_ends,
     tables_of,
+    warm_bending,
     warmth,
     write_strains,
 )
@@ -143,10 +144,11 @@ def add_thermal_slopes(bar, S, p, factor, factor_rate):
     count, _, across, _, _, slopes, _, _ = tables_of(bar, S)
     slopes_at_ends(bar, S)
     rx, ry, first = B[ENDX], B[ENDY], slopes + count * across
+    curvature, rate, _, _ = warm_bending(p, factor, factor_rate)
     for end in range(2):
         square = rx[end] * rx[end] + ry[end] * ry[end]
-        each = (2.0 * end - 1.0) * p[EI] * p[CURVATURE] / square
-        moment, warm = each * factor / square, each * factor_rate
+        each = (2.0 * end - 1.0) * p[EI] / square
+        moment, warm = each * curvature / square, each * rate
         xx = 2.0 * moment * rx[end] * ry[end]
         xy = moment * (ry[end] * ry[end] - rx[end] * rx[end])
         for k in range(count):

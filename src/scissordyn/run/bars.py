@@ -242,7 +242,8 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     first, second = shapes.at(points, 1), shapes.at(points, 2)
     force = -bar.bending_stiffness * (shapes.bending @ motion.vectors)
     force -= bar.axial_stiffness * (first.T @ (strain[..., None] * tangent))
-    curvature = motion.factor * thermal_loads(bar)[1]
+    longer, curved = thermal_loads(bar)
+    curvature = motion.factor * curved * (1.0 + motion.factor * longer) ** 2
     if np.any(curvature):
         at_ends = shapes.at(np.array([0.0, shapes.places[-1]]), 1)
         ends = at_ends @ motion.vectors

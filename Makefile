@@ -3,6 +3,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 
+# byte code is kept as modules are first imported: the tests start hundreds of processes, and compiling takes each of them 4 s
+export PYTHONDONTWRITEBYTECODE =
+
 .PHONY: paper test check slow bounds browser bench validate docs distributions workflows clean
 
 paper: .venv/.installed

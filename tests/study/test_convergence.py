@@ -77,7 +77,12 @@ def test_steps_around_the_one_that_was_asked_for(arm):
 
 
 @pytest.mark.parametrize(
-    ("text", "wanted"), [("tip.error within 1 %", ("tip.error", 0.01)), ("peak_force within 0.5%", ("peak_force", 0.005))]
+    ("text", "wanted"),
+    [
+        ("tip.error within 1 %", ("tip.error", 0.01)),
+        ("peak_force within 0.5%", ("peak_force", 0.005)),
+        (" unit 1/pivot.peak_force within 2 %", ("unit 1/pivot.peak_force", 0.02)),
+    ],
 )
 def test_what_is_asked(text, wanted):
     """Identity: a measure and a percentage; 1 % without one."""

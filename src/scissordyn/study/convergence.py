@@ -42,7 +42,7 @@ AGREEING = 2
 NOISE = 2.0
 """Means over members that differ by less than so many standard errors of their difference count as equal."""
 
-WANTED = re.compile(r"\s*(\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
+WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 
 
 @dataclass(frozen=True)

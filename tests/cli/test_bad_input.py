@@ -16,7 +16,7 @@ from scissordyn.periodic.cycles import cycle
 from scissordyn.run.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-QUICK, ALL, BLOCK = 50, 2000, 100
+QUICK, ALL, BLOCK = 30, 2000, 100
 SHORT = ("--set", "run.most_steps=2000", "--samples", "5")
 """Options with which any run ends soon."""
 

@@ -108,8 +108,8 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
 @pytest.mark.parametrize(
     ("seconds", "command"),
     [
-        *((seconds, ("run", str(EXAMPLES / "paper.toml"))) for seconds in (4.0, 9.0)),
-        pytest.param(14.0, ("run", str(EXAMPLES / "paper.toml")), marks=pytest.mark.slow),
+        (4.0, ("run", str(EXAMPLES / "paper.toml"))),
+        *(pytest.param(seconds, ("run", str(EXAMPLES / "paper.toml")), marks=pytest.mark.slow) for seconds in (9.0, 14.0)),
         pytest.param(9.0, ("bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN), marks=pytest.mark.slow),
     ],
 )
@@ -149,8 +149,20 @@ def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signal
     assert list(tmp_path.iterdir()) == [target]
 
 
-@pytest.mark.parametrize("engine", [("--threads", "1"), ("--threads", "2"), ("--workers", "2")])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+ENGINES = ("--threads", "1"), ("--threads", "2"), ("--workers", "2")
+SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
+QUICK = {(SIGNALS[0], ENGINES[0]), (SIGNALS[1], ENGINES[1]), (SIGNALS[0], ENGINES[2]), (SIGNALS[2], ENGINES[2])}
+"""Each signal and each engine once, and what is left over of processes; the others with ``-m slow``."""
+
+
+@pytest.mark.parametrize(
+    ("number", "engine"),
+    [
+        pytest.param(number, engine, marks=() if (number, engine) in QUICK else pytest.mark.slow)
+        for number in SIGNALS
+        for engine in ENGINES
+    ],
+)
 def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine: tuple[str, str]) -> None:
     """Identity: no process is left over, and what is done is kept and named."""
     with started(*COMMAND, "paper", "-o", str(tmp_path), *engine) as process:

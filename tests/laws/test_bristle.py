@@ -154,7 +154,7 @@ def test_elasto_plastic_damping_speed():
             assert (largest > 150.0 * (1.0 + 1e-6)) == exceeds
 
 
-@pytest.mark.parametrize("breakaway", [0.05, 0.4, 0.7, 0.95])
+@pytest.mark.parametrize("breakaway", [0.05, 0.95])
 def test_elasto_plastic_keeps_to_its_limit_to_rounding(breakaway):
     """Limit: at the speed of the largest damping no deflection brings elasto-plastic's friction above mu_s, to rounding.
 

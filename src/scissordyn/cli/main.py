@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import functools
 import gc
@@ -180,11 +181,14 @@ def run() -> None:
     gc.freeze()
     if status == INTERRUPTED and received():
         status = 128 + received()
-    if received() and any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
-        # everything is written; the interpreter would wait for threads that have something to compute yet
+    if received():
+        # everything is written; the interpreter would wait for threads that have something to compute yet, and free what the
+        # compiler has half made, which may be a segmentation fault
         with contextlib.suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()
+        if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
+            atexit._run_exitfuncs()
         os._exit(status)
     try:
         sys.stdout.flush()

@@ -110,7 +110,7 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
     [
         (4.0, ("run", str(EXAMPLES / "paper.toml"))),
         *(pytest.param(seconds, ("run", str(EXAMPLES / "paper.toml")), marks=pytest.mark.slow) for seconds in (9.0, 14.0)),
-        pytest.param(9.0, ("bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN), marks=pytest.mark.slow),
+        pytest.param(6.0, ("bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN), marks=pytest.mark.slow),
     ],
 )
 def test_compiling_is_no_excuse(tmp_path: Path, seconds: float, command: tuple[str, ...]) -> None:

@@ -19,7 +19,6 @@ import typer
 from scissordyn import __version__
 from scissordyn.cli.animate import animate
 from scissordyn.cli.bifurcation import bifurcation
-from scissordyn.cli.cache import cache
 from scissordyn.cli.check import check
 from scissordyn.cli.cite import cite
 from scissordyn.cli.compare import compare
@@ -126,7 +125,6 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "sweep": sweep,
     "study": study,
     "paper": paper,
-    "cache": cache,
 }
 
 EXAMPLES: dict[str, str] = {
@@ -153,7 +151,6 @@ EXAMPLES: dict[str, str] = {
     "sweep": "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.zarr",
     "study": "scissordyn study study.toml -o study.zarr",
     "paper": "scissordyn paper -o out --figure 9",
-    "cache": "scissordyn cache",
 }
 """Of each command one that can be typed, below its help."""
 

@@ -53,8 +53,6 @@ def paper(
 
     try:
         where = _where(threads, workers, figure)
-        if where.workers is not None:
-            _compile_for_workers()
         with where.engine() as engine, _bars() as progress:
             if beyond:
                 answers = answer_open_question(output, engine=engine, progress=progress)
@@ -86,15 +84,6 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
     if threads is None and workers is None and figure is None and several > 1:
         return Where(workers=several)
     return Where(threads, workers)  # the few runs of a figure are done before processes are started
-
-
-def _compile_for_workers() -> None:
-    """Compile what all workers would compile at the same time."""
-    from scissordyn.cli.compiling import compile_kernels
-    from scissordyn.run.compiled import loop_is_on_disk
-
-    if not loop_is_on_disk():
-        compile_kernels()
 
 
 def _show(verdicts: tuple[Verdict, ...]) -> None:

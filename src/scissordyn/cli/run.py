@@ -163,7 +163,6 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
 
 
 def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) -> tuple[Mechanism, xr.Dataset]:
-    from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
@@ -173,14 +172,12 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
-        compile_kernels()
         return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)
 
 
 def _again(
     path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None
 ) -> tuple[Mechanism, xr.Dataset]:
-    from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.run.configuration import read_configuration
     from scissordyn.run.simulate import replay
@@ -194,7 +191,6 @@ def _again(
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
-        compile_kernels()
         result = replay(saved, allow_code=allow_code, progress=progress, checkpoint=checkpoint)
     return configuration.build_mechanism(allow_code), result
 

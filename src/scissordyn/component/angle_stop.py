@@ -9,19 +9,19 @@ from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
 from scissordyn.component.stop import push, stop_damping
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
 __all__ = ["AngleStop"]
 
 
-@kernel()
+@kernel
 def gap(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):
     """How far the stop is passed [rad], and how fast [rad/s]."""
     return side * (angle - stop), side * speed
 
 
-@kernel()
+@kernel
 def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):
     """Torque [N m], elastic energy [J], dissipated power [W]."""
     depth, rate = gap(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side)

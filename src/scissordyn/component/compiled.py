@@ -6,14 +6,12 @@ import math
 from functools import cache
 from typing import Any
 
-import numba
 import numpy as np
 
 from scissordyn.component.declaration import CONTEXT, Component, Declaration, Kernel
 from scissordyn.errors import InputError
-from scissordyn.plugin.address import address_of, arguments_of, plain_kernel
-
-__all__ = ["Kernels", "at_rest", "kernels_of"]
+from scissordyn.compiler.recipe import Recipe
+from scissordyn.plugin.pointer import arguments_of, pointer_of
 
 
 class Kernels:
@@ -29,52 +27,40 @@ class Kernels:
 
 
 @cache
-def kernels_of(described: type[Component], parameters: int) -> Kernels:
+def kernels_of(described: type[Component]) -> Kernels:
     """The compiled kernels of a component class.
-
-    Parameters
-    ----------
-    described : type
-    parameters : int
-        How many numbers its kernels read.
-
-    Returns
-    -------
-    Kernels
 
     Raises
     ------
     InputError
         If a kernel cannot be compiled.
     """
+    pointers = {key: pointer_of(recipe) for key, recipe in recipes_of(described).items()}
+    return Kernels(*(pointers.get(key, 0) for key in ("force", "gap", "switch")))
+
+
+def recipes_of(described: type[Component]) -> dict[str, Recipe]:
+    """What the kernels of a component class are made into, by their names."""
     declaration = described.declaration
-    found = []
-    for kernel, results in ((declaration.force, len(declaration.results)), (declaration.gap, 2), (declaration.switch, 1)):
-        if kernel is None:
-            found.append(0)
-            continue
-        try:
-            targets = tuple(f"out[{k}]" for k in range(results))
-            found.append(address_of(kernel, _handed(kernel, declaration, parameters), targets))
-        except numba.core.errors.NumbaError as error:
-            cause = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
-            raise InputError(
-                f"kernel '{kernel.__name__}' of component '{described.__name__}' cannot be compiled: {cause}",
-                f"numbers, math and numpy functions of numbers; {results} numbers as the result",
-            ) from None
-    return Kernels(*found)
+    kernels = {"force": declaration.force, "gap": declaration.gap, "switch": declaration.switch}
+    counts = {"force": len(declaration.results), "gap": 2, "switch": 1}
+    return {
+        key: Recipe(kernel, _handed(kernel, declaration), tuple(f"out[{k}]" for k in range(counts[key])))
+        for key, kernel in kernels.items()
+        if kernel is not None
+    }
 
 
-def _handed(kernel: Kernel, declaration: Declaration, parameters: int) -> tuple[str, ...]:
+def _handed(kernel: Kernel, declaration: Declaration) -> tuple[str, ...]:
     """What a kernel is handed."""
-    given = [f"q[{k}]" for k in range(len(declaration.port.coordinates))]
-    given += [f"v[{k}]" for k in range(len(declaration.port.rates))]
-    given += [f"z[{k}]" for k in range(len(declaration.states))]
-    given += [f"x[{CONTEXT.index(name)}]" for name in declaration.context]
+    handed = [f"q[{k}]" for k in range(len(declaration.port.coordinates))]
+    handed += [f"v[{k}]" for k in range(len(declaration.port.rates))]
+    handed += [f"z[{k}]" for k in range(len(declaration.states))]
+    handed += [f"x[{CONTEXT.index(name)}]" for name in declaration.context]
     names = arguments_of(kernel)
-    if names[-1] == "table":
-        return (*given, *(f"p[{k}]" for k in range(len(names) - len(given) - 1)), "p")
-    return (*given, *(f"p[{k}]" for k in range(parameters)))
+    table = names[-1] == "table"
+    numbers = (f"p[{k}]" for k in range(len(names) - len(handed) - table))
+    return (*handed, *numbers, *(["p"] if table else []))
 
 
 def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
@@ -101,7 +87,7 @@ def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...
     declaration = component.declaration
     if declaration.force is None:
         return ()
-    plain, names = plain_kernel(declaration.force), arguments_of(declaration.force)
+    names = arguments_of(declaration.force)
     rest = (0.0,) * (len(declaration.port.rates) + len(declaration.states))
     context = tuple(1.0 if name == "factor" else 0.0 for name in declaration.context)
     try:
@@ -110,7 +96,7 @@ def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...
         if names[-1] == "table":
             fixed = len(names) - given - 1
             parameters = (*parameters[:fixed], np.array(parameters))
-        found = plain(*(start if at is None else at), *rest, *context, *parameters)
+        found = declaration.force(*(start if at is None else at), *rest, *context, *parameters)
     except Exception as error:
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) where it starts",

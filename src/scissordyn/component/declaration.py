@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtim
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.address import Kernel, arguments_of
+from scissordyn.plugin.pointer import Kernel, arguments_of
 from scissordyn.plugin.origin import note_origin
 from scissordyn.units import State, check_quantities, quantities
 

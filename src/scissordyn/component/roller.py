@@ -8,13 +8,13 @@ from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port.rail import RAIL
 from scissordyn.component.stop import push, stop_damping
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
 __all__ = ["Roller"]
 
 
-@kernel()
+@kernel
 def limit(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):
     """How far a point presses into the side that it is nearer to [m], and how fast [m/s]."""
     if clearance == 0.0:
@@ -23,7 +23,7 @@ def limit(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, fa
     return side * gap - clearance, side * gap_rate
 
 
-@kernel()
+@kernel
 def force(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):
     """Force across the bar [N], elastic energy [J], dissipated power [W]."""
     if clearance == 0.0:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import Flores
 
 __all__ = ["push", "stop_damping"]
 
 
-@kernel()
+@kernel
 def push(mode, approach_speed, depth, rate, stiffness, exponent, damping):
     r"""Force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
 

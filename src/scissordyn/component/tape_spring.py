@@ -11,7 +11,7 @@ from scissordyn.component.declaration import PARAMETERS, check_attachment, compo
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
 from scissordyn.errors import InputError
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity, check_quantities
 
 __all__ = ["TapeSpring"]
@@ -20,7 +20,7 @@ FIRST = 4
 """Where the tables begin among the parameters."""
 
 
-@kernel()
+@kernel
 def moment_at(angle, table, first, count):
     """Piecewise linear moment [N m] through `count` pairs of angle and moment; constant beyond them."""
     if angle <= table[first]:
@@ -33,7 +33,7 @@ def moment_at(angle, table, first, count):
     return table[first + 2 * count - 1]
 
 
-@kernel()
+@kernel
 def work_to(angle, table, first, count):
     """Work [J] to turn from the first angle of a table to `angle`."""
     work, place = 0.0, table[first]
@@ -49,7 +49,7 @@ def work_to(angle, table, first, count):
     return work + max(0.0, angle - place) * moment
 
 
-@kernel()
+@kernel
 def branch(twist, mode, straight, negative, positive, table):
     """Moment [N m] and stored energy [J] on the straight branch (mode 0) or on a folded one."""
     count, first = int(straight), FIRST
@@ -71,7 +71,7 @@ def branch(twist, mode, straight, negative, positive, table):
     )
 
 
-@kernel()
+@kernel
 def gap(angle, speed, mode, free_angle, straight, negative, positive, table):
     """How far beyond its snap angle the straight hinge is, or how far from snapping back the folded one [rad], and the rate."""
     twist = angle - free_angle
@@ -84,14 +84,14 @@ def gap(angle, speed, mode, free_angle, straight, negative, positive, table):
     return twist - table[first + 2 * int(negative)], speed
 
 
-@kernel()
+@kernel
 def force(angle, speed, mode, free_angle, straight, negative, positive, table):
     """Torque [N m], stored energy [J], dissipated power [W], and 1 while the hinge is folded."""
     moment, energy = branch(angle - free_angle, mode, straight, negative, positive, table)
     return -moment, energy, 0.0, mode
 
 
-@kernel()
+@kernel
 def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
     """Energy [J] that is lost as the hinge snaps from one branch to the other."""
     twist = angle - free_angle

@@ -8,19 +8,19 @@ from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import TRAVEL
 from scissordyn.component.stop import push, stop_damping
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
 __all__ = ["TravelStop"]
 
 
-@kernel()
+@kernel
 def gap(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):
     """How far the stop is passed [m], and how fast [m/s]."""
     return travel - limit, speed
 
 
-@kernel()
+@kernel
 def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):
     """Force along the direction of travel [N], elastic energy [J], dissipated power [W]."""
     found, energy, dissipation = push(mode, approach_speed, travel - limit, speed, stiffness, exponent, damping)

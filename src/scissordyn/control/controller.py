@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from scissordyn.control.signal import SIGNALS
-from scissordyn.plugin.address import arguments_of
+from scissordyn.plugin.pointer import arguments_of
 from scissordyn.plugin.element import SLOTS, Part, Slot
 from scissordyn.units import State
 

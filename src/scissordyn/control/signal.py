@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.jit import kernel
-from scissordyn.plugin.address import call_at
+from scissordyn.kernel import kernel
+from scissordyn.kernel import call_at
 
 __all__ = [
     "DELAYED",
@@ -52,7 +52,7 @@ MEASURED: Mapping[str, str] = MappingProxyType(
 """Signals whose delayed values can be used, with their units."""
 
 
-@kernel()
+@kernel
 def control_torque(address, t, recorded, q, z, dz, p):
     """Torque [N m] of a controller at time t and signals q; writes the rates of its internal states into dz."""
     if address == 0:
@@ -66,7 +66,7 @@ def check_signal(owner: str, name: str) -> None:
         raise InputError(f"{owner}: recorded = {name!r}{did_you_mean(name, MEASURED)}", ", ".join(MEASURED))
 
 
-@kernel(inline=True)
+@kernel
 def limited(torque, limit):
     """The torque clipped to [-limit, limit]; NaN stays NaN."""
     if torque > limit:
@@ -76,7 +76,7 @@ def limited(torque, limit):
     return torque
 
 
-@kernel(inline=True)
+@kernel
 def ramped(t, begin, duration):
     """Zero before `begin`, one a duration later, linear between."""
     if t < begin:

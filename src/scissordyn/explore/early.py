@@ -74,13 +74,12 @@ def early_motion(case: Case) -> str:
     Returns
     -------
     str
-        JSON; empty while the kernels of this version are not on the disk, for a saved run, and for what cannot be run.
+        JSON; empty for a saved run and for what cannot be run.
     """
     from scissordyn.errors import ScissordynError
     from scissordyn.explore.worker import brief, ideal_run
-    from scissordyn.run.compiled import loop_is_on_disk
 
-    if case.saved is not None or not loop_is_on_disk():
+    if case.saved is not None:
         return ""
     try:
         run = ideal_run(brief(case))

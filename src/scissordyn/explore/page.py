@@ -456,8 +456,6 @@ class Page:
 
 def _doing(session: Session) -> str:
     """What the page waits for."""
-    if session.compiling:
-        return "compiling, once for this version: about a minute"
     return "computing" if session.fraction else "preparing"
 
 

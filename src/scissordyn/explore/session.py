@@ -90,11 +90,6 @@ class Session:
         return self.fraction is not None
 
     @property
-    def compiling(self) -> bool:
-        """Whether kernels are being compiled for the first run of this version."""
-        return self._worker.is_compiling
-
-    @property
     def lasting(self) -> float:
         """For how long the present run has been going on [s]; 0 without one."""
         return time.monotonic() - self._began if self.computing else 0.0

@@ -94,13 +94,7 @@ class Worker:
         self._number = earlier
         self._stopped = 0
         self._closed = False
-        self._compiling = self._compiled = False
         self._thread: threading.Thread | None = None
-
-    @property
-    def is_compiling(self) -> bool:
-        """Whether the kernels of this version are being compiled, which is once on a machine."""
-        return self._compiling
 
     @property
     def number(self) -> int:
@@ -208,16 +202,11 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        from scissordyn.run.compiled import loop_is_on_disk
-
-        self._compiling = self._compiling or not (self._compiled or loop_is_on_disk())
-
         def look(time: float) -> None:
             if self._closed or number != self._number or number <= self._stopped:
                 raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
             if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
-            self._compiling, self._compiled = False, True
             self._progress(number, time / case.options.until)
 
         try:

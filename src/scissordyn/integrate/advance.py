@@ -43,7 +43,7 @@ from scissordyn.integrate.monitor import monitor_step, step_integral
 from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = [
     "ADVANCING",
@@ -77,7 +77,7 @@ MISSED = 100.0
 """Error with which a step is rejected whose crossings were not all found; its size is about halved."""
 
 
-@kernel()
+@kernel
 def advance_all(problem, systems, addresses, most_steps, statuses):
     """Advance some integrations one after another, each as `advance` does, without Python in between.
 
@@ -95,7 +95,7 @@ def advance_all(problem, systems, addresses, most_steps, statuses):
         statuses[k] = advance(problem, systems[k], addresses[k], most_steps)
 
 
-@kernel()
+@kernel
 def advance(problem, S, address, most_steps):
     """Advance until the end of the clock, or for `most_steps` steps; returns a status.
 
@@ -123,7 +123,7 @@ def advance(problem, S, address, most_steps):
     return ADVANCING
 
 
-@kernel(inline=True)
+@kernel
 def room(r):
     """Whether all stores have room for what a step may leave."""
     s, counts = r.state, r.state.counts[0]
@@ -136,7 +136,7 @@ def room(r):
     return ADVANCING
 
 
-@kernel()
+@kernel
 def advance_step(problem, T, t, s, w, S, r):
     """Try one step; returns a status."""
     clock = s.clock[0]
@@ -172,14 +172,14 @@ def advance_step(problem, T, t, s, w, S, r):
     return accept(problem, T, t, h, full, grow, last and guard < 0, guard, s, w, S, r)
 
 
-@kernel(inline=True)
+@kernel
 def again(T, t, h, to_fall, s, w):
     """Status after a step at whose end a guard is on the wrong side of zero: it is to be made again with half its size."""
     failed = after_rejection(T, t, h, MISSED, to_fall, s, w)
     return STUCK if s.clock[0].stalled > MOST_STALLED else STEP_TOO_SMALL if failed else ADVANCING
 
 
-@kernel()
+@kernel
 def end_on_event(problem, T, t, h, s, w, S):
     """Repeat the step so that it ends on the first crossing of the list; returns that guard and the step's size.
 
@@ -198,7 +198,7 @@ def end_on_event(problem, T, t, h, s, w, S):
     return guard, h
 
 
-@kernel()
+@kernel
 def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     """Repeat the step so that it ends on the crossing; returns its size.
 
@@ -234,7 +234,7 @@ def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     return short
 
 
-@kernel(inline=True)
+@kernel
 def beyond_turn(before, rate_before, short, rate, shortest):
     """Where a rate that still has its old sign after `short` has the other one, by the secant through two sizes of a step."""
     ahead = short
@@ -243,7 +243,7 @@ def beyond_turn(before, rate_before, short, rate, shortest):
     return short + max(ahead, shortest)
 
 
-@kernel(inline=True)
+@kernel
 def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     """Take over the step just made, with what happens in it and at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
@@ -285,7 +285,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     return STUCK if clock.stalled > MOST_STALLED else ADVANCING
 
 
-@kernel(inline=True)
+@kernel
 def record_step(now, s, steps):
     """Keep the end of a step."""
     at = s.counts[0].recorded
@@ -297,7 +297,7 @@ def record_step(now, s, steps):
     s.counts[0].recorded += 1
 
 
-@kernel(inline=True)
+@kernel
 def carry(T, s, w):
     """What is known at the end of a step, for the start of the next."""
     for k in range(s.mode.size):
@@ -312,7 +312,7 @@ def carry(T, s, w):
         s.clock[0].prepared = EVERYTHING
 
 
-@kernel(inline=True)
+@kernel
 def take_events(problem, T, now, full, guard, s, w, S, log):
     """The event of a guard at the end of a step, and those of guards that are crossed at the same instant."""
     event = take_event(problem, now, guard, s, w, S, log)
@@ -326,7 +326,7 @@ def take_events(problem, T, now, full, guard, s, w, S, log):
     after_event(T, full, event, s)
 
 
-@kernel()
+@kernel
 def take_event(problem, now, guard, s, w, S, log):
     """Reset after the event of a guard, and log it; returns `RISE`, `FALL`, or -1 if the guard did not change its mode."""
     counts = s.counts[0]
@@ -345,7 +345,7 @@ def take_event(problem, now, guard, s, w, S, log):
     return event
 
 
-@kernel()
+@kernel
 def write_samples(T, t, h, reached, s, w, out):
     """Write the samples up to the instant that a step of size h from t has reached."""
     counts = s.counts[0]

@@ -9,7 +9,7 @@ from scissordyn.integrate.integration import NO_EVENT, RISE
 from scissordyn.integrate.step import attempt
 from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["REMAINDER", "RESOLVED", "after_acceptance", "after_event", "after_rejection", "choose_step", "first_step"]
 
@@ -40,7 +40,7 @@ REMAINDER = 1e-3
 """A rest of the whole time shorter than this part of the step is added to it."""
 
 
-@kernel()
+@kernel
 def first_step(problem, T, t, s, w, S):
     """A first step size, from the slope and its change over a small explicit step.
 
@@ -79,7 +79,7 @@ def first_step(problem, T, t, s, w, S):
     return min(100.0 * small, (0.01 / largest) ** (1.0 / T.order))
 
 
-@kernel(inline=True)
+@kernel
 def choose_step(problem, T, t, s, w, S):
     """The size of the step to come, whether it is the last, and the guard on whose fall it ends, or -1.
 
@@ -114,7 +114,7 @@ def choose_step(problem, T, t, s, w, S):
     return h, last, -1
 
 
-@kernel(inline=True)
+@kernel
 def fall_ahead(most, s, w):
     """Guard in mode 1 that falls next, and when at its present rate: (guard, time to it), or (-1, 0) beyond `most`."""
     found, least = -1, most
@@ -125,7 +125,7 @@ def fall_ahead(most, s, w):
     return found, least if found >= 0 else 0.0
 
 
-@kernel()
+@kernel
 def step_to_fall(problem, T, guard, t, h, most, s, w, S):
     """One slowing step to the fall of a guard, first tried with size h; returns its size, or 0 if it does not get there."""
     w.scaling[0] = BEFORE_END
@@ -144,7 +144,7 @@ def step_to_fall(problem, T, guard, t, h, most, s, w, S):
     return 0.0
 
 
-@kernel(inline=True)
+@kernel
 def after_rejection(T, t, h, error, to_fall, s, w):
     """Shrink the step; returns whether it fell to round-off."""
     clock = s.clock[0]
@@ -163,7 +163,7 @@ def after_rejection(T, t, h, error, to_fall, s, w):
     return clock.step <= RESOLVED * max(abs(t), clock.first)
 
 
-@kernel(inline=True)
+@kernel
 def after_acceptance(T, h, error, s, w):
     """How much larger than h the next step may be."""
     clock = s.clock[0]
@@ -194,7 +194,7 @@ def after_acceptance(T, h, error, s, w):
     return grow
 
 
-@kernel(inline=True)
+@kernel
 def after_event(T, full, event, s):
     """Step size after an event that ended a step of size `full`."""
     clock = s.clock[0]

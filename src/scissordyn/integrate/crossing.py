@@ -12,7 +12,7 @@ from scissordyn.integrate.event import find_crossings
 from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, WHEN
 from scissordyn.integrate.step import NOTHING, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["crossed", "end_inactive", "log_crossings"]
 
@@ -20,7 +20,7 @@ LARGEST_ERROR = 1.0
 """Error of a step across rises beyond which it is better to end on the first of them."""
 
 
-@kernel(inline=True)
+@kernel
 def crossable(s, w):
     """Whether all crossings of the list can be stepped across: no guard rises again after a fall."""
     if w.crossing_count[0] >= w.crossing_guard.size:
@@ -35,7 +35,7 @@ def crossable(s, w):
     return True
 
 
-@kernel()
+@kernel
 def crossed(problem, T, t, h, error, s, w, S):
     """Make the step again with the guards in mode 1 that rise inside it; returns its error, or -1 if it cannot be crossed."""
     w.rise_count[0] = 0
@@ -71,7 +71,7 @@ def crossed(problem, T, t, h, error, s, w, S):
     return again
 
 
-@kernel(inline=True)
+@kernel
 def note_rise(k, theta, w):
     """Add a rise to the list, unless the guard is in it."""
     for c in range(w.rise_count[0]):
@@ -81,7 +81,7 @@ def note_rise(k, theta, w):
     w.rise_count[0] += 1
 
 
-@kernel(inline=True)
+@kernel
 def raise_guards(problem, T, t, h, s, w, S):
     """Put the guards of the list into mode 1 from the start of the step; returns whether all of them rise there."""
     for c in range(w.rise_count[0]):
@@ -98,7 +98,7 @@ def raise_guards(problem, T, t, h, s, w, S):
     return True
 
 
-@kernel(inline=True)
+@kernel
 def save(s, w):
     """Keep what `restore` brings back."""
     for i in range(s.y.size):
@@ -107,7 +107,7 @@ def save(s, w):
         w.trial_mode[k], w.trial_memory[k] = s.mode[k], s.memory[k]
 
 
-@kernel(inline=True)
+@kernel
 def restore(s, w):
     """State and modes from before the guards were prepared, of whose start nothing is known any longer."""
     s.clock[0].prepared = NOTHING
@@ -118,7 +118,7 @@ def restore(s, w):
     w.rise_count[0] = 0
 
 
-@kernel()
+@kernel
 def log_crossings(problem, T, t, h, s, w, S, log, rises):
     """Log the rises, or the falls, inside the step; a fall ends the guard's contact."""
     counts = s.counts[0]
@@ -143,7 +143,7 @@ def log_crossings(problem, T, t, h, s, w, S, log, rises):
         counts.events += 1
 
 
-@kernel(inline=True)
+@kernel
 def end_inactive(problem, t, s, w, S):
     """Back to mode 0 with guards that were prepared but do not rise within the step."""
     if w.rise_count[0] == 0:
@@ -155,7 +155,7 @@ def end_inactive(problem, t, s, w, S):
             s.mode[k] = 0
 
 
-@kernel(inline=True)
+@kernel
 def falls(k, w):
     """Whether a guard's fall is in the list."""
     for c in range(w.crossing_count[0]):  # noqa: SIM110 -- kernels have no generator expressions

@@ -9,14 +9,14 @@ from __future__ import annotations
 from scissordyn.integrate.step import add_rows, explicit_stage, stage_state
 from scissordyn.integrate.step_scaling import fraction
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["complete", "dense_value", "guard_at", "guards_at", "inside_at", "integrals_at"]
 
 _EXPLICIT = EXPLICIT
 
 
-@kernel()
+@kernel
 def complete(problem, T, t, h, s, w, S):
     """Coefficients of the dense output of the step just made, unless they are there."""
     if w.has_dense[0] == 1:
@@ -29,7 +29,7 @@ def complete(problem, T, t, h, s, w, S):
         rosenbrock_dense(T, s.y, w.new, w.stages, w.dense)
 
 
-@kernel(inline=True)
+@kernel
 def explicit_dense(problem, T, t, h, s, w, S):
     """Further stages, and the coefficients for the state and for the integrals of the powers."""
     last = T.stages
@@ -49,7 +49,7 @@ def explicit_dense(problem, T, t, h, s, w, S):
     nest(T, h, w.power, w.gain)
 
 
-@kernel(inline=True)
+@kernel
 def nest(T, h, K, F):
     """The other coefficients F of a dense output from the difference F[0] over the step and the slopes K."""
     size = F.shape[1]
@@ -62,7 +62,7 @@ def nest(T, h, K, F):
         add_rows(h, T.dense[d], T.nodes.size, K, F[3 + d])
 
 
-@kernel(inline=True)
+@kernel
 def rosenbrock_dense(T, y, new, K, F):
     """Coefficients F of the dense output."""
     for i in range(y.size):
@@ -73,7 +73,7 @@ def rosenbrock_dense(T, y, new, K, F):
         add_rows(1.0, T.dense[d], T.stages, K, F[1 + d])
 
 
-@kernel()
+@kernel
 def dense_value(theta, pattern, y, F, out):
     """State at a fraction theta of the step."""
     size, last = y.size, pattern.size - 1
@@ -88,7 +88,7 @@ def dense_value(theta, pattern, y, F, out):
         out[i] += y[i]
 
 
-@kernel()
+@kernel
 def inside_at(T, theta, row, s, w):
     """What a row of guards or monitored numbers reads of the dense output at theta, into w.inside: all if nothing is listed."""
     first, stop = w.reads_start[row], w.reads_start[row + 1]
@@ -104,21 +104,21 @@ def inside_at(T, theta, row, s, w):
         w.inside[i] = value + s.y[i]
 
 
-@kernel(inline=True)
+@kernel
 def guard_at(problem, T, k, theta, t, h, s, w, S):
     """Guard k on the dense output at theta, into w.value and w.rate."""
     inside_at(T, theta, k, s, w)
     problem.guard(t + fraction(w.scaling[0], theta) * h, w.inside, k, S, w.value, w.rate)
 
 
-@kernel(inline=True)
+@kernel
 def guards_at(problem, T, theta, t, h, s, w, S):
     """Dense output at theta into w.inside, guards there into w.value and w.rate."""
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
     problem.guards(t + fraction(w.scaling[0], theta) * h, w.inside, S, w.value, w.rate)
 
 
-@kernel(inline=True)
+@kernel
 def integrals_at(T, theta, h, s, w, out):
     """Integrals of the powers up to theta."""
     if T.kind == _EXPLICIT:

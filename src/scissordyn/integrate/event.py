@@ -15,7 +15,7 @@ import math
 
 from scissordyn.integrate.dense import complete, guard_at, guards_at
 from scissordyn.integrate.step_scaling import speed
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["find_crossings", "sign_of"]
 
@@ -35,13 +35,13 @@ ITERATIONS = 60
 """Bracketed Newton steps need two to five; bisection alone would need fifty."""
 
 
-@kernel(inline=True)
+@kernel
 def sign_of(mode):
     """A guard's value times this is negative until it is crossed."""
     return 1.0 if mode == 0 else -1.0
 
 
-@kernel()
+@kernel
 def cubic_root(a, slope_a, b, slope_b):
     """A root in (0, 1) of the cubic with values a <= 0 < b and slopes at 0 and 1."""
     low, high = 0.0, 1.0
@@ -66,7 +66,7 @@ def cubic_root(a, slope_a, b, slope_b):
     return place
 
 
-@kernel(inline=True)
+@kernel
 def cubic_summit(a, slope_a, b, slope_b):
     """About the largest value in (0, 1) of the cubic that rises at 0 and falls at 1: where its slope, a parabola, vanishes."""
     low, high = 0.0, 1.0
@@ -84,7 +84,7 @@ def cubic_summit(a, slope_a, b, slope_b):
     return value
 
 
-@kernel()
+@kernel
 def locate(problem, T, k, low, high, a, slope_a, b, slope_b, t, h, s, w, S, sign):
     """The theta in (low, high] at which guard k rises through zero: a <= 0 < b with slopes by time are its values there."""
     step = (high - low) * h
@@ -108,7 +108,7 @@ def locate(problem, T, k, low, high, a, slope_a, b, slope_b, t, h, s, w, S, sign
     return theta
 
 
-@kernel()
+@kernel
 def turning_point(problem, T, k, low, high, t, h, s, w, S, sign, wanted):
     """Bisection for where the rate of guard k changes its sign to `wanted`; ends early where the guard is beyond zero.
 
@@ -130,7 +130,7 @@ def turning_point(problem, T, k, low, high, t, h, s, w, S, sign, wanted):
     return theta, value
 
 
-@kernel()
+@kernel
 def crossing_in(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign):
     """Where guard k is crossed between two places, from its values and rates there; -1 where that does not show it."""
     if a > 0.0:
@@ -156,14 +156,14 @@ def crossing_in(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, 
     return -1.0
 
 
-@kernel(inline=True)
+@kernel
 def cubic_value(place, a, slope_a, b, slope_b):
     """Value of the cubic with values a, b and slopes at 0 and 1."""
     rest = 1.0 - place
     return rest * a + place * b + place * rest * (rest * (slope_a - b + a) - place * (slope_b - b + a))
 
 
-@kernel(inline=True)
+@kernel
 def may_rise(a, slope_a, b, slope_b, error, precision):
     """Whether the cubic with values a, b and slopes at 0 and 1 rises above zero, or its start, if it is off by `error` halfway.
 
@@ -180,7 +180,7 @@ def may_rise(a, slope_a, b, slope_b, error, precision):
     return b > level
 
 
-@kernel()
+@kernel
 def hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, sign):
     """Where guard k rises between two places and falls again, from its values and rates there; -1 where it does not."""
     a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
@@ -213,7 +213,7 @@ def hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, sign)
     return -1.0
 
 
-@kernel()
+@kernel
 def next_crossing(problem, T, k, left, right, t, h, s, w, S, sign):
     """Where guard k is first crossed between two probes, from its values and rates there; -1 where it is not."""
     a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
@@ -231,7 +231,7 @@ def next_crossing(problem, T, k, left, right, t, h, s, w, S, sign):
     return theta if earlier < 0.0 else earlier
 
 
-@kernel(inline=True)
+@kernel
 def all_far(h, s, w):
     """Whether no guard comes near zero in the step, judged by its ends."""
     for k in range(s.mode.size):
@@ -242,7 +242,7 @@ def all_far(h, s, w):
     return True
 
 
-@kernel(inline=True)
+@kernel
 def insert(guard, theta, w):
     """Add a crossing to the list, in order."""
     at = w.crossing_count[0]
@@ -253,7 +253,7 @@ def insert(guard, theta, w):
     w.crossing_count[0] += 1
 
 
-@kernel()
+@kernel
 def list_crossings(problem, T, k, left, right, t, h, s, w, S, every):
     """Add to the list the crossings of guard k between two probes, or the first of them."""
     theta = next_crossing(problem, T, k, left, right, t, h, s, w, S, sign_of(w.saved_mode[k]))
@@ -268,7 +268,7 @@ def list_crossings(problem, T, k, left, right, t, h, s, w, S, every):
         theta = next_crossing(problem, T, k, left, right, t, h, s, w, S, sign_of(w.saved_mode[k]))
 
 
-@kernel(inline=True)
+@kernel
 def consistent(s, w):
     """Whether each guard ends the step on the side of zero that its mode and the crossings in the list tell."""
     for k in range(s.mode.size):
@@ -280,7 +280,7 @@ def consistent(s, w):
     return True
 
 
-@kernel()
+@kernel
 def find_crossings(problem, T, t, h, s, w, S, every):
     """List the crossings of guards inside the step (t, t + h) in order: all of them, or those up to the first probe with any.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.step_scaling import place
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["NODES", "keep_history", "keep_values", "make_history", "up_to_multiple"]
 
@@ -29,7 +29,7 @@ def make_history(signals: int, steps: int = 4096) -> np.ndarray:
     return np.zeros((steps, 2 + COUNT * signals))
 
 
-@kernel(inline=True)
+@kernel
 def up_to_multiple(t, h, delays):
     """A step size of at most h that does not pass a multiple of a delay.
 
@@ -44,7 +44,7 @@ def up_to_multiple(t, h, delays):
     return h
 
 
-@kernel(inline=True)
+@kernel
 def keep_history(record, T, t, h, s, w, S):
     """Add the step just made, of size h from t, to the history."""
     if not h > 0.0:
@@ -56,7 +56,7 @@ def keep_history(record, T, t, h, s, w, S):
     keep_values(t, h, s, w)
 
 
-@kernel(inline=True)
+@kernel
 def keep_values(t, h, s, w):
     """Add the polynomials through `Work.signals` to the history, for a step of size h from t."""
     row = s.history[s.history_length[0]]

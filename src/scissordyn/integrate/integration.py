@@ -1,18 +1,14 @@
-"""A problem as typed pointers, and the arrays of an integration: what goes on, what is scratch, what is recorded."""
+"""A problem as named functions, and the arrays of an integration: what goes on, what is scratch, what is recorded."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-import numba
-import numba.experimental.function_type  # so that numba knows the types of pointers without its tables for compiling
 import numpy as np
-from numba import int64, types, void
-from numba.core.types.function_type import CompileResultWAP
 
 from scissordyn.integrate.history import NODES
 from scissordyn.integrate.tableau import Tableau
-from scissordyn.jit import F1, F2, F3, I1, I2, opener
+from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, opener
 
 __all__ = [
     "CLOCK",
@@ -41,13 +37,11 @@ __all__ = [
     "State",
     "StepRecord",
     "Work",
-    "make_problem",
     "make_record",
     "make_samples",
     "make_state",
     "make_work",
     "open_integration",
-    "problem_type",
     "reset_state",
 ]
 
@@ -101,12 +95,12 @@ CLOCK = np.dtype(
 )
 COUNTS = np.dtype([(name, "i8") for name in ("steps", "rejected", "rates", "jacobians", "events", "samples", "recorded")])
 
-C1 = Annotated[np.ndarray, types.Array(numba.from_dtype(CLOCK), 1, "C")]
-N1 = Annotated[np.ndarray, types.Array(numba.from_dtype(COUNTS), 1, "C")]
+C1 = Annotated[np.ndarray, ArrayType(CLOCK, 1)]
+N1 = Annotated[np.ndarray, ArrayType(COUNTS, 1)]
 
 
 class Problem(NamedTuple):
-    """Typed pointers to the functions of a problem; `advance` says what each one does."""
+    """The functions of a problem; `advance` says what each one does."""
 
     rate: Any
     linearise: Any
@@ -224,47 +218,6 @@ class Integration(NamedTuple):
 
 open_integration = opener(Integration)
 """From the address of an integration's handle to the integration, inside kernels."""
-
-
-def make_problem(functions: dict[str, Any]) -> Problem:
-    """Typed pointers to compiled functions.
-
-    Parameters
-    ----------
-    functions : dict
-        Compiled functions by the names of `Problem`'s fields.
-
-    Returns
-    -------
-    Problem
-    """
-    signatures = _signatures()
-    for name, sign in signatures.items():
-        functions[name].compile(sign.args)  # as calls from Python have it, so that there is one file on disk for both
-    return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
-
-
-def problem_type() -> types.Type:
-    """Numba's type of a `Problem`, which does not depend on the functions."""
-    return types.NamedTuple([types.FunctionType(sign) for sign in _signatures().values()], Problem)
-
-
-def _signatures() -> dict[str, Any]:
-    """Signatures of the functions of a problem, in the order of `Problem`."""
-    t, vector, matrix, address = types.float64, types.float64[::1], types.float64[:, ::1], int64
-    return {
-        "rate": void(t, vector, address, vector),
-        "linearise": void(t, vector, address, vector, vector),
-        "factorize": int64(t, address),
-        "solve": void(vector, address),
-        "accept": void(t, vector, address, vector),
-        "guards": void(t, vector, address, vector, vector),
-        "guard": void(t, vector, int64, address, vector, vector),
-        "reset": types.boolean(t, vector, int64, address, vector),
-        "monitor": void(t, vector, address, vector, matrix),
-        "probe": void(t, vector, int64, address, vector, vector),
-        "record": void(t, vector, address, vector),
-    }
 
 
 def make_state(

@@ -12,7 +12,7 @@ from scissordyn.integrate.dense import complete, dense_value, inside_at
 from scissordyn.integrate.integration import FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, LIMIT, SPARE_ROWS, WHEN
 from scissordyn.integrate.step_scaling import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["monitor_step", "step_integral"]
 
@@ -40,7 +40,7 @@ WIDTH = 1e-7
 """A maximum is located within this part of the step: below it the parabola is flat to round-off."""
 
 
-@kernel(inline=True)
+@kernel
 def step_integral(T, h, w, which):
     """Integral of a power over the whole step."""
     total = 0.0
@@ -54,13 +54,13 @@ def step_integral(T, h, w, which):
     return h * total
 
 
-@kernel(inline=True)
+@kernel
 def followed(row, s):
     """Whether a row is monitored now: a guard in mode 1, or a quantity that is monitored throughout."""
     return row >= s.mode.size or s.mode[row] == 1
 
 
-@kernel()
+@kernel
 def monitor_step(problem, T, t, h, s, w, S):
     """Follow the monitored numbers over the step just made, and write those at its end."""
     if T.kind == _EXPLICIT:
@@ -77,7 +77,7 @@ def monitor_step(problem, T, t, h, s, w, S):
             s.monitored[row, q] = w.monitored[last, row, q]
 
 
-@kernel(inline=True)
+@kernel
 def monitor_stages(problem, T, t, h, s, w, S):
     """Peaks and integrals over an explicit step."""
     looked = False
@@ -102,7 +102,7 @@ def monitor_stages(problem, T, t, h, s, w, S):
             peak[LARGEST], peak[WHEN] = best, t + h
 
 
-@kernel(inline=True)
+@kernel
 def turns(T, row, known, w):
     """Whether the stages of a step leave room for a maximum inside, or its start is above the largest number known.
 
@@ -136,7 +136,7 @@ def turns(T, row, known, w):
     return not slope < -max(2.0 * NEARLY * abs(bend), STEADY * abs(end - start))
 
 
-@kernel(inline=True)
+@kernel
 def look_inside(problem, T, t, h, s, w, S):
     """Monitored numbers at the points inside an explicit step, into the spare rows."""
     complete(problem, T, t, h, s, w, S)
@@ -144,7 +144,7 @@ def look_inside(problem, T, t, h, s, w, S):
         probe(problem, T, (point + 1.0) / (INSIDE + 1.0), t, h, s, w, S, T.nodes.size + point)
 
 
-@kernel(inline=True)
+@kernel
 def monitor_nodes(problem, T, t, h, s, w, S):
     """Powers on the Gauss nodes of a Rosenbrock step, peaks and integrals over it."""
     complete(problem, T, t, h, s, w, S)
@@ -168,7 +168,7 @@ def monitor_nodes(problem, T, t, h, s, w, S):
             find_peak(problem, T, row, t, h, s, w, S)
 
 
-@kernel()
+@kernel
 def probe(problem, T, theta, t, h, s, w, S, place):
     """Monitored numbers at theta, into a place of Work.monitored."""
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
@@ -178,7 +178,7 @@ def probe(problem, T, theta, t, h, s, w, S, place):
     s.counts[0].rates += 1
 
 
-@kernel()
+@kernel
 def probe_row(problem, T, row, theta, t, h, s, w, S):
     """One row of monitored numbers at theta, into the last spare place; returns the first."""
     spare = w.monitored[w.monitored.shape[0] - 1, row]
@@ -187,13 +187,13 @@ def probe_row(problem, T, row, theta, t, h, s, w, S):
     return spare[0]
 
 
-@kernel(inline=True)
+@kernel
 def last_point(T):
     """Number of the end of the step among the points at which a maximum is looked for; the start is 0."""
     return (INSIDE if T.kind == _EXPLICIT else T.gauss.size) + 1
 
 
-@kernel(inline=True)
+@kernel
 def index_of(T, point):
     """Place in Work.monitored of a point."""
     if T.kind != _EXPLICIT:
@@ -203,7 +203,7 @@ def index_of(T, point):
     return T.nodes.size + point - 1 if point <= INSIDE else T.stages
 
 
-@kernel(inline=True)
+@kernel
 def place_of(T, point):
     """Where in the step a point is."""
     if T.kind == _EXPLICIT:
@@ -213,7 +213,7 @@ def place_of(T, point):
     return T.gauss[point - 1] if point <= T.gauss.size else 1.0
 
 
-@kernel(inline=True)
+@kernel
 def vertex(T, row, first, w):
     """Abscissa of the vertex of the parabola through three neighbouring monitored numbers."""
     a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
@@ -225,7 +225,7 @@ def vertex(T, row, first, w):
     return 0.5 * (a + b) + left * 0.5 * (c - a) / (left - right)
 
 
-@kernel()
+@kernel
 def find_peak(problem, T, row, t, h, s, w, S):
     """Largest first monitored number of a row in the step, if it exceeds the largest so far."""
     last = last_point(T)
@@ -252,7 +252,7 @@ def find_peak(problem, T, row, t, h, s, w, S):
         peak[LARGEST], peak[WHEN] = value, t + fraction(w.scaling[0], theta) * h
 
 
-@kernel()
+@kernel
 def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
     """Largest monitored number around `best` by Brent's parabolas and golden sections; returns (theta, value).
 
@@ -302,7 +302,7 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
     return best, value
 
 
-@kernel()
+@kernel
 def follow_band(problem, T, row, t, h, s, w, S):
     """Note when a monitored number is last above its limit, and when it is first at or below it."""
     band = s.band[row - s.mode.size]
@@ -330,7 +330,7 @@ def follow_band(problem, T, row, t, h, s, w, S):
                 band[FIRST_WITHIN] = band[LAST_ABOVE]
 
 
-@kernel()
+@kernel
 def passing(problem, T, row, low, high, limit, t, h, s, w, S):
     """Where a monitored number falls through its limit between two places: bisection."""
     for _ in range(30):

@@ -9,7 +9,7 @@ import math
 
 from scissordyn.integrate.step_scaling import EVEN, fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["EVERYTHING", "NOTHING", "OUTPUTS", "add_rows", "attempt", "error_norm", "explicit_stage", "prepare", "stage_state"]
 
@@ -19,7 +19,7 @@ NOTHING, OUTPUTS, EVERYTHING = range(3)
 """What is known at the start of a step: nothing, its guards and monitored numbers, or these and its slope."""
 
 
-@kernel(inline=True)
+@kernel
 def prepare(problem, T, t, s, w, S):
     """Slope, monitored numbers and guards at the start of a step, and the linearisation that a Rosenbrock method needs."""
     clock, counts = s.clock[0], s.counts[0]
@@ -36,7 +36,7 @@ def prepare(problem, T, t, s, w, S):
     clock.prepared = EVERYTHING
 
 
-@kernel()
+@kernel
 def attempt(problem, T, t, h, s, w, S):
     """One step from (t, s.y) to w.new; returns whether the arithmetic went through."""
     counts = s.counts[0]
@@ -52,7 +52,7 @@ def attempt(problem, T, t, h, s, w, S):
     return True
 
 
-@kernel()
+@kernel
 def add_rows(factor, coefficients, count, K, target):
     """Add the first rows of K, times a factor and their coefficients, to a vector: four at a time, as vectors are short."""
     size, whole = target.size, 4 * (count // 4)
@@ -69,7 +69,7 @@ def add_rows(factor, coefficients, count, K, target):
                 target[i] += a * K[k, i]
 
 
-@kernel(inline=True)
+@kernel
 def stage_state(T, stage, h, y, K, target):
     """State at which a stage is evaluated."""
     for i in range(y.size):
@@ -79,7 +79,7 @@ def stage_state(T, stage, h, y, K, target):
         target[i] = y[i] + h * target[i]
 
 
-@kernel(inline=True)
+@kernel
 def explicit_stage(problem, T, stage, t, h, target, s, w, S):
     """Slope and powers by s at a stage, at the state `target`."""
     scaling = w.scaling[0]
@@ -96,7 +96,7 @@ def explicit_stage(problem, T, stage, t, h, target, s, w, S):
         w.power[stage, q] *= factor
 
 
-@kernel(inline=True)
+@kernel
 def explicit_step(problem, T, t, h, s, w, S):
     """Stages of w.new = y(t + h) from the slope and powers at t; stage T.stages is the end."""
     factor = speed(w.scaling[0], 0.0)
@@ -113,7 +113,7 @@ def explicit_step(problem, T, t, h, s, w, S):
         explicit_stage(problem, T, stage, t, h, target, s, w, S)
 
 
-@kernel(inline=True)
+@kernel
 def rosenbrock_step(problem, T, t, h, s, w, S):
     """Stages of w.new = y(t + h) with W already factorized; w.slope is y', w.slope_t its partial derivative by time, at t."""
     size, inverse = s.y.size, 1.0 / h
@@ -132,7 +132,7 @@ def rosenbrock_step(problem, T, t, h, s, w, S):
         new[i] += K[T.stages - 1, i]
 
 
-@kernel()
+@kernel
 def error_norm(T, h, s, w):
     """Largest weighted error; a component's size is the root mean square over its group's components.
 
@@ -166,7 +166,7 @@ def error_norm(T, h, s, w):
     return worst
 
 
-@kernel(inline=True)
+@kernel
 def weigh_errors(T, h, size, start, stop, s, w):
     """From estimates to weighted errors of a group whose components are of some size; without branches."""
     first, second = w.estimate[0, start:stop], w.estimate[1, start:stop]

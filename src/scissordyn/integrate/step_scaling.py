@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["AFTER_START", "BEFORE_END", "EVEN", "fraction", "place", "speed"]
 
@@ -17,7 +17,7 @@ EVEN, AFTER_START, BEFORE_END = range(3)
 """Ways in which time runs inside a step."""
 
 
-@kernel(inline=True)
+@kernel
 def fraction(scaling, s):
     """Part of the step's time that has passed at s."""
     if scaling == EVEN:
@@ -25,7 +25,7 @@ def fraction(scaling, s):
     return s * s if scaling == AFTER_START else s * (2.0 - s)
 
 
-@kernel(inline=True)
+@kernel
 def speed(scaling, s):
     """Derivative of `fraction` by s."""
     if scaling == EVEN:
@@ -33,7 +33,7 @@ def speed(scaling, s):
     return 2.0 * s if scaling == AFTER_START else 2.0 * (1.0 - s)
 
 
-@kernel(inline=True)
+@kernel
 def place(scaling, part):
     """The s at which a part of the step's time has passed."""
     if scaling == EVEN:

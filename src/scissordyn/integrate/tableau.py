@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
-from scissordyn.jit import F1, F2, I1
+from scissordyn.kernel import F1, F2, I1
 
 __all__ = ["EXPLICIT", "METHODS", "ROSENBROCK", "Tableau", "tableau"]
 

@@ -18,9 +18,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba import int64, types, void
-from numba.core.types.function_type import CompileResultWAP
-
 from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
 from scissordyn.integrate.control import REMAINDER
 from scissordyn.integrate.event import sign_of
@@ -41,9 +38,9 @@ from scissordyn.integrate.integration import (
     WHEN,
     open_integration,
 )
-from scissordyn.jit import F1, F2, I1, kernel, opener
+from scissordyn.kernel import F1, F2, I1, kernel, opener
 
-__all__ = ["Jumps", "Touching", "advance_jumps", "jumps_type", "make_jumps"]
+__all__ = ["Jumps", "Touching", "advance_jumps"]
 
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
 """Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
@@ -65,7 +62,7 @@ DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
 
 
 class Jumps(NamedTuple):
-    """Typed pointers to the functions of a problem that jumps."""
+    """The functions of a problem that jumps."""
 
     step: Any
     restore: Any
@@ -93,31 +90,7 @@ class Touching(NamedTuple):
 open_touching = opener(Touching)
 
 
-def _signatures() -> dict[str, Any]:
-    t, vector, matrix, address = types.float64, types.float64[::1], types.float64[:, ::1], int64
-    return {
-        "step": void(t, t, vector, vector, address, address),
-        "restore": void(address),
-        "guards_ahead": void(t, vector, address, address, vector, vector),
-        "impact": void(t, t, vector, address, address),
-        "monitor": void(t, t, vector, address, address, vector, matrix),
-    }
-
-
-def make_jumps(functions: dict[str, Any]) -> Jumps:
-    """Typed pointers to compiled functions, by the names of `Jumps`' fields."""
-    signatures = _signatures()
-    for name, sign in signatures.items():
-        functions[name].compile(sign.args)
-    return Jumps(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
-
-
-def jumps_type() -> types.Type:
-    """Numba's type of a `Jumps`."""
-    return types.NamedTuple([types.FunctionType(sign) for sign in _signatures().values()], Jumps)
-
-
-@kernel()
+@kernel
 def advance_jumps(problem, jumps, systems, contacts, touching, addresses, most_steps, statuses):
     """Advance some integrations one after another.
 
@@ -136,7 +109,7 @@ def advance_jumps(problem, jumps, systems, contacts, touching, addresses, most_s
         statuses[k] = advance(problem, jumps, systems[k], contacts[k], touching[k], addresses[k], most_steps)
 
 
-@kernel()
+@kernel
 def advance(problem, jumps, S, H, touching, address, most_steps):
     """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
     r, K = open_integration(address), open_touching(touching)
@@ -154,7 +127,7 @@ def advance(problem, jumps, S, H, touching, address, most_steps):
     return ADVANCING
 
 
-@kernel(inline=True)
+@kernel
 def choose_size(t, s, w, K):
     """Size of the step to come, and whether it is the last."""
     clock, h = s.clock[0], K.size[0]
@@ -169,7 +142,7 @@ def choose_size(t, s, w, K):
     return h, False
 
 
-@kernel()
+@kernel
 def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
@@ -229,7 +202,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     return STUCK if clock.stalled > 1000 else ADVANCING
 
 
-@kernel()
+@kernel
 def crossed(jumps, now, s, w, S, H, K):
     """How far what was open at the start is beyond its surface at the end of the step, and what waits beyond its guard's root.
 
@@ -248,7 +221,7 @@ def crossed(jumps, now, s, w, S, H, K):
     return farthest
 
 
-@kernel()
+@kernel
 def first_event(jumps, t, h, s, w, S, H, K):
     """Make a step from t again that ends on its first event; returns its size, and whether a hard contact strikes there.
 
@@ -292,7 +265,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     return end, K.locate[0] == 1 and K.ahead[0] > 0.0
 
 
-@kernel(inline=True)
+@kernel
 def repeat(jumps, t, h, s, w, S, H, K):
     """Make the step anew with another size; returns how far what is crossed in it is beyond its root."""
     for k in range(s.mode.size):
@@ -304,7 +277,7 @@ def repeat(jumps, t, h, s, w, S, H, K):
     return crossed(jumps, t + h, s, w, S, H, K)
 
 
-@kernel()
+@kernel
 def take_impacts(jumps, now, s, w, S, H, K, log):
     """Impacts at the end of a step: velocities change, contacts begin, and end at once where the surfaces part."""
     for k in range(s.mode.size):
@@ -326,7 +299,7 @@ def take_impacts(jumps, now, s, w, S, H, K, log):
         fall(now, i, s, w, K, log)
 
 
-@kernel(inline=True)
+@kernel
 def rise(now, i, s, K, log):
     """Log that something begins to touch."""
     guard, out = K.which[i], K.result[i]
@@ -339,7 +312,7 @@ def rise(now, i, s, K, log):
     s.counts[0].events += 1
 
 
-@kernel(inline=True)
+@kernel
 def fall(now, i, s, w, K, log):
     """Log that something ends to touch, if it does."""
     guard, out = K.which[i], K.result[i]
@@ -355,7 +328,7 @@ def fall(now, i, s, w, K, log):
     s.counts[0].events += 1
 
 
-@kernel(inline=True)
+@kernel
 def follow(t, h, s, w):
     """Largest values, integrals and limits of what is monitored, from its means over the step, of guards that act in it."""
     for row in range(s.peak.shape[0]):
@@ -379,7 +352,7 @@ def follow(t, h, s, w):
             s.monitored[row, q] = w.monitored[0, row, q]
 
 
-@kernel(inline=True)
+@kernel
 def pass_guards(problem, now, s, w, S, K, log):
     """Take events of other guards than those of what jumps, at the end of the step; returns whether the state jumps."""
     if s.mode.size == K.which.size:
@@ -395,7 +368,7 @@ def pass_guards(problem, now, s, w, S, K, log):
     return found
 
 
-@kernel(inline=True)
+@kernel
 def keep_linear(record, t, h, s, w, S):
     """Add the step just made, of size h from t, to the history."""
     for node in range(NODES.size):
@@ -406,7 +379,7 @@ def keep_linear(record, t, h, s, w, S):
     keep_values(t, h, s, w)
 
 
-@kernel(inline=True)
+@kernel
 def write_between(t, now, s, w, K, out):
     """Write the samples after t up to the end of the step, between s.y and w.new; what jumps in it is the nearer one."""
     counts, monitors = s.counts[0], s.clock[0].monitors == 1
@@ -431,7 +404,7 @@ def write_between(t, now, s, w, K, out):
                     out.mode[at, K.which[i]] = 0
 
 
-@kernel(inline=True)
+@kernel
 def write_modes(at, s, out):
     """Write modes, memories and references of a sample."""
     for k in range(s.mode.size):
@@ -442,7 +415,7 @@ def write_modes(at, s, out):
     s.counts[0].samples += 1
 
 
-@kernel(inline=True)
+@kernel
 def write_linear(t, reached, s, w, out):
     """Write the samples up to an instant with the present state."""
     counts = s.counts[0]

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import F1, entry
 from scissordyn.laws.elastic.quadrature import quadrature_energy
-from scissordyn.plugin.address import call_at
+from scissordyn.kernel import call_at
 
 __all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_states", "normal_force"]
 
 
-@kernel()
-def elastic_force(address, delta, p):
+@entry
+def elastic_force(address: int, delta: float, p: F1) -> float:
     """Elastic part [N] at indentation delta > 0 [m]."""
     return call_at(address, (delta,), (), (), (), p, ())
 
 
-@kernel()
-def elastic_energy(address, force_address, delta, p):
+@entry
+def elastic_energy(address: int, force_address: int, delta: float, p: F1) -> float:
     """Work [J] to press the elastic part in by delta [m]; by quadrature of its force where it has no kernel for it."""
     if delta <= 0.0:
         return 0.0
@@ -27,24 +27,24 @@ def elastic_energy(address, force_address, delta, p):
     return call_at(address, (delta,), (), (), (), p, ())
 
 
-@kernel()
-def normal_force(address, elastic, delta, rate, approach, p):
+@entry
+def normal_force(address: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
     """Normal force [N] from an elastic part; never negative."""
-    force: float = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())
+    force = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 
 
-@kernel()
-def friction_force(address, v, normal, z, dz, p):
+@entry
+def friction_force(address: int, v: float, normal: float, z: F1, dz: F1, p: F1) -> float:
     """Tangential force [N]; writes the rates of the internal states into dz."""
     if address == 0:
         return 0.0
     return call_at(address, (v, normal), (), z, (), p, dz)
 
 
-@kernel()
-def friction_states(address, v, z, p):
+@entry
+def friction_states(address: int, v: float, z: F1, p: F1) -> None:
     """Internal states at the start of a contact that begins at slip speed v [m/s], or those of steady sliding."""
     if address == 0:
         z[:] = 0.0
@@ -52,8 +52,8 @@ def friction_states(address, v, z, p):
         call_at(address, (v,), (), (), (), p, z)
 
 
-@kernel()
-def friction_limit(address, v, normal, p):
+@entry
+def friction_limit(address: int, v: float, normal: float, p: F1) -> float:
     """Largest |F_t| [N] that friction itself allows: static friction and the viscous part; infinite where that is not known."""
     if address == 0:
         return math.inf

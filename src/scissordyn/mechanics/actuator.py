@@ -8,7 +8,7 @@ recorded signal and recursion gain.
 from __future__ import annotations
 
 from scissordyn.control.signal import DELAYED, ERROR, FEED_FORWARD, REFERENCE, SENSOR, SIGNALS, SPEED, control_torque
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
@@ -21,7 +21,7 @@ DELAY, RECORDED, GAIN = range(3)
 """Columns of `Parameters.actuator`: delay [s], place of the recorded signal, recursion gain R [1]."""
 
 
-@kernel(inline=True)
+@kernel
 def past_signal(when, column, S):
     """A recorded signal at an earlier instant, and its rate; before the start it is constant."""
     C = S.state
@@ -45,7 +45,7 @@ def past_signal(when, column, S):
     return value, 2.0 * slope / rows[low, 1]
 
 
-@kernel(inline=True)
+@kernel
 def sense(t, i, S, maps):
     """Write the signals of component i into W.signal, and their rates at a fixed state into W.signal_rate."""
     M, P, W = S.model, S.parameters, S.work
@@ -67,14 +67,14 @@ def sense(t, i, S, maps):
         q[FEED_FORWARD], rate[FEED_FORWARD] = W.function_value[0], W.function_value[1]
 
 
-@kernel(inline=True)
+@kernel
 def torque_at(t, i, S, z, dz):
     """Torque of component i [N m] at the signals in W.signal; writes the rates of its controller's states into dz."""
     P, q = S.parameters, S.work.signal
     return control_torque(P.controller[i], t, q[int(P.actuator[i, RECORDED])], q, z, dz, P.control[i])
 
 
-@kernel(inline=True)
+@kernel
 def actuator_torque(t, i, S, maps, z, dz):
     """Torque of component i [N m]; writes the rates of its controller's states into dz, and what it observed."""
     P, W = S.parameters, S.work
@@ -84,7 +84,7 @@ def actuator_torque(t, i, S, maps, z, dz):
     return torque_at(t, i, S, z, dz)
 
 
-@kernel(inline=True)
+@kernel
 def recorded_signal(t, i, S):
     """What component i records: S(t) = y(t) + R S(t - T)."""
     P, W = S.parameters, S.work
@@ -92,7 +92,7 @@ def recorded_signal(t, i, S):
     return W.signal[int(P.actuator[i, RECORDED])] + P.actuator[i, GAIN] * W.signal[DELAYED]
 
 
-@kernel(inline=True)
+@kernel
 def controller_slopes(t, i, S, z):
     """Write the derivatives of torque and state rates by signals, states and time into W.slope, by central differences.
 
@@ -129,7 +129,7 @@ def controller_slopes(t, i, S, z):
             W.slope[1 + s, k] = (up[s] - down[s]) / (2.0 * h)
 
 
-@kernel(inline=True)
+@kernel
 def linearise_actuator(t, i, S, z, dt, first_state):
     """Write the derivatives of component i's maps' forces into W.by_map and W.by_map_rate, and those of its states.
 

@@ -6,7 +6,7 @@ Without exchanges elimination takes half as many operations, and goes on from th
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.lanes import SHORT, row_times, take_row
 
 __all__ = ["eliminate", "factorize", "product", "solve", "substitute", "width"]
@@ -17,7 +17,7 @@ def width(lower: int, upper: int) -> int:
     return max(2 * lower + upper + 1, lower + upper + 1 + SHORT)
 
 
-@kernel()
+@kernel
 def factorize(band, lower, upper, pivots):
     """Factorize in place; writes the row exchanges into `pivots`. Returns the row of a zero pivot, or -1."""
     size = band.shape[0]
@@ -49,7 +49,7 @@ def factorize(band, lower, upper, pivots):
     return -1
 
 
-@kernel()
+@kernel
 def solve(band, lower, upper, pivots, x):
     """Overwrite the right-hand side x with the solution, from a factorized band."""
     size = band.shape[0]
@@ -69,7 +69,7 @@ def solve(band, lower, upper, pivots, x):
         x[i] = total / band[i, lower]
 
 
-@kernel()
+@kernel
 def eliminate(band, reach, first, x):
     """Eliminate below the diagonal without row exchanges, in the right-hand side x too. Returns the row of a zero pivot, or -1.
 
@@ -89,7 +89,7 @@ def eliminate(band, reach, first, x):
     return -1
 
 
-@kernel()
+@kernel
 def substitute(band, reach, x, solution):
     """Write the solution from what `eliminate` has left."""
     size = band.shape[0]
@@ -97,7 +97,7 @@ def substitute(band, reach, x, solution):
         solution[i] = (x[i] - row_times(band, i, reach + 1, solution, i + 1, min(reach, size - 1 - i))) / band[i, reach]
 
 
-@kernel()
+@kernel
 def product(band, reach, row, vector):
     """A row of a banded matrix times a vector."""
     first = max(0, row - reach)

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
-from scissordyn.plugin.address import call_at
+from scissordyn.kernel import call_at
 
 __all__ = ["begin_laws", "laws_fit", "take_compliant", "too_long_for_laws"]
 
@@ -38,7 +38,7 @@ CORRECTIONS = 3
 """Of an internal state of friction, by Newton's method."""
 
 
-@kernel()
+@kernel
 def normal_at(i, delta, rate, S, H):
     """Normal force [N] of compliant contact i; negative where its surfaces part so fast that the law would pull."""
     j = H.which[i]
@@ -51,7 +51,7 @@ def normal_at(i, delta, rate, S, H):
     )
 
 
-@kernel()
+@kernel
 def friction_at(i, slip, normal, y, S, H):
     """Friction force [N] of compliant contact i at the end of a step; its states then stand in `HardContacts.bristle`."""
     M, P, j = S.model, S.parameters, H.which[i]
@@ -71,26 +71,26 @@ def friction_at(i, slip, normal, y, S, H):
     return friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])
 
 
-@kernel(inline=True)
+@kernel
 def rate_of(i, at, u, H):
     """Rate of the indentation [m/s] at which the laws are evaluated, for U_N+ = u."""
     later = H.later[i]
     return -later * (u - H.turn[i]) - (1.0 - later) * (H.before[at] + H.turn[i])
 
 
-@kernel(inline=True)
+@kernel
 def slip_of(i, at, u, H):
     """And the slip speed [m/s], for U_T+ = u."""
     return -H.later_slip[i] * u - (1.0 - H.later_slip[i]) * H.before[at]
 
 
-@kernel(inline=True)
+@kernel
 def later_part(stiff):
     """Theta from damping times step over mass."""
     return 0.5 + 0.5 * stiff * stiff / (1.0 + stiff * stiff)
 
 
-@kernel(inline=True)
+@kernel
 def normal_slopes(i, delta, rate, S, H):
     """Derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
     small, slow = DIFFERENCE * max(delta, H.floor[i]), DIFFERENCE * (abs(rate) + S.state.memory[H.which[i]])
@@ -99,7 +99,7 @@ def normal_slopes(i, delta, rate, S, H):
     return by_depth, max(by_rate, 0.0)
 
 
-@kernel(inline=True)
+@kernel
 def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     """Write the equations of compliant contact i with its laws linearised at U_N+ = u_n, a slip speed and a normal force."""
     h = H.size[0]
@@ -120,7 +120,7 @@ def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     H.rubbed[i] = slip
 
 
-@kernel()
+@kernel
 def begin_laws(i, m, y, S, H):
     """Write the equations of compliant contact i with its laws linearised at the velocities before the step."""
     a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
@@ -134,7 +134,7 @@ def begin_laws(i, m, y, S, H):
     H.friction[i], H.mode[i] = 0.0, SLIP
 
 
-@kernel()
+@kernel
 def laws_fit(m, y, S, H):
     """Whether impulses agree with the laws of all compliant contacts; where they do not these are linearised anew."""
     fits, h, largest = True, H.size[0], 0.0
@@ -159,7 +159,7 @@ def laws_fit(m, y, S, H):
     return fits
 
 
-@kernel()
+@kernel
 def take_compliant(y, new, S, H):
     """Write what compliant contacts that act have done in the step, and the states of their friction."""
     M, h, m = S.model, H.size[0], S.work.multiplier.size
@@ -181,7 +181,7 @@ def take_compliant(y, new, S, H):
         H.result[i, CLOSED] = 1.0
 
 
-@kernel()
+@kernel
 def too_long_for_laws(S, H):
     """Write how long a step may be for the compliant contacts that act; returns whether the present one is too long."""
     H.longest[0] = math.inf

@@ -8,7 +8,7 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 from __future__ import annotations
 
 from scissordyn.component.port import ACTUATOR, AXIS, RAIL
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.flexible_bar import add_flexible_bar
 from scissordyn.mechanics.flexible_bar_slopes import linearise_flexible_bar
@@ -17,7 +17,7 @@ from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wren
 from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise_rail, sense_rail
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
-from scissordyn.plugin.address import call_at
+from scissordyn.kernel import call_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
@@ -36,7 +36,7 @@ STATE_DIFFERENCE = 1e-5
 """Least step of a state, as a part of its scale: coarse enough where only its difference to a large coordinate acts."""
 
 
-@kernel(inline=True)
+@kernel
 def factor_of(t, i, S):
     """Value of the time function of component i, and its rate."""
     first = S.model.function[i]
@@ -46,7 +46,7 @@ def factor_of(t, i, S):
     return S.work.function_value[0], S.work.function_value[1]
 
 
-@kernel(inline=True)
+@kernel
 def write_context(t, i, S):
     """What a kernel may ask for beside its coordinates."""
     x, guard = S.work.context, S.model.component_guard[i]
@@ -57,7 +57,7 @@ def write_context(t, i, S):
     x[DIFFERENCES] = 0.0
 
 
-@kernel(inline=True)
+@kernel
 def sense(i, S, maps):
     """Write coordinates and rates of the port of component i."""
     if S.model.component_port[i] == _RAIL:
@@ -68,14 +68,14 @@ def sense(i, S, maps):
     sense_port(S.model.component_port[i], maps, angle, S.work.coordinates[i], S.work.coordinate_rates[i])
 
 
-@kernel(inline=True)
+@kernel
 def evaluate(i, S, z, address, result):
     """Call a kernel of component i at what stands in the work space."""
     W = S.work
     call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
 
 
-@kernel()
+@kernel
 def component_gap(t, i, z, S):
     """Value and rate of the guard of component i."""
     sense(i, S, map_values(S.parameters.contact.size + i, S))
@@ -84,7 +84,7 @@ def component_gap(t, i, z, S):
     return S.work.answer[0], S.work.answer[1]
 
 
-@kernel()
+@kernel
 def switch_loss(t, i, z, S):
     """Energy [J] that component i loses as the mode of its guard changes."""
     if S.model.switch_kernel[i] == 0:
@@ -95,7 +95,7 @@ def switch_loss(t, i, z, S):
     return S.work.answer[0]
 
 
-@kernel()
+@kernel
 def add_component(t, i, S, z, dz):
     """Add the forces of component i to Work.force, write its results and powers, and the rates of its states into dz."""
     M, W = S.model, S.work
@@ -131,7 +131,7 @@ def add_component(t, i, S, z, dz):
     write_powers(i, S, out, forces, power)
 
 
-@kernel(inline=True)
+@kernel
 def write_powers(i, S, out, forces, power):
     """Write stored energy and powers of component i, which follow the forces in what its kernel returned."""
     M, W = S.model, S.work
@@ -142,7 +142,7 @@ def write_powers(i, S, out, forces, power):
         W.stored_energy[i], W.dissipation[i], W.power_in[i] = 0.0, 0.0, power
 
 
-@kernel()
+@kernel
 def port_slopes(t, i, S, z):
     """Derivatives of a component's forces, then of its states' rates, by coordinates, rates and states, and at last by time."""
     M, W = S.model, S.work
@@ -185,7 +185,7 @@ def port_slopes(t, i, S, z):
     W.context[DIFFERENCES] = 0.0
 
 
-@kernel()
+@kernel
 def linearise_component(t, i, S, z, dt, first_state):
     """Write the derivatives of component i's generalized forces into Work.block_x and Work.block_v, and those of its states.
 
@@ -247,7 +247,7 @@ def linearise_component(t, i, S, z, dt, first_state):
     spread_blocks(element, S)
 
 
-@kernel(inline=True)
+@kernel
 def linearise_states(element, forces, coordinates, S, z, dt, first_state):
     """Write the derivatives that involve the states of a component."""
     M, W = S.model, S.work
@@ -274,7 +274,7 @@ def linearise_states(element, forces, coordinates, S, z, dt, first_state):
             W.rate_by_x[at], W.rate_by_v[at], W.force_by_state[at] = x, v, pull
 
 
-@kernel(inline=True)
+@kernel
 def spread_blocks(element, S):
     """From the derivatives by the maps to those by the columns of a force element."""
     M, W = S.model, S.work

@@ -5,7 +5,7 @@ With d = rows X the maps of a constraint, its value is sum(w |d|^2/2), its gradi
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
@@ -30,7 +30,7 @@ REPETITIONS = 3
 """Newton steps of a projection; drift within a step needs one."""
 
 
-@kernel(inline=True)
+@kernel
 def expand(t, y, S):
     """Write b(t), X, V and the values that timed constraints have."""
     M, W = S.model, S.work
@@ -44,7 +44,7 @@ def expand(t, y, S):
         W.V[n + i] = W.basis[1, i]
 
 
-@kernel()
+@kernel
 def move_drives(t, S):
     """Write b(t) and the values that timed constraints have, unless they are there: a step asks for its end many times."""
     M, P, W = S.model, S.parameters, S.work
@@ -61,7 +61,7 @@ def move_drives(t, S):
         W.value[2, k], W.value[3, k] = v * v + l * a, 3.0 * v * a + l * j
 
 
-@kernel(inline=True)
+@kernel
 def expand_element(t, y, element, S):
     """Of b(t), X and V what the maps of one force element read."""
     M, W = S.model, S.work
@@ -75,7 +75,7 @@ def expand_element(t, y, element, S):
             W.X[column], W.V[column] = W.basis[0, column - n], W.basis[1, column - n]
 
 
-@kernel(inline=True)
+@kernel
 def expand_track(t, y, track, S):
     """Of b(t) and X what the map of one tracked point reads."""
     M, W = S.model, S.work
@@ -85,7 +85,7 @@ def expand_track(t, y, track, S):
         W.X[column] = y[column] if column < M.n else W.basis[0, column - M.n]
 
 
-@kernel(inline=True)
+@kernel
 def map_directions(S, source, target):
     """Write the maps of all constraints applied to a vector of columns."""
     M = S.model
@@ -99,7 +99,7 @@ def map_directions(S, source, target):
         target[p, 1] = dy
 
 
-@kernel(inline=True)
+@kernel
 def scatter_row(k, S):
     """Write the gradient of constraint k into Work.gram_row, which is zero."""
     M, W = S.model, S.work
@@ -108,7 +108,7 @@ def scatter_row(k, S):
             W.gram_row[M.constraint_column[i]] += W.gradient[i]
 
 
-@kernel(inline=True)
+@kernel
 def clear_row(k, S):
     """Set Work.gram_row back to zero where constraint k has columns."""
     M, W = S.model, S.work
@@ -117,7 +117,7 @@ def clear_row(k, S):
             W.gram_row[M.constraint_column[i]] = 0.0
 
 
-@kernel(inline=True)
+@kernel
 def factorize_constraints(S):
     """Write the gradients of the constraints and factorize Phi Phi^T; returns a singular row or -1."""
     M, W = S.model, S.work
@@ -150,7 +150,7 @@ def factorize_constraints(S):
     return _band_factorize(W.gram, lower, upper, W.gram_pivots)
 
 
-@kernel(inline=True)
+@kernel
 def solve_constraints(S, values):
     """Overwrite `values` with (Phi Phi^T)^-1 values."""
     M, W = S.model, S.work
@@ -160,7 +160,7 @@ def solve_constraints(S, values):
         _band_solve(W.gram, M.band_limits[2], M.band_limits[3], W.gram_pivots, values)
 
 
-@kernel(inline=True)
+@kernel
 def subtract_gradients(S, values, target, first):
     """Subtract Phi^T values from target[first : first + n]."""
     M, W = S.model, S.work
@@ -172,7 +172,7 @@ def subtract_gradients(S, values, target, first):
                 target[first + column] -= W.gradient[i] * value
 
 
-@kernel(inline=True)
+@kernel
 def velocity_errors(S):
     """Write the errors in the rates of the constraints into Work.work; returns the largest rate of a map."""
     M, W = S.model, S.work
@@ -187,7 +187,7 @@ def velocity_errors(S):
     return fastest
 
 
-@kernel()
+@kernel
 def project(t, y, S):
     """Bring constraints and their rates back to their values; returns whether y changed."""
     M, W = S.model, S.work
@@ -225,7 +225,7 @@ def project(t, y, S):
     return changed
 
 
-@kernel(inline=True)
+@kernel
 def velocity_residual(t, y, S):
     """Largest error in the rate of a constraint, NaN if one is."""
     W = S.work

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.mechanics.constraint_solver import expand_element
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
@@ -20,7 +20,7 @@ from scissordyn.mechanics.system import APPROACH_FLOOR
 __all__ = ["begin_contact", "contact_at", "contact_forces", "end_contact", "gap", "kinematics", "no_forces"]
 
 
-@kernel(inline=True)
+@kernel
 def gap(j, S):
     """|e| - c and its rate; negative in free flight."""
     maps = map_values(j, S)
@@ -33,7 +33,7 @@ def gap(j, S):
     return e - S.parameters.contact[j].clearance, rate
 
 
-@kernel(inline=True)
+@kernel
 def kinematics(j, S):
     """Write delta, delta', slip speed, n and |e| of contact j into Work.contact; returns the maps and their rates."""
     maps = map_values(j, S)
@@ -54,7 +54,7 @@ def kinematics(j, S):
     return maps
 
 
-@kernel(inline=True)
+@kernel
 def contact_laws(j, S, z, dz):
     """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; returns the maps."""
     P, W = S.parameters, S.work
@@ -77,7 +77,7 @@ def contact_laws(j, S, z, dz):
     return maps
 
 
-@kernel(inline=True)
+@kernel
 def contact_forces(j, S, z, dz):
     """Evaluate the laws of contact j, add its forces to Work.force, write the rates of its states into dz."""
     maps = contact_laws(j, S, z, dz)
@@ -95,7 +95,7 @@ def contact_forces(j, S, z, dz):
     add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
 
 
-@kernel(inline=True)
+@kernel
 def contact_at(t, y, j, S):
     """Evaluate contact j alone into Work.contact."""
     M = S.model
@@ -104,7 +104,7 @@ def contact_at(t, y, j, S):
     contact_laws(j, S, y[start:stop], S.work.state_work[0])
 
 
-@kernel(inline=True)
+@kernel
 def no_forces(j, S):
     """Forget the forces of the last evaluation of contact j."""
     found = S.work.contact[j]
@@ -114,7 +114,7 @@ def no_forces(j, S):
     write_wrench(j, S, 0.0, 0.0, 0.0, 0.0)
 
 
-@kernel(inline=True)
+@kernel
 def begin_contact(y, j, S, data, resting):
     """Start the contact of j with its states; `data` gets delta' and the angle of n; returns whether it started.
 
@@ -135,7 +135,7 @@ def begin_contact(y, j, S, data, resting):
     return True
 
 
-@kernel(inline=True)
+@kernel
 def end_contact(j, S, data):
     """End the contact of j; `data` gets delta' and the angle of n."""
     no_forces(j, S)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force, normal_force
 from scissordyn.mechanics.force_element import map_values
 from scissordyn.mechanics.plane_contact import plane_slopes
@@ -11,7 +11,7 @@ from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN
 __all__ = ["linearise_contact"]
 
 
-@kernel(inline=True)
+@kernel
 def law_slopes(j, S, z, dz, up, down, by_state):
     """Partial derivatives of the laws of contact j at its present state, by central differences.
 
@@ -63,7 +63,7 @@ def law_slopes(j, S, z, dz, up, down, by_state):
     return n_by_delta, n_by_rate, t_by_slip, t_by_normal
 
 
-@kernel(inline=True)
+@kernel
 def pin_slopes(j, S, n_d, n_r):
     """Write how force and motion of a journal change, in the columns of `linearise_contact`, and its turning forces."""
     M, W = S.model, S.work
@@ -108,7 +108,7 @@ def pin_slopes(j, S, n_d, n_r):
             )
 
 
-@kernel(inline=True)
+@kernel
 def linearise_contact(j, S, z, by_state, up, down):
     """Write the derivatives of contact j's generalized forces and state rates into Work.block_x and its companions.
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from scissordyn.errors import InputError
-from scissordyn.jit import kernel
+from scissordyn.kernel import F1, I1, entry, kernel
 
 __all__ = ["DRIVE", "Elimination", "Expression", "add", "contradiction", "in_words", "scaled"]
 
@@ -51,7 +51,7 @@ def scaled(factor: float, expression: Expression) -> Expression:
     return {column: factor * coefficient for column, coefficient in expression.items()}
 
 
-@kernel()
+@kernel
 def resolve(
     columns, values, start, count, solved_at, first, length, kept_column, kept_value, total, listed, touched, round_off
 ):
@@ -99,23 +99,23 @@ def resolve(
     return kept
 
 
-@kernel()
+@entry
 def eliminate(
-    start,
-    columns,
-    values,
-    preferred,
-    solved_at,
-    first,
-    length,
-    kept_column,
-    kept_value,
-    total,
-    listed,
-    touched,
-    found,
-    round_off,
-):
+    start: I1,
+    columns: I1,
+    values: F1,
+    preferred: I1,
+    solved_at: I1,
+    first: I1,
+    length: I1,
+    kept_column: I1,
+    kept_value: F1,
+    total: F1,
+    listed: I1,
+    touched: I1,
+    found: I1,
+    round_off: float,
+) -> int:
     """Solve constraints for columns, one after the other; returns DONE, CONTRADICTS or FULL.
 
     `found` gets the constraint at which it ended, and how much of the kept arrays is used.
@@ -174,10 +174,22 @@ def eliminate(
     return DONE
 
 
-@kernel()
+@entry
 def expand_rows(
-    unknowns, solved_at, first, length, kept_column, kept_value, total, listed, touched, start, columns, values, round_off
-):
+    unknowns: int,
+    solved_at: I1,
+    first: I1,
+    length: I1,
+    kept_column: I1,
+    kept_value: F1,
+    total: F1,
+    listed: I1,
+    touched: I1,
+    start: I1,
+    columns: I1,
+    values: F1,
+    round_off: float,
+) -> int:
     """Write each unknown column in columns that are not solved for, as sparse rows; returns DONE or FULL."""
     used = 0
     for row in range(unknowns):

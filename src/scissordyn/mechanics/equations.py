@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.actuator import recorded_signal
 from scissordyn.mechanics.component import add_component, linearise_component
 from scissordyn.mechanics.constraint_solver import (
@@ -28,7 +28,7 @@ from scissordyn.mechanics.step_matrix import acts
 __all__ = ["accelerate", "linearise", "record_signals"]
 
 
-@kernel(inline=True)
+@kernel
 def accelerate(t, y, S, dy):
     """Right-hand side: write y' into dy."""
     M, P, C, W = S.model, S.parameters, S.state, S.work
@@ -79,7 +79,7 @@ def accelerate(t, y, S, dy):
         W.A[i] = dy[n + i]
 
 
-@kernel(inline=True)
+@kernel
 def linearise(t, y, S, dy, dt):
     """Write y' into dy, the partial derivative of y' by time into dt, and prepare `factorize`."""
     M, W = S.model, S.work
@@ -96,7 +96,7 @@ def linearise(t, y, S, dy, dt):
         linearise_constraints(S, dt)
 
 
-@kernel(inline=True)
+@kernel
 def linearise_elements(t, y, S, dt):
     """Linearise contacts and components, and add to dt what their forces and states change because b(t) moves."""
     M, W = S.model, S.work
@@ -128,7 +128,7 @@ def linearise_elements(t, y, S, dt):
                 dt[2 * n + start + s] += W.rate_by_x[at] * w + W.rate_by_v[at] * a
 
 
-@kernel(inline=True)
+@kernel
 def linearise_constraints(S, dt):
     """Keep what `factorize` needs of the constraints, and add to dt what their multipliers change because b(t) moves."""
     M, W = S.model, S.work
@@ -175,7 +175,7 @@ def linearise_constraints(S, dt):
     subtract_gradients(S, W.work, dt, n)
 
 
-@kernel(inline=True)
+@kernel
 def record_signals(t, y, S, signals):
     """Write the signals that controllers look back at."""
     expand(t, y, S)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.lanes import LANES, PAIRS, combine, even, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
@@ -42,7 +42,7 @@ forces on r'; strains at the points, 1/|r'| and A e; r' at both ends; the vector
 shapes one after another, and the columns that they depend on."""
 
 
-@kernel(inline=True)
+@kernel
 def tables_of(bar, S):
     """Number of shapes and points, width of rows by points and by shapes, and where tables of a bar begin.
 
@@ -57,13 +57,13 @@ def tables_of(bar, S):
     return count, points, across, wide, weights, slopes, stretching, stretching + even(points) * across
 
 
-@kernel(inline=True)
+@kernel
 def whole_pairs(modes):
     """How many of some vectors of modes are handled by vector instructions."""
     return _PAIRS * (modes // _PAIRS)
 
 
-@kernel(inline=True)
+@kernel
 def read_vectors(bar, S, source, x, y):
     """Write the vectors of a bar's shapes, from positions or velocities."""
     M = S.model
@@ -83,7 +83,7 @@ def read_vectors(bar, S, source, x, y):
         x[k], y[k] = held_of[2 * k], held_of[2 * k + 1]
 
 
-@kernel(inline=True)
+@kernel
 def add_vectors(bar, S, x, y, target):
     """Add forces on the vectors of a bar's shapes to those on all columns."""
     M = S.model
@@ -103,7 +103,7 @@ def add_vectors(bar, S, x, y, target):
         target[M.bar_column[at + c]] += read[c]
 
 
-@kernel(inline=True)
+@kernel
 def warmth(t, i, S):
     """Factor of the temperatures of component i, and its rate."""
     if S.model.function[i] < 0:
@@ -112,7 +112,7 @@ def warmth(t, i, S):
     return S.work.function_value[0], S.work.function_value[1]
 
 
-@kernel(inline=True)
+@kernel
 def warm_bending(p, factor, factor_rate):
     """Curvature of temperatures times (1 + e_0)^2, its rate; squared curvature times the same, and its rate."""
     c, c_rate = factor * p[CURVATURE], factor_rate * p[CURVATURE]
@@ -121,7 +121,7 @@ def warm_bending(p, factor, factor_rate):
     return c * grown * grown, rate, c * grown * c * grown, square_rate
 
 
-@kernel(inline=True)
+@kernel
 def write_strains(bar, S, free):
     """Write vectors, r' and one over its sizes, the strains beyond `free`, and A e."""
     table, B = S.model.bar_table, S.work.bar
@@ -133,7 +133,7 @@ def write_strains(bar, S, free):
     transform(table, stretching, even(points), across, e, B[AXIAL])
 
 
-@kernel()
+@kernel
 def add_flexible_bar(t, i, S):
     """Add the forces of the bar that is component i to Work.force; write its powers."""
     M, W, p = S.model, S.work, S.parameters.component[i]
@@ -163,7 +163,7 @@ def add_flexible_bar(t, i, S):
     add_vectors(bar, S, fx, fy, W.force)
 
 
-@kernel(inline=True)
+@kernel
 def slopes_at_ends(bar, S):
     """Write r' at both ends to rows ENDX and ENDY; returns by which angle the bar turns between them."""
     B = S.work.bar
@@ -173,7 +173,7 @@ def slopes_at_ends(bar, S):
     return math.atan2(rx[0] * ry[1] - ry[0] * rx[1], rx[0] * rx[1] + ry[0] * ry[1])
 
 
-@kernel(inline=True)
+@kernel
 def add_end_moments(bar, S, moment):
     """Add opposite moments on both ends to the forces on the vectors; returns by which angle the bar turns between them."""
     table, B = S.model.bar_table, S.work.bar
@@ -189,7 +189,7 @@ def add_end_moments(bar, S, moment):
     return turned
 
 
-@kernel()
+@kernel
 def flexible_bar_energy(t, i, S):
     """Strain energy [J] of the bar that is component i."""
     M, p, B = S.model, S.parameters.component[i], S.work.bar
@@ -210,7 +210,7 @@ def flexible_bar_energy(t, i, S):
     return 0.5 * twice
 
 
-@kernel()
+@kernel
 def write_damping(bar, S, p, weights, forces):
     """Add what damping exerts to the forces on r', write those on r''; returns the dissipated power."""
     M, W = S.model, S.work
@@ -232,7 +232,7 @@ def write_damping(bar, S, p, weights, forces):
     return lost
 
 
-@kernel(inline=True)
+@kernel
 def derivatives(table, first, apart, count, x, y, vx, vy):
     """Rate of r', r'' and its rate at a point of quadrature."""
     px = py = bx = by = qx = qy = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.flexible_bar import (
     AXIAL,
     CURVATURE,
@@ -36,7 +36,7 @@ from scissordyn.mechanics.lanes import LANES
 __all__ = ["linearise_flexible_bar"]
 
 
-@kernel()
+@kernel
 def linearise_flexible_bar(t, i, S, dt):
     """Write the derivatives of a bar's generalized forces to Work.block_x and Work.block_v; what time alone changes to dt."""
     M, W, p = S.model, S.work, S.parameters.component[i]
@@ -57,7 +57,7 @@ def linearise_flexible_bar(t, i, S, dt):
     spread_flexible_bar(element, bar, S)
 
 
-@kernel()
+@kernel
 def write_bending_slopes(bar, S, stiffness):
     """Write what the bending form contributes, and zeros elsewhere."""
     table, B, K, D = S.model.bar_table, S.work.bar, S.work.bar_by_x, S.work.bar_by_v
@@ -71,7 +71,7 @@ def write_bending_slopes(bar, S, stiffness):
             D[2 * k, 2 * l] = D[2 * k, 2 * l + 1] = D[2 * k + 1, 2 * l] = D[2 * k + 1, 2 * l + 1] = 0.0
 
 
-@kernel()
+@kernel
 def add_stretching_slopes(g, bar, S, p, factor_rate):
     """Add the derivatives of -N t at a point: strains at all points change N, directions at this one t."""
     table, B, K = S.model.bar_table, S.work.bar, S.work.bar_by_x
@@ -105,7 +105,7 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
             K[2 * k + 1, 2 * l + 1] -= sy * ahead_y[l] + turned * tx * tx
 
 
-@kernel()
+@kernel
 def add_damping_slopes(g, bar, S, p):
     """Add the derivatives of what damping exerts at a point."""
     table, B, K, D = S.model.bar_table, S.work.bar, S.work.bar_by_x, S.work.bar_by_v
@@ -137,7 +137,7 @@ def add_damping_slopes(g, bar, S, p):
             D[2 * k + 1, 2 * l + 1] -= moment * cy * ey + lost * su * ty * ty
 
 
-@kernel()
+@kernel
 def add_thermal_slopes(bar, S, p, factor, factor_rate):
     """Add the derivatives of the moments on both ends."""
     table, B, K = S.model.bar_table, S.work.bar, S.work.bar_by_x
@@ -163,7 +163,7 @@ def add_thermal_slopes(bar, S, p, factor, factor_rate):
                 K[2 * k + 1, 2 * l + 1] -= su * xx
 
 
-@kernel(inline=True)
+@kernel
 def spread_time(bar, S, dt):
     """Add what the time function alone changes to dt."""
     M, B = S.model, S.work.bar
@@ -174,7 +174,7 @@ def spread_time(bar, S, dt):
                 dt[M.n + M.shape_column[e]] += M.shape_row[0, e] * B[FX, k] + M.shape_row[1, e] * B[FY, k]
 
 
-@kernel(inline=True)
+@kernel
 def spread_flexible_bar(element, bar, S):
     """From derivatives by the vectors of shapes to those by the columns of the element."""
     M, W = S.model, S.work

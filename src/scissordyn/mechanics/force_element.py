@@ -5,12 +5,12 @@ The maps give u, a vector between two points or a point, and a and b, the unit d
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["add_forces", "add_torques", "map_values", "write_wrench"]
 
 
-@kernel(inline=True)
+@kernel
 def map_values(element, S):
     """The six values of the maps of a force element and their rates, at the present X and V."""
     M, W = S.model, S.work
@@ -35,7 +35,7 @@ def map_values(element, S):
     return ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy
 
 
-@kernel(inline=True)
+@kernel
 def add_forces(element, S, fx, fy, gx, gy, hx, hy, target, first, limit):
     """Add forces on the three maps of an element to target[first + column] for columns below `limit`."""
     M = S.model
@@ -47,13 +47,13 @@ def add_forces(element, S, fx, fy, gx, gy, hx, hy, target, first, limit):
             )
 
 
-@kernel(inline=True)
+@kernel
 def add_torques(element, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target, first, limit):
     """The same for a force on the first map and torques on two unit directions: a torque is the force torque J d on d."""
     add_forces(element, S, fx, fy, -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx, target, first, limit)
 
 
-@kernel(inline=True)
+@kernel
 def write_wrench(element, S, fx, fy, torque_a, torque_b):
     """Note the force on the point of the first body, and the torques on both bodies."""
     wrench = S.work.wrench

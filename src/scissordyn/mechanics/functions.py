@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import F1, F2, entry
 from scissordyn.mechanics import constraint_solver, equations, monitored, step_matrix
 from scissordyn.mechanics import guard as guards_of
 from scissordyn.mechanics.latch import engage
@@ -31,32 +31,32 @@ AFTER_BREAK = 1e-3
 """For these also: the first step after a break is this part of the way to the next one, as the motion may start from rest."""
 
 
-@kernel()
-def rate(t, y, address, dy):
+@entry
+def rate(t: float, y: F1, address: int, dy: F1) -> None:
     """See `equations.accelerate`."""
     _accelerate(t, y, open_system(address), dy)
 
 
-@kernel()
-def linearise(t, y, address, dy, dt):
+@entry
+def linearise(t: float, y: F1, address: int, dy: F1, dt: F1) -> None:
     """See `equations.linearise`."""
     _linearise(t, y, open_system(address), dy, dt)
 
 
-@kernel()
-def factorize(hg, address):
+@entry
+def factorize(hg: float, address: int) -> int:
     """See `step_matrix.factorize`."""
     return _factorize(hg, open_system(address))
 
 
-@kernel()
-def solve(r, address):
+@entry
+def solve(r: F1, address: int) -> None:
     """See `step_matrix.solve`."""
     _solve(r, open_system(address))
 
 
-@kernel()
-def accept(t, y, address, answer):
+@entry
+def accept(t: float, y: F1, address: int, answer: F1) -> None:
     """Project the state, count turns; writes whether y changed, and how long the next step may be."""
     S = open_system(address)
     answer[0] = 1.0 if _project(t, y, S) else 0.0
@@ -80,50 +80,50 @@ def accept(t, y, address, answer):
     answer[1] = longest
 
 
-@kernel()
-def activate(address):
+@entry
+def activate(address: int) -> None:
     """Let the constraints of latches be active as their modes say."""
     engage(open_system(address))
 
 
-@kernel()
-def guards(t, y, address, value, rate):
+@entry
+def guards(t: float, y: F1, address: int, value: F1, rate: F1) -> None:
     """See `guard.guards`."""
     _guards(t, y, open_system(address), value, rate)
 
 
-@kernel()
-def guard(t, y, k, address, value, rate):
+@entry
+def guard(t: float, y: F1, k: int, address: int, value: F1, rate: F1) -> None:
     """See `guard.guard`."""
     _guard(t, y, k, open_system(address), value, rate)
 
 
-@kernel()
-def reset(t, y, guard, address, data):
+@entry
+def reset(t: float, y: F1, guard: int, address: int, data: F1) -> bool:
     """See `guard.reset`."""
     return _reset(t, y, guard, open_system(address), data)
 
 
-@kernel()
-def touch(t, y, guard, address, data):
+@entry
+def touch(t: float, y: F1, guard: int, address: int, data: F1) -> None:
     """See `guard.touch`."""
     _touch(t, y, guard, open_system(address), data)
 
 
-@kernel()
-def monitor(t, y, address, power, rows):
+@entry
+def monitor(t: float, y: F1, address: int, power: F1, rows: F2) -> None:
     """See `monitored.monitor`."""
     _monitor(t, y, open_system(address), power, rows)
 
 
-@kernel()
-def probe(t, y, row, address, dy, out):
+@entry
+def probe(t: float, y: F1, row: int, address: int, dy: F1, out: F1) -> None:
     """See `monitored.probe`."""
     _probe(t, y, row, open_system(address), dy, out)
 
 
-@kernel()
-def record(t, y, address, signals):
+@entry
+def record(t: float, y: F1, address: int, signals: F1) -> None:
     """See `equations.record_signals`."""
     _record(t, y, open_system(address), signals)
 

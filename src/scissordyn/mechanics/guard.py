@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.component import component_gap, switch_loss
 from scissordyn.mechanics.constraint_solver import (
     expand,
@@ -25,7 +25,7 @@ LOCKED = 1e-9
 """A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate."""
 
 
-@kernel(inline=True)
+@kernel
 def guards(t, y, S, value, rate):
     """Write what rises through zero as a guard begins to act, and its rate; |e| - c for the contact of a journal."""
     M = S.model
@@ -39,7 +39,7 @@ def guards(t, y, S, value, rate):
         value[guard], rate[guard] = component_gap(t, i, y[start:stop], S)
 
 
-@kernel(inline=True)
+@kernel
 def guard(t, y, k, S, value, rate):
     """The same for one guard."""
     if k < S.parameters.contact.size:
@@ -52,7 +52,7 @@ def guard(t, y, k, S, value, rate):
     value[k], rate[k] = component_gap(t, i, y[start:stop], S)
 
 
-@kernel(inline=True)
+@kernel
 def state_range(i, S):
     """Where the internal states of component i stand in y."""
     M = S.model
@@ -60,7 +60,7 @@ def state_range(i, S):
     return 2 * M.n + M.state_start[element], 2 * M.n + M.state_start[element + 1]
 
 
-@kernel(inline=True)
+@kernel
 def reset(t, y, guard, S, data):
     """A guard has been crossed; writes its rate, the angle of the normal or a loss of energy, and the work of the drives.
 
@@ -87,7 +87,7 @@ def reset(t, y, guard, S, data):
     return True
 
 
-@kernel(inline=True)
+@kernel
 def touch(t, y, guard, S, data):
     """Let a guard act that is past zero at the start, whatever its rate."""
     M, C = S.model, S.state
@@ -102,7 +102,7 @@ def touch(t, y, guard, S, data):
     C.memory[guard], C.mode[guard] = data[0], 1
 
 
-@kernel(inline=True)
+@kernel
 def lock(t, y, guard, S, data):
     """A plastic impact onto a latch's constraint; `data` gets the energy lost and the work that the drives do meanwhile.
 
@@ -131,7 +131,7 @@ def lock(t, y, guard, S, data):
     data[1], data[2] = lost, impulsive_work(S)
 
 
-@kernel(inline=True)
+@kernel
 def impulsive_work(S):
     """Work [J] of the drives and of prescribed distances in a jump W.A[:n] of the velocities; the position stands in W.X.
 

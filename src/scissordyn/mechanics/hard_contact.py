@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import take_compliant, too_long_for_laws
 from scissordyn.mechanics.component import linearise_component
@@ -69,7 +69,7 @@ NEAR = 0.5
 """Gap, as a fraction of the clearance, up to which a contact may be closed by the forces of a step alone."""
 
 
-@kernel()
+@kernel
 def hard_step(t, h, y, new, S, H):
     """Make one step of size h from t and the state y to `new`; what hard contacts have done stands in `HardContacts.result`.
 
@@ -130,7 +130,7 @@ def hard_step(t, h, y, new, S, H):
     keep_pressed(h, y, new, S, H)
 
 
-@kernel(inline=True)
+@kernel
 def keep_pressed(h, y, new, S, H):
     """What elastic contacts have stored is no loss of theirs."""
     place_at_end(h, new, S)
@@ -148,7 +148,7 @@ def keep_pressed(h, y, new, S, H):
     place_at_middle(S, H)
 
 
-@kernel(inline=True)
+@kernel
 def take_back(S, H):
     """Put back what the step has changed: it is to be made again, shorter."""
     for i in range(H.which.size):
@@ -156,7 +156,7 @@ def take_back(S, H):
     restore(H)
 
 
-@kernel(inline=True)
+@kernel
 def restore(H):
     """Put back what the next step begins with."""
     for i in range(H.which.size):
@@ -165,14 +165,14 @@ def restore(H):
         H.slope[i] = H.kept_slope[i]
 
 
-@kernel()
+@kernel
 def guards_ahead(t, y, value, rate, S, H):
     """Write the guards at the end of the step just made; `System.work` has its middle again afterwards."""
     guards(t, y, S, value, rate)
     expand(t - 0.5 * H.size[0], H.middle, S)
 
 
-@kernel(inline=True)
+@kernel
 def predict(h, y, S, H):
     """The state at the middle of the step: positions by the velocities, all else by the slope of the last step."""
     n = S.model.n
@@ -182,7 +182,7 @@ def predict(h, y, S, H):
         H.middle[i] = y[i] + 0.5 * h * H.slope[i]
 
 
-@kernel(inline=True)
+@kernel
 def close_gaps(h, S, H):
     """Mark the contacts whose gap at the middle of the step has closed, with their rows; returns whether there are any."""
     found = False
@@ -217,7 +217,7 @@ def close_gaps(h, S, H):
     return found
 
 
-@kernel(inline=True)
+@kernel
 def linearise_damping(t, S, H):
     """Write the rows s of the components whose forces depend on their speeds; returns whether there are any."""
     M, found = S.model, False
@@ -240,7 +240,7 @@ def linearise_damping(t, S, H):
     return found
 
 
-@kernel(inline=True)
+@kernel
 def write_damping(e, most, S, H):
     """Write rows s of force element e, of which D = sum s s^T: Cholesky's method with pivots; returns how many.
 
@@ -269,7 +269,7 @@ def write_damping(e, most, S, H):
     return rows
 
 
-@kernel(inline=True)
+@kernel
 def solve_step(t, h, y, S, H):
     """Solve for the impulses of the step; `HardContacts.slope` has the accelerations without them.
 
@@ -304,7 +304,7 @@ def solve_step(t, h, y, S, H):
     return solve_impulses(m, y, S, H)
 
 
-@kernel(inline=True)
+@kernel
 def leave_out_open(m, S, H):
     """Of the contacts with a gap that were open: leave out those that are not closed by the forces of this step alone."""
     for i in range(H.which.size):
@@ -316,7 +316,7 @@ def leave_out_open(m, S, H):
             H.closed[i], H.mode[i], H.stuck[i] = 0, OPEN, 0
 
 
-@kernel(inline=True)
+@kernel
 def turn_normals(h, m, S, H):
     """What the turning of a closed contact's normal within the step adds to its equations.
 
@@ -345,7 +345,7 @@ def turn_normals(h, m, S, H):
         H.lag[i] = H.turning_mass[i] * H.before[other] - load * f * (H.before[other] - rolls)
 
 
-@kernel(inline=True)
+@kernel
 def add_impulses(h, y, new, S, H):
     """Add the impulses to the velocities, and their mean forces to what stands in `System.work`."""
     M, W = S.model, S.work
@@ -367,7 +367,7 @@ def add_impulses(h, y, new, S, H):
         W.A[n + k] = W.basis[2, k]
 
 
-@kernel(inline=True)
+@kernel
 def place_at_end(h, new, S):
     """Write the positions of the end of the step into Work.X."""
     M, W = S.model, S.work
@@ -377,7 +377,7 @@ def place_at_end(h, new, S):
         W.X[M.n + k] = W.basis[0, k] + h * (0.5 * W.basis[1, k] + 0.125 * h * W.basis[2, k])
 
 
-@kernel(inline=True)
+@kernel
 def place_at_middle(S, H):
     """Write those of the middle back."""
     M, W = S.model, S.work
@@ -387,7 +387,7 @@ def place_at_middle(S, H):
         W.X[M.n + k] = W.basis[0, k]
 
 
-@kernel(inline=True)
+@kernel
 def look_ahead(h, new, S, H):
     """Note the largest indentation of contacts that are open at the end of the step, and whether one has become too deep."""
     place_at_end(h, new, S)
@@ -405,7 +405,7 @@ def look_ahead(h, new, S, H):
     place_at_middle(S, H)
 
 
-@kernel(inline=True)
+@kernel
 def beyond_law(i, S, H):
     """Indentation [m] of hard contact i at the end of the step beyond that whose force it has had."""
     if H.yields[i] == 1 and H.closed[i] == 1:
@@ -413,7 +413,7 @@ def beyond_law(i, S, H):
     return H.ending[i]
 
 
-@kernel(inline=True)
+@kernel
 def return_to_surfaces(h, new, S, H):
     """Move the positions of contacts that stay closed back to their surfaces."""
     place_at_end(h, new, S)
@@ -422,7 +422,7 @@ def return_to_surfaces(h, new, S, H):
     place_at_middle(S, H)
 
 
-@kernel(inline=True)
+@kernel
 def too_far(S, H):
     """Write by how much contacts that stay closed move back, NaN for those that do not; returns whether one is not near."""
     m, deep = S.work.multiplier.size, False
@@ -437,7 +437,7 @@ def too_far(S, H):
     return deep
 
 
-@kernel(inline=True)
+@kernel
 def move_back(new, S, H):
     """Move positions by what `too_far` has written: a weighted least-squares solution."""
     m, reach = S.work.multiplier.size, H.reach[0]

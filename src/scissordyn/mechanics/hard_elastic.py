@@ -16,7 +16,7 @@ Steps resolve the vibration of a compliant contact, which has f = 0.
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import differ
@@ -33,7 +33,7 @@ NEGLIGIBLE = 1e-4
 """And part of the largest force of the step."""
 
 
-@kernel(inline=True)
+@kernel
 def force_at(i, delta, H):
     """Force [N] of hard contact i at an indentation."""
     least = H.floor[i]
@@ -42,7 +42,7 @@ def force_at(i, delta, H):
     return elastic_force(H.law[i], delta, H.elastic[i])
 
 
-@kernel(inline=True)
+@kernel
 def law_at(i, delta, H):
     """And its derivative [N/m]."""
     force, least = force_at(i, delta, H), H.floor[i]
@@ -55,7 +55,7 @@ def law_at(i, delta, H):
     return force, slope
 
 
-@kernel(inline=True)
+@kernel
 def linearise_law(i, delta, H):
     """Write compliance and offset of hard contact i with the law linearised at an indentation."""
     force, slope = law_at(i, delta, H)
@@ -64,13 +64,13 @@ def linearise_law(i, delta, H):
     H.offset[i] = -over * (force / slope + H.reached[i] - delta)
 
 
-@kernel(inline=True)
+@kernel
 def law_depth(i, at, H):
     """Indentation [m] whose force hard contact i has had in the step."""
     return H.reached[i] - H.weight[i] * H.velocity[at]
 
 
-@kernel(inline=True)
+@kernel
 def prepare_law(i, at, H):
     """Write what the equations of a closed, elastic contact read; `HardContacts.turn` has T."""
     h, turn, before = H.size[0], H.turn[i], H.before[at]
@@ -83,7 +83,7 @@ def prepare_law(i, at, H):
     linearise_law(i, H.pressed[i], H)
 
 
-@kernel(inline=True)
+@kernel
 def law_fits(m, H):
     """Whether impulses agree with the law of all elastic contacts that keep their mode; where not it is linearised anew."""
     fits, h, largest = True, H.size[0], 0.0
@@ -103,7 +103,7 @@ def law_fits(m, H):
     return fits
 
 
-@kernel(inline=True)
+@kernel
 def stored_energy(i, H):
     """Elastic energy [J] of hard contact i at the end of a step, 0 if it is open or parts there.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics import hard_contact, hard_impact, hard_powers
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.system import open_system
@@ -13,31 +13,31 @@ _step, _restore, _ahead = hard_contact.hard_step, hard_contact.restore, hard_con
 _impact, _monitor = hard_impact.hard_impact, hard_powers.hard_monitor
 
 
-@kernel()
+@kernel
 def step(t, h, y, new, address, hard):
     """See `hard_contact.hard_step`."""
     _step(t, h, y, new, open_system(address), open_hard(hard))
 
 
-@kernel()
+@kernel
 def restore(hard):
     """See `hard_contact.restore`."""
     _restore(open_hard(hard))
 
 
-@kernel()
+@kernel
 def guards_ahead(t, y, address, hard, value, rate):
     """See `hard_contact.guards_ahead`."""
     _ahead(t, y, value, rate, open_system(address), open_hard(hard))
 
 
-@kernel()
+@kernel
 def impact(t, h, y, address, hard):
     """See `hard_impact.hard_impact`."""
     _impact(t, h, y, open_system(address), open_hard(hard))
 
 
-@kernel()
+@kernel
 def monitor(t, h, y, address, hard, power, rows):
     """See `hard_powers.hard_monitor`."""
     _monitor(t, h, y, open_system(address), open_hard(hard), power, rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.hard_result import ANGLE, APPROACH, CLOSED, FRICTION_LOSS, IMPULSE, MASS, REBOUND, RESTITUTION_LOSS
@@ -23,7 +23,7 @@ STAYS = 1e-3
 """Gap, as a fraction of the clearance, up to which a contact that was closed is kept in the equations, which may open it."""
 
 
-@kernel()
+@kernel
 def hard_impact(t, h, y, S, H):
     """Impacts at an instant and a state y, whose velocities they change; h is the size of a step, for Zeno's rule."""
     M, W, C = S.model, S.work, S.state
@@ -74,7 +74,7 @@ def hard_impact(t, h, y, S, H):
         C.memory[H.which[i]] = 0.0
 
 
-@kernel(inline=True)
+@kernel
 def take_impacts(h, y, S, H):
     """Write what each contact has done in an impact; `HardContacts.middle` has accelerations without contacts."""
     m, n = S.work.multiplier.size, S.model.n
@@ -107,7 +107,7 @@ def take_impacts(h, y, S, H):
             out[MASS] = effective_mass(i, S, H)
 
 
-@kernel(inline=True)
+@kernel
 def drive_work(y, S, H):
     """Work of the drives in an impact [J]: `HardContacts.scratch` has the state before it."""
     M, W = S.model, S.work

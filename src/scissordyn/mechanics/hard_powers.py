@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import map_values
 from scissordyn.mechanics.hard_result import FRICTION_LOSS, IMPULSE, RESTITUTION_LOSS
 from scissordyn.mechanics.hard_rows import along
@@ -13,7 +13,7 @@ from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICT
 __all__ = ["hard_monitor"]
 
 
-@kernel(inline=True)
+@kernel
 def hard_monitor(t, h, y, S, H, power, rows):
     """Powers and monitored numbers of the step just made, means over it; NaN for what an impact makes infinite."""
     M, guards = S.model, S.state.mode.size
@@ -34,7 +34,7 @@ def hard_monitor(t, h, y, S, H, power, rows):
                 rows[guards + row, 0] = math.nan
 
 
-@kernel(inline=True)
+@kernel
 def correct_powers(h, y, S, H, power):
     """Powers of components by the mean of the velocities before and after the step, in the place of that at the middle."""
     M, W = S.model, S.work

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.hard_rows import OPEN, STICK, effective_mass
 
 __all__ = [
@@ -31,7 +31,7 @@ RESTING = 1e-9
 """Approach speeds below this fraction of the step's change of velocity are round-off."""
 
 
-@kernel(inline=True)
+@kernel
 def take_results(h, S, H):
     """Write what each closed contact has done, and whether one of them was an impact."""
     m = S.work.multiplier.size
@@ -63,7 +63,7 @@ def take_results(h, S, H):
             out[MASS] = effective_mass(i, S, H)
 
 
-@kernel(inline=True)
+@kernel
 def share_of_force(i, j, h, new, S, H):
     """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
     m, found = S.work.multiplier.size, S.work.contact[j]

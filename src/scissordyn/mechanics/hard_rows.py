@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from scissordyn.jit import F1, F2, I1, I2, kernel, opener
+from scissordyn.kernel import F1, F2, I1, I2, kernel, opener
 from scissordyn.mechanics.band import product
 from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
@@ -128,7 +128,7 @@ open_hard = opener(HardContacts)
 """From the address of a handle of `HardContacts` to it, inside kernels."""
 
 
-@kernel(inline=True)
+@kernel
 def contact_rows(i, S, H):
     """Write generalized forces of unit forces along N and T of hard contact i; Work.contact has its normal."""
     M, j = S.model, H.which[i]
@@ -154,7 +154,7 @@ def contact_rows(i, S, H):
         H.normal[1, k] = ny * r0 - nx * r1 - radius * own + moment_t * other
 
 
-@kernel(inline=True)
+@kernel
 def convective(j, S):
     """Second derivative of the indentation without accelerations [m/s^2]; Work.contact has the normal."""
     ex, ey, _, _, bx, by, ux, uy, _, _, qx, qy = map_values(j, S)
@@ -167,7 +167,7 @@ def convective(j, S):
     return along_t * along_t / found.distance if found.distance > 0.0 else 0.0
 
 
-@kernel(inline=True)
+@kernel
 def speed_along(j, S):
     """Part of U_T [m/s] that is the motion of a journal's centre; Work.contact has the normal."""
     _, _, _, _, _, _, ux, uy, _, _, _, _ = map_values(j, S)
@@ -175,7 +175,7 @@ def speed_along(j, S):
     return ux * found.ny - uy * found.nx
 
 
-@kernel(inline=True)
+@kernel
 def element_of(a, m, S, H):
     """Force element and row of `HardContacts.normal` of a row that is no constraint's."""
     i = a - m
@@ -185,7 +185,7 @@ def element_of(a, m, S, H):
     return S.parameters.contact.size + H.damped[c], H.damped_axis[c]
 
 
-@kernel(inline=True)
+@kernel
 def along(a, source, S, H):
     """Product of a row that is no constraint's with a vector of all columns."""
     M, total = S.model, 0.0
@@ -195,7 +195,7 @@ def along(a, source, S, H):
     return total
 
 
-@kernel(inline=True)
+@kernel
 def add_row(a, m, value, target, first, S, H):
     """Add a multiple of row a to target[first:], its free columns alone."""
     M = S.model
@@ -210,7 +210,7 @@ def add_row(a, m, value, target, first, S, H):
             target[first + M.element_column[k]] += value * H.normal[axis, k]
 
 
-@kernel(inline=True)
+@kernel
 def acting_row(a, m, S, H):
     """Whether a row is of an active constraint or of a contact whose gap closes."""
     if a < m:
@@ -221,7 +221,7 @@ def acting_row(a, m, S, H):
     return H.damping[i - 2 * H.which.size] == 1
 
 
-@kernel()
+@kernel
 def assemble(h, S, H):
     """Write the products of all acting rows, and what the rows of components add to theirs."""
     m, reach = S.work.multiplier.size, H.reach[0]
@@ -246,7 +246,7 @@ def assemble(h, S, H):
             H.gram[H.place[first + c], reach] += 2.0 / h
 
 
-@kernel(inline=True)
+@kernel
 def effective_mass(i, S, H):
     """Mass [kg] that an impulse along the normal of hard contact i moves, all constraints kept, other contacts open."""
     m = S.work.multiplier.size
@@ -265,13 +265,13 @@ def effective_mass(i, S, H):
     return 1.0 / total if total > 0.0 else math.inf
 
 
-@kernel(inline=True)
+@kernel
 def row_product(a, vector, H):
     """Row a of G, which is banded, times a vector of all rows."""
     return product(H.gram, H.reach[0], a, vector)
 
 
-@kernel(inline=True)
+@kernel
 def differ(i, m, H):
     """Note that the equations of contact i are no longer those that are factorized."""
     H.since[0] = min(H.since[0], H.place[m + 2 * i], H.place[m + 2 * i + 1])

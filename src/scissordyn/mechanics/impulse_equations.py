@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK
 
 __all__ = ["write_equations"]
@@ -11,7 +11,7 @@ COMPLIANCE = 1e-11
 """Of surfaces, as a part of what a free journal would yield, where rows depend on each other."""
 
 
-@kernel(inline=True)
+@kernel
 def write_equations(m, first, H):
     """Write the equations of the present modes from one row on."""
     size, reach = H.place.size, H.reach[0]
@@ -32,7 +32,7 @@ def write_equations(m, first, H):
             write_tangential(i, a, b, H)
 
 
-@kernel(inline=True)
+@kernel
 def write_normal(i, a, H):
     """Write the row N of a closed contact."""
     if H.mode[i] == OPEN:
@@ -42,7 +42,7 @@ def write_normal(i, a, H):
     H.right[a] = -H.free[a] - H.offset[i]
 
 
-@kernel(inline=True)
+@kernel
 def write_tangential(i, a, b, H):
     """Write the row T of a closed contact, whose row N is a."""
     reach = H.reach[0]
@@ -62,7 +62,7 @@ def write_tangential(i, a, b, H):
     H.right[b] = own * H.lag[i] - turned * H.free[b]
 
 
-@kernel(inline=True)
+@kernel
 def only(a, H):
     """Make row a of the equations a diagonal one without a right-hand side."""
     for k in range(2 * H.reach[0] + 1):

@@ -11,7 +11,7 @@ of what a free journal would.
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
@@ -73,7 +73,7 @@ DEPENDS = 1e-6
 _factorize, _solve, eliminate, substitute = band.factorize, band.solve, band.eliminate, band.substitute
 
 
-@kernel()
+@kernel
 def solve_impulses(m, y, S, H):
     """Write impulses and velocities of the rows; modes of the last step are where it begins.
 
@@ -114,7 +114,7 @@ def solve_impulses(m, y, S, H):
     return most_laws != COMPLIANT_LAWS or laws_fit(m, y, S, H)
 
 
-@kernel()
+@kernel
 def newton(most_laws, m, y, S, H):
     """Find modes that agree with each other; returns `FOUND`, `MISFIT` where compliant laws do not, or `FAILED`."""
     none = 3 * H.which.size + 1
@@ -142,7 +142,7 @@ def newton(most_laws, m, y, S, H):
     return FAILED
 
 
-@kernel()
+@kernel
 def pivot_restless(m, H):
     """Pivot the contacts alone that kept changing their modes, and those that then ask for another, until none does.
 
@@ -159,7 +159,7 @@ def pivot_restless(m, H):
     return False
 
 
-@kernel()
+@kernel
 def solve_modes(m, H):
     """Impulses for the present modes, and the velocities that follow; returns whether there are any."""
     size, reach, first = H.place.size, H.reach[0], H.since[0]
@@ -181,14 +181,14 @@ def solve_modes(m, H):
     return True
 
 
-@kernel(inline=True)
+@kernel
 def follow(H):
     """Write the velocities that follow from the impulses."""
     for a in range(H.place.size):
         H.velocity[a] = H.free[a] + row_product(a, H.impulse, H)
 
 
-@kernel(inline=True)
+@kernel
 def accurate(m, H):
     """Whether impulses satisfy the equations of what is closed, to within round-off of the velocities that they change."""
     reach, largest, worst = H.reach[0], 0.0, 0.0
@@ -207,7 +207,7 @@ def accurate(m, H):
     return worst <= ACCURATE * largest
 
 
-@kernel(inline=True)
+@kernel
 def depends(H):
     """Whether a row of the factorized equations depends on others, but for its compliance."""
     reach = H.reach[0]
@@ -218,7 +218,7 @@ def depends(H):
     return least < DEPENDS
 
 
-@kernel(inline=True)
+@kernel
 def ask_for_modes(m, H):
     """Write the mode that impulses and velocities of each contact ask for; returns how many ask for another one.
 
@@ -248,7 +248,7 @@ def ask_for_modes(m, H):
     return asking
 
 
-@kernel(inline=True)
+@kernel
 def change_modes(single, tried, m, H):
     """Change the modes of all contacts that ask for it, or of the last one, and note when."""
     for i in range(H.which.size - 1, -1, -1):

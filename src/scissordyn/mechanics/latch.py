@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["engage"]
 
 
-@kernel(inline=True)
+@kernel
 def engage(S):
     """Activate the constraints of latches, or not, as their modes say."""
     M, W = S.model, S.work

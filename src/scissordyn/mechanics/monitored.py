@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import friction_limit
 from scissordyn.mechanics.constraint_solver import expand_track
 from scissordyn.mechanics.contact import contact_at
@@ -89,7 +89,7 @@ def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
     return start, np.array([entry for entries in found for entry in entries], np.int64)
 
 
-@kernel(inline=True)
+@kernel
 def constraint_forces(S, target):
     """Write what the drives exert on each entry of b beyond the constant one into target[0:nb]."""
     M, W = S.model, S.work
@@ -108,7 +108,7 @@ def constraint_forces(S, target):
                 target[column] += W.gradient[i] * W.multiplier[k]
 
 
-@kernel(inline=True)
+@kernel
 def drive_torque(d, S):
     """Torque of drive d [N m], from `constraint_forces` in Work.work_b."""
     W = S.work
@@ -116,7 +116,7 @@ def drive_torque(d, S):
     return W.work_b[i + 1] * W.basis[0, i] - W.work_b[i] * W.basis[0, i + 1]
 
 
-@kernel(inline=True)
+@kernel
 def component_size(i, S):
     """Size of the force or torque of component i."""
     out = S.work.result[i]
@@ -125,7 +125,7 @@ def component_size(i, S):
     return math.sqrt(out[0] * out[0] + out[1] * out[1])
 
 
-@kernel(inline=True)
+@kernel
 def friction_ratio(j, S):
     """Friction of contact j over the largest that its law allows at rest and by viscosity."""
     found, P = S.work.contact[j], S.parameters
@@ -135,7 +135,7 @@ def friction_ratio(j, S):
     return abs(found.tangential) / limit if limit > 0.0 else 0.0
 
 
-@kernel(inline=True)
+@kernel
 def track_deviation(t, k, S):
     """Distance [m] of tracked point k from the ideal mechanism's, by a quintic between two nodes; 0 beyond them."""
     M, P, X = S.model, S.parameters, S.work.X
@@ -162,7 +162,7 @@ def track_deviation(t, k, S):
     return math.sqrt(square)
 
 
-@kernel(inline=True)
+@kernel
 def write_row(t, row, S, out):
     """Write one row of monitored numbers, from what stands in S.
 
@@ -205,7 +205,7 @@ def write_row(t, row, S, out):
         out[1] = size * size
 
 
-@kernel(inline=True)
+@kernel
 def monitor(t, y, S, power, rows):
     """Write the powers [W] of `POWERS`, and the monitored numbers of guards and of what is monitored throughout.
 
@@ -234,7 +234,7 @@ def monitor(t, y, S, power, rows):
     power[DAMPING], power[FRICTION], power[DAMPERS] = damping, friction, dampers
 
 
-@kernel(inline=True)
+@kernel
 def probe(t, y, row, S, dy, out):
     """Write one row of monitored numbers at an instant and a state, of which `entries_read` says what it reads.
 

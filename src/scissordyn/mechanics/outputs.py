@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from scissordyn.component.port import AXIS
-from scissordyn.jit import F1, F2, I2, Handle, kernel
+from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
@@ -23,28 +23,17 @@ __all__ = ["BodyMaps", "Record", "Sampled", "record"]
 _AXIS = AXIS.code
 
 
-class Sampled(Protocol):
-    """States at given instants, one row each, in a tuple of arrays that kernels can read."""
+ContactRows = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 2)]
 
-    @property
-    def time(self) -> F1:
-        """Instants [s]."""
 
-    @property
-    def state(self) -> F2:
-        """Free coordinates, their rates, internal states."""
+class Sampled(NamedTuple):
+    """States at given instants, one row each; whatever has these fields can be given to `record`."""
 
-    @property
-    def mode(self) -> I2:
-        """1 for each guard that acts."""
-
-    @property
-    def memory(self) -> F2:
-        """What each guard remembers of its last rise."""
-
-    @property
-    def reference(self) -> F2:
-        """Angles at the end of the last step."""
+    time: F1  # [s]
+    state: F2  # free coordinates, their rates, internal states
+    mode: I2  # 1 for each guard that acts
+    memory: F2  # what each guard remembers of its last rise
+    reference: F2  # angles at the end of the last step
 
 
 class BodyMaps(NamedTuple):
@@ -68,16 +57,16 @@ class BodyMaps(NamedTuple):
         Lengths that their maps are divided by [m].
     """
 
-    start: np.ndarray
-    column: np.ndarray
-    row: np.ndarray
-    rotation: np.ndarray
-    sense: np.ndarray
-    offset: np.ndarray
-    body: np.ndarray
-    arm: np.ndarray
-    rod: np.ndarray
-    rod_scale: np.ndarray
+    start: I1
+    column: I1
+    row: F2
+    rotation: I1
+    sense: F1
+    offset: F1
+    body: I2
+    arm: F3
+    rod: I1
+    rod_scale: F1
 
 
 class Record(NamedTuple):
@@ -113,32 +102,32 @@ class Record(NamedTuple):
         Largest relative error of a length.
     """
 
-    X: np.ndarray
-    V: np.ndarray
-    A: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    direction: np.ndarray
-    angle: np.ndarray
-    angular_velocity: np.ndarray
-    angular_acceleration: np.ndarray
-    load: np.ndarray
-    contact: np.ndarray
-    wrench: np.ndarray
-    coordinate: np.ndarray
-    result: np.ndarray
-    observed: np.ndarray
-    torque: np.ndarray
-    multiplier: np.ndarray
-    kinetic: np.ndarray
-    potential: np.ndarray
-    elastic: np.ndarray
-    stored: np.ndarray
-    length_error: np.ndarray
+    X: F2
+    V: F2
+    A: F2
+    position: F3
+    velocity: F3
+    acceleration: F3
+    direction: F3
+    angle: F2
+    angular_velocity: F2
+    angular_acceleration: F2
+    load: F3
+    contact: ContactRows
+    wrench: F3
+    coordinate: F3
+    result: F3
+    observed: F3
+    torque: F2
+    multiplier: F2
+    kinetic: F1
+    potential: F1
+    elastic: F1
+    stored: F1
+    length_error: F1
 
 
-@kernel(inline=True)
+@kernel
 def write_bodies(at, B, S, R, counted):
     """Write the motion of the bodies at a sample; `counted` holds the angles of the families."""
     W = S.work
@@ -169,7 +158,7 @@ def write_bodies(at, B, S, R, counted):
         R.angular_acceleration[at, body] = ux * qy - uy * qx
 
 
-@kernel(inline=True)
+@kernel
 def push(at, body, arm_x, arm_y, fx, fy, torque, R):
     """Add a force at a point of a body, and a torque, to its load."""
     if body < 0:
@@ -181,7 +170,7 @@ def push(at, body, arm_x, arm_y, fx, fy, torque, R):
     R.load[at, body, 2] += ax * fy - ay * fx + torque
 
 
-@kernel(inline=True)
+@kernel
 def write_loads(at, B, S, R):
     """Write what contacts, components, rods and latches exert at a sample."""
     M, W = S.model, S.work
@@ -211,7 +200,7 @@ def write_loads(at, B, S, R):
         push(at, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -w[0], -w[1], w[3], R)
 
 
-@kernel(inline=True)
+@kernel
 def write_energies(at, t, y, S, R):
     """Write the energies at a sample."""
     M, W = S.model, S.work
@@ -237,7 +226,7 @@ def write_energies(at, t, y, S, R):
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
 
 
-@kernel(inline=True)
+@kernel
 def largest_length_error(S):
     """Largest error of a constraint at the present position."""
     M, W = S.model, S.work
@@ -252,8 +241,8 @@ def largest_length_error(S):
     return worst
 
 
-@kernel()
-def fill(samples, address, B, R, counted):
+@entry
+def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) -> None:
     """Evaluate everything at each sample."""
     S = open_system(address)
     M, W, C = S.model, S.work, S.state
@@ -337,5 +326,6 @@ def record(maps: BodyMaps, system: Handle, samples: Sampled) -> Record:
         stored=np.empty(nt),
         length_error=np.zeros(1),
     )
-    fill(samples, system.address, maps, found, np.zeros(content.model.rotation_start.size - 1))
+    states = Sampled(*(getattr(samples, field) for field in Sampled._fields))
+    fill(states, system.address, maps, found, np.zeros(content.model.rotation_start.size - 1))
     return found

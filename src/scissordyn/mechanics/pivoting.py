@@ -13,7 +13,7 @@ there may be no solution, as with friction that locks surfaces.
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.impulse_equations import write_equations
@@ -43,7 +43,7 @@ def table_shape(contacts: int) -> tuple[int, int]:
     return 3 * contacts, 3 * contacts + 2
 
 
-@kernel()
+@kernel
 def pivot(least, m, H):
     """Write the impulses of all rows and the modes of contacts that have been restless since `least`; others keep their modes.
 
@@ -63,7 +63,7 @@ def pivot(least, m, H):
     return pivots
 
 
-@kernel(inline=True)
+@kernel
 def unit_impulses(m, count, H):
     """Impulses of all rows without those of the contacts pivoted, and what a unit of each of their P_N and r adds.
 
@@ -92,7 +92,7 @@ def unit_impulses(m, count, H):
     return True
 
 
-@kernel(inline=True)
+@kernel
 def write_table(m, count, H):
     """The dictionary w = M z + 1 z_0 + q, and what is basic and what is not."""
     size = 3 * count
@@ -101,7 +101,8 @@ def write_table(m, count, H):
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         for c in range(count):
             mu = H.friction[H.active[c]]
-            for row, at in ((d, a), (count + d, b)):
+            for half in range(2):
+                row, at = half * count + d, b if half == 1 else a
                 by_r = row_product(at, H.units[count + c], H)
                 H.table[row, c] = row_product(at, H.units[c], H) - mu * by_r
                 H.table[row, count + c] = by_r
@@ -121,7 +122,7 @@ def write_table(m, count, H):
     H.beside[size] = 2 * size
 
 
-@kernel(inline=True)
+@kernel
 def lemke(size, H):
     """Pivot until z_0 is zero; returns the number of pivots, or -1."""
     row = 0
@@ -146,7 +147,7 @@ def lemke(size, H):
     return -1
 
 
-@kernel(inline=True)
+@kernel
 def leaves(column, size, H):
     """The row whose variable is zero first as that of a column grows; -1 if none is."""
     largest, best, row = 0.0, 0.0, -1
@@ -165,7 +166,7 @@ def leaves(column, size, H):
     return row
 
 
-@kernel(inline=True)
+@kernel
 def exchange(row, column, size, H):
     """Make the variable of a column basic in the place of that of a row."""
     inverse = 1.0 / H.table[row, column]
@@ -182,7 +183,7 @@ def exchange(row, column, size, H):
     H.basic[row], H.beside[column] = H.beside[column], H.basic[row]
 
 
-@kernel(inline=True)
+@kernel
 def combine(m, count, H):
     """Impulses and velocities of all rows from the basic variables, and modes."""
     size = 3 * count

@@ -14,21 +14,21 @@ Both bodies are pushed at the same point, the tip of the arc u + R n, so that no
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN, SLIP_BY_V, SLIP_BY_X
 
 __all__ = ["plane_forces", "plane_gap", "plane_kinematics", "plane_slopes"]
 
 
-@kernel(inline=True)
+@kernel
 def surface_normal(j, S, bx, by):
     """The normal n in the fixed frame."""
     p = S.parameters.contact[j]
     return p.normal_x * bx - p.normal_y * by, p.normal_y * bx + p.normal_x * by
 
 
-@kernel(inline=True)
+@kernel
 def plane_gap(j, S, maps):
     """Indentation delta and its rate; negative in free flight."""
     ux, uy, _, _, bx, by, vx, vy, _, _, qx, qy = maps
@@ -37,7 +37,7 @@ def plane_gap(j, S, maps):
     return ux * nx + uy * ny - S.parameters.contact[j].level, vx * nx + vy * ny + (uy * nx - ux * ny) * turn
 
 
-@kernel(inline=True)
+@kernel
 def plane_kinematics(j, S, maps):
     """Write delta, delta', slip speed, n and the way towards the surface into Work.contact."""
     p, found = S.parameters.contact[j], S.work.contact[j]
@@ -53,7 +53,7 @@ def plane_kinematics(j, S, maps):
     found.distance = depth + p.clearance
 
 
-@kernel(inline=True)
+@kernel
 def plane_forces(j, S, maps, normal, tangential):
     """Add the forces of a corner to Work.force."""
     p, found, target = S.parameters.contact[j], S.work.contact[j], S.work.force
@@ -65,7 +65,7 @@ def plane_forces(j, S, maps, normal, tangential):
     add_torques(j, S, fx, fy, -radius * tangential, moment, ax, ay, bx, by, target, 0, target.size)
 
 
-@kernel(inline=True)
+@kernel
 def plane_slopes(j, S, n_d, n_r):
     """Write how force and motion of a corner change, in the columns of `contact_slopes`, and its turning forces."""
     M, W = S.model, S.work

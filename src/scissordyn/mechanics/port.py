@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["add_port_curvature", "port_forces", "port_wrench", "sense_port", "write_port_gradients"]
 
@@ -20,7 +20,7 @@ _point_gradients, _frame_gradients = point.gradients, frame.gradients
 _line_curvature, _hinge_curvature, _frame_curvature = line.curvature, hinge.curvature, frame.curvature
 
 
-@kernel(inline=True)
+@kernel
 def sense_port(port, maps, angle, q, v):
     """Write coordinates and rates of a port; `angle` is that of its body, with its turns."""
     if port == _LINE:
@@ -35,7 +35,7 @@ def sense_port(port, maps, angle, q, v):
         _sense_hinge(maps, angle, q, v)
 
 
-@kernel(inline=True)
+@kernel
 def port_forces(port, maps, q, out):
     """Forces on the six rows of the maps."""
     if port == _LINE:
@@ -49,7 +49,7 @@ def port_forces(port, maps, q, out):
     return _hinge_forces(maps, q, out)
 
 
-@kernel(inline=True)
+@kernel
 def port_wrench(port, maps, along, out, fx, fy):
     """Force on the first body's point, and torques on both bodies, where the force on the map u is (fx, fy)."""
     if port == _LINE:
@@ -63,7 +63,7 @@ def port_wrench(port, maps, along, out, fx, fy):
     return _hinge_wrench(maps, along, out, fx, fy)
 
 
-@kernel(inline=True)
+@kernel
 def write_port_gradients(port, maps, G, R):
     """Gradients of the coordinates, and of their rates, by the maps."""
     G[:, :] = 0.0
@@ -80,7 +80,7 @@ def write_port_gradients(port, maps, G, R):
         _hinge_gradients(maps, G, R)
 
 
-@kernel(inline=True)
+@kernel
 def add_port_curvature(port, q, out, G, K):
     """Add what the maps' forces change because the gradients turn, while the port's forces stay."""
     if port == _LINE:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.flexible_bar import FX, FY, QX, QY, VX, VY, read_vectors
 
 __all__ = ["NX", "NY", "SCALARS", "add_rail_force", "linearise_rail", "sense_rail"]
@@ -40,7 +40,7 @@ CONVERGED = 1e-14
 """Last correction of the place, over the bar's length."""
 
 
-@kernel(inline=True)
+@kernel
 def legendre(x, size, value, slope):
     """Write Legendre's polynomials and their derivatives at x."""
     value[0], slope[0] = 1.0, 0.0
@@ -51,7 +51,7 @@ def legendre(x, size, value, slope):
         slope[j + 1] = slope[j - 1] + (2.0 * j + 1.0) * value[j]
 
 
-@kernel(inline=True)
+@kernel
 def write_axis(first, span, count, size, table, x, y, px, py):
     """Write the polynomials of a span of the axis."""
     for j in range(size):
@@ -63,7 +63,7 @@ def write_axis(first, span, count, size, table, x, y, px, py):
         px[j], py[j] = sx, sy
 
 
-@kernel()
+@kernel
 def find_place(i, S, at_x, at_y, x, y):
     """Span and place of the axis nearest to a point, by Newton's method from the chords of the spans."""
     M, W = S.model, S.work
@@ -95,7 +95,7 @@ def find_place(i, S, at_x, at_y, x, y):
     return span, place
 
 
-@kernel()
+@kernel
 def axis_at(first, span, place, size, table, R):
     """The axis and its two derivatives at a place of the span whose polynomials are written; straight beyond its ends."""
     low, high = table[first + span], table[first + span + 1]
@@ -121,7 +121,7 @@ def axis_at(first, span, place, size, table, R):
     return rx + ax * (place - inside), ry + ay * (place - inside), ax, ay, bx, by
 
 
-@kernel(inline=True)
+@kernel
 def write_shapes(first, span, spans, place, count, size, table, value, slope, shape, turn):
     """Write the shapes and their slopes at a place, from Legendre's polynomials there."""
     low, high = table[first + span], table[first + span + 1]
@@ -137,7 +137,7 @@ def write_shapes(first, span, spans, place, count, size, table, value, slope, sh
         shape[k] = one + beyond * turn[k]
 
 
-@kernel()
+@kernel
 def sense_rail(i, S, maps):
     """Write distance, its rate and the place of component i, and what its force needs."""
     M, W, bar = S.model, S.work, S.model.bar_of[i]
@@ -167,7 +167,7 @@ def sense_rail(i, S, maps):
     W.coordinate_rates[i, 0] = -ty * ux + tx * uy
 
 
-@kernel()
+@kernel
 def write_rows(element, i, S):
     """Write T, G and N by the columns of the element of component i, after `sense_rail`."""
     M, W, bar = S.model, S.work, S.model.bar_of[i]
@@ -190,7 +190,7 @@ def write_rows(element, i, S):
             R[TURNING, column] += turn[k] * across
 
 
-@kernel()
+@kernel
 def add_rail_force(element, i, S, force):
     """Add a force across the axis to Work.force, after `sense_rail`."""
     M, W = S.model, S.work
@@ -200,7 +200,7 @@ def add_rail_force(element, i, S, force):
         W.force[M.element_column[e]] += force * W.rail[ACROSS, e - start]
 
 
-@kernel()
+@kernel
 def linearise_rail(element, i, S, force, by_gap, by_rate):
     """Write the derivatives of the forces to Work.block_x and Work.block_v, after `sense_rail`."""
     M, W = S.model, S.work

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import F1, F2, F3, I1, entry, kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.outputs import Record
@@ -71,23 +71,23 @@ class Balance(NamedTuple):
         Where the forces of the ideal joints, those of the ideal guides and the torques of the drives begin and end.
     """
 
-    start: np.ndarray
-    unknown: np.ndarray
-    direction: np.ndarray
-    arm: np.ndarray
-    anchor: np.ndarray
-    frame: np.ndarray
-    mass: np.ndarray
-    inertia: np.ndarray
+    start: I1
+    unknown: I1
+    direction: F2
+    arm: F2
+    anchor: I1
+    frame: I1
+    mass: F1
+    inertia: F1
     length: float
-    order: np.ndarray
+    order: I1
     band: int
     joints: tuple[int, int]
     guides: tuple[int, int]
     drives: tuple[int, int]
 
 
-@kernel(inline=True)
+@kernel
 def body_rows(B, body, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, rows, right):
     """Write the balance of a body at some instants: `rows` (3, entries, lanes) of the unknowns, `right` (3, lanes)."""
     rotates = B.inertia[body] > 0.0
@@ -113,7 +113,7 @@ def body_rows(B, body, first, lanes, gravity, direction, position, acceleration,
             rows[2, i - start, lane] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
 
 
-@kernel()
+@kernel
 def normal_equations(
     B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load
 ):
@@ -136,7 +136,7 @@ def normal_equations(
                             matrix[row, below, lane] += rows[r, i - start, lane] * rows[r, k - start, lane]
 
 
-@kernel()
+@kernel
 def solve_lanes(reach, matrix, load):
     """Solve symmetric positive definite banded equations side by side, in place: L D L^T without row exchanges."""
     size, lanes = matrix.shape[0], matrix.shape[2]
@@ -158,7 +158,7 @@ def solve_lanes(reach, matrix, load):
                 load[i, lane] -= matrix[i, reach + below, lane] * load[i + below, lane]
 
 
-@kernel()
+@kernel
 def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
     """Solve the equations of one lane; an unknown that is not determined becomes NaN.
 
@@ -196,7 +196,7 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
                 x[row] = math.nan
 
 
-@kernel(inline=True)
+@kernel
 def keep(W):
     """Keep the equations, which the solution overwrites."""
     for row in range(W.load.shape[0]):
@@ -206,8 +206,23 @@ def keep(W):
                 W.kept[row, below, lane] = W.matrix[row, below, lane]
 
 
-@kernel()
-def fill(B, gravity, direction, position, acceleration, angular_acceleration, known, W, out):
+class Scratch(NamedTuple):
+    matrix: F3
+    kept: F3
+    rows: F3
+    right: F2
+    load: F2
+    kept_load: F2
+    full: F2
+    pivots: I1
+    work: F1
+    probe: F1
+
+
+@entry
+def fill(
+    B: Balance, gravity: F1, direction: F3, position: F3, acceleration: F3, angular_acceleration: F2, known: F3, W: Scratch, out: F2
+) -> None:
     """Solve the balances at each instant; direction, position, acceleration (nt, bodies, 2), known (nt, bodies, 3)."""
     reach, size = B.band, out.shape[1]
     first = 0
@@ -243,19 +258,6 @@ def fill(B, gravity, direction, position, acceleration, angular_acceleration, kn
         first += lanes
 
 
-class _Work(NamedTuple):
-    matrix: np.ndarray
-    kept: np.ndarray
-    rows: np.ndarray
-    right: np.ndarray
-    load: np.ndarray
-    kept_load: np.ndarray
-    full: np.ndarray
-    pivots: np.ndarray
-    work: np.ndarray
-    probe: np.ndarray
-
-
 def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reactions of ideal joints, guides and drives at many instants.
 
@@ -280,7 +282,7 @@ def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple
     values = np.zeros((instants, unknowns))
     if unknowns:
         widest, reach = int(np.max(np.diff(parts.start))), parts.band
-        work = _Work(
+        work = Scratch(
             matrix=np.zeros((unknowns, 2 * reach + 1, LANES)),
             kept=np.zeros((unknowns, reach + 1, LANES)),
             rows=np.zeros((3, widest, LANES)),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import map_values
 
 __all__ = ["count_turns", "counted_angle", "relative_angle", "rotation_direction"]
@@ -17,20 +17,20 @@ __all__ = ["count_turns", "counted_angle", "relative_angle", "rotation_direction
 TURN = 2.0 * math.pi
 
 
-@kernel(inline=True)
+@kernel
 def counted_angle(sine, cosine, reference):
     """The angle of these direction components that is nearest to a reference."""
     beyond = math.atan2(sine, cosine) - reference
     return reference + beyond - TURN * math.floor(beyond / TURN + 0.5)
 
 
-@kernel(inline=True)
+@kernel
 def relative_angle(i, S, ax, ay, bx, by):
     """Angle of direction a against direction b at component i."""
     return counted_angle(bx * ay - by * ax, bx * ax + by * ay, S.state.reference[S.model.reference_of[i]])
 
 
-@kernel(inline=True)
+@kernel
 def rotation_direction(k, S):
     """Direction of a family of parallel bodies and its rate, at the present X and V."""
     M, W = S.model, S.work
@@ -44,7 +44,7 @@ def rotation_direction(k, S):
     return dx, dy, vx, vy
 
 
-@kernel()
+@kernel
 def count_turns(S):
     """Take the present angles as references; returns the largest angular velocity."""
     M, reference = S.model, S.state.reference

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 
 __all__ = ["acts", "factorize", "solve"]
@@ -23,13 +23,13 @@ LEAST_PIVOT = 0.1
 """Of 1/hg: a state that grows faster than this allows is not eliminated; the step is to be made again with a smaller size."""
 
 
-@kernel(inline=True)
+@kernel
 def acts(element, S):
     """Whether a force element exerts forces: a contact that is closed, or a component."""
     return element >= S.parameters.contact.size or S.state.mode[element] == 1
 
 
-@kernel(inline=True)
+@kernel
 def factorize(hg, S):
     """Factorize W = 1/hg - d y' / d y for `solve`; returns a singular row or -1.
 
@@ -55,7 +55,7 @@ def factorize(hg, S):
     return _band_factorize(W.band, lower, M.band_limits[1], W.pivots)
 
 
-@kernel(inline=True)
+@kernel
 def constraint_row(p, hg, S):
     """The weights that part p of a constraint has on the changes of its map."""
     W = S.work
@@ -65,7 +65,7 @@ def constraint_row(p, hg, S):
     return wx, wy
 
 
-@kernel(inline=True)
+@kernel
 def orient_pairs(hg, S):
     """Write the factors of the two coordinates of each pair; returns a row whose constraint or gradient vanishes, or -1."""
     M, W = S.model, S.work
@@ -89,7 +89,7 @@ def orient_pairs(hg, S):
     return -1
 
 
-@kernel(inline=True)
+@kernel
 def add_constraints(hg, S):
     """Add the constraints' rows and columns, and what their gradients change."""
     M, W = S.model, S.work
@@ -121,7 +121,7 @@ def add_constraints(hg, S):
                         W.aside[row, at] += change * W.given_factor[b]
 
 
-@kernel(inline=True)
+@kernel
 def add_elements(hg, S):
     """Add the force elements; returns -1, or the number of a state that cannot be eliminated."""
     M, W = S.model, S.work
@@ -183,7 +183,7 @@ def add_elements(hg, S):
     return -1
 
 
-@kernel(inline=True)
+@kernel
 def solve(r, S):
     """Overwrite r with W^-1 r."""
     M, W = S.model, S.work
@@ -216,7 +216,7 @@ def solve(r, S):
     eliminated_states(r, S)
 
 
-@kernel(inline=True)
+@kernel
 def load_constraints(r, S):
     """What the positions' part of r adds to the right-hand side through the constraints."""
     M, W = S.model, S.work
@@ -244,7 +244,7 @@ def load_constraints(r, S):
             W.given[M.pair[q, 1]] = W.given[M.pair[q, 2]] = change / W.pair_size[q]
 
 
-@kernel(inline=True)
+@kernel
 def load_elements(r, S):
     """What the positions' part of r adds through the force elements, and what their eliminated states do."""
     M, W = S.model, S.work
@@ -274,7 +274,7 @@ def load_elements(r, S):
                     W.load[column] += W.force_by_state[M.force_state_start[j] + a] * state
 
 
-@kernel(inline=True)
+@kernel
 def add_product(j, S):
     """Add d force / d X of element j, times the first row of Work.local, to Work.load: four rows at a time."""
     M, W = S.model, S.work
@@ -308,7 +308,7 @@ def add_product(j, S):
             W.load[k] = total
 
 
-@kernel(inline=True)
+@kernel
 def eliminated_states(r, S):
     """Changes of the eliminated states, from those of the coordinates in r."""
     M, W = S.model, S.work

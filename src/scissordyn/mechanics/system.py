@@ -11,11 +11,9 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-import numba
 import numpy as np
-from numba import types
 
-from scissordyn.jit import F1, F2, I1, I2, opener
+from scissordyn.kernel import F1, F2, I1, I2, ArrayType, opener
 
 __all__ = [
     "APPROACH_FLOOR",
@@ -63,9 +61,9 @@ RESULTS = 24
 """Most numbers that the kernel of a component returns."""
 
 
-ContactArray = Annotated[np.ndarray, types.Array(numba.from_dtype(CONTACT), 1, "C")]
-LawArray = Annotated[np.ndarray, types.Array(numba.from_dtype(LAW), 1, "C")]
-ResultArray = Annotated[np.ndarray, types.Array(numba.from_dtype(CONTACT_RESULT), 1, "C")]
+ContactArray = Annotated[np.ndarray, ArrayType(CONTACT, 1)]
+LawArray = Annotated[np.ndarray, ArrayType(LAW, 1)]
+ResultArray = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 1)]
 
 
 class Model(NamedTuple):

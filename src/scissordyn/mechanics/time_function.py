@@ -18,7 +18,7 @@ from scissordyn.component.time_function import (
     TimeFunction,
     Trapezoidal,
 )
-from scissordyn.jit import kernel
+from scissordyn.kernel import F1, F2, I1, entry, kernel
 
 __all__ = [
     "COLUMNS",
@@ -109,13 +109,13 @@ def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
     return rows
 
 
-@kernel()
-def function_at(t, rows, value):
+@entry
+def function_at(t: float, rows: F2, value: F1) -> None:
     """Write a time function and its first three derivatives at time t into value[0:4], at a break those after it."""
     smooth_function(t, t, rows, 0, rows.shape[0], value)
 
 
-@kernel(inline=True)
+@kernel
 def motion_at(t, which, S):
     """Write a time function of the mechanism and its first three derivatives at time t into Work.function_value."""
     P, W = S.parameters, S.work
@@ -123,7 +123,7 @@ def motion_at(t, which, S):
     smooth_function(t, piece_time(t, W.segment), P.motion, start, stop, W.function_value)
 
 
-@kernel(inline=True)
+@kernel
 def piece_time(t, segment):
     """An instant in the piece that holds at time t for a step between two breaks: at its end that before the break."""
     near = AT_BREAK * abs(t)
@@ -134,7 +134,7 @@ def piece_time(t, segment):
     return t
 
 
-@kernel()
+@kernel
 def smooth_function(t, when, rows, start, stop, value):
     """Write the piece of rows `start` to `stop` that holds at `when`, and its derivatives, at time t into value[0:4]."""
     low, high = start, stop - 1
@@ -173,8 +173,8 @@ def function_start(motion: TimeFunction, start: float = 0.0) -> float:
     return float(value[0])
 
 
-@kernel()
-def prescribe(t, when, rows, starts, basis, angle):
+@entry
+def prescribe(t: float, when: float, rows: F2, starts: I1, basis: F2, angle: F1) -> None:
     """Write b and its derivatives at time t into basis[0:4, :], by the pieces at `when`; `angle` is work space."""
     for order in range(4):
         basis[order, 0] = 1.0 if order == 0 else 0.0

@@ -6,7 +6,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import NO_EVENT, RESET_DATA
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import Start, basis_at_start, natural_state
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR

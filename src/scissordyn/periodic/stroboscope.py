@@ -13,7 +13,7 @@ from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import RISE, Samples
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan

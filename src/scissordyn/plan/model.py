@@ -66,7 +66,7 @@ def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
 def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
     if type(component) not in COMPONENTS.values():  # of the user's own: tried before anything is compiled
         at_rest(component, start)
-    return kernels_of(type(component), len(component.parameters(start)))
+    return kernels_of(type(component))
 
 
 def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:

@@ -10,11 +10,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar, dataclass_transform
 
-import numba
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.address import ANSWER, Kernel, address_of, arguments_of
+from scissordyn.compiler.recipe import ANSWER, Recipe
+from scissordyn.plugin.pointer import Kernel, arguments_of, pointer_of
 from scissordyn.plugin.origin import class_in, note_origin
 from scissordyn.units import State, check_quantities, quantities
 
@@ -281,24 +281,21 @@ def addresses(part: Any) -> Mapping[str, int]:
     return _addresses(part.declaration, tuple(state.name for state in states))
 
 
-@cache
-def _addresses(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
-    found = dict.fromkeys(declared.slot.kernels, 0)
+def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
+    """What its kernels are made into, by their names, for a part with some of the declared states."""
+    made = {}
     for key, kernel in declared.kernels.items():
         places = _places(declared, key, present)
         names = (*declared.leading, *declared.numbers) if declared.leading else arguments_of(kernel)
-        targets = _targets(declared, key, present)
-        try:
-            found[key] = address_of(kernel, tuple(places[name] for name in names), targets, guarded=bool(declared.leading))
-        except numba.core.errors.NumbaError as error:
-            if declared.leading:
-                raise
-            cause = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
-            raise InputError(
-                f"kernel '{kernel.__name__}' of a {declared.slot.title} cannot be compiled: {cause}",
-                f"numbers, math and numpy functions of numbers; {len(targets)} numbers as the result",
-            ) from None
-    return MappingProxyType(found)
+        handed = tuple(places[name] for name in names)
+        made[key] = Recipe(kernel, handed, _targets(declared, key, present), bool(declared.leading))
+    return made
+
+
+@cache
+def _addresses(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
+    pointers = {key: pointer_of(recipe) for key, recipe in recipes(declared, present).items()}
+    return MappingProxyType(dict.fromkeys(declared.slot.kernels, 0) | pointers)
 
 
 def row_of(part: Any, *joint: Any) -> np.ndarray:

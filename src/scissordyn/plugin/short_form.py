@@ -12,8 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.jit import kernel
-from scissordyn.plugin.address import call_at, plain_kernel
+from scissordyn.kernel import F1, F2, call_at, entry
 from scissordyn.plugin.element import PARAMETERS, Element, Slot, addresses
 from scissordyn.plugin.user_file import load_function, pinned
 
@@ -141,8 +140,8 @@ def answers(address: int, points: np.ndarray, numbers: np.ndarray, *, context: i
     return found
 
 
-@kernel()
-def _answers(address, context, points, numbers, found):
+@entry
+def _answers(address: int, context: int, points: F2, numbers: F1, found: F1) -> None:
     for k in range(found.size):
         found[k] = call_at(address, points[k, context:], (), (), points[k, :context], numbers, ())
 
@@ -166,6 +165,6 @@ def _cause(error: Exception) -> str:
 def _answer(function: Function, arguments: tuple[float, ...]) -> str:
     """What the function does without the compiler, in words."""
     try:
-        return f"gives {plain_kernel(function)(*arguments)!r}"
+        return f"gives {function(*arguments)!r}"
     except Exception as error:
         return f"raises {type(error).__name__} ({error})"

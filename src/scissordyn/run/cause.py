@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from scissordyn.component.compiled import at_rest
 from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import prescribe

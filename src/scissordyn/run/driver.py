@@ -23,13 +23,13 @@ from scissordyn.integrate.integration import (
     reset_state,
 )
 from scissordyn.integrate.tableau import tableau
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
-from scissordyn.run.compiled import compiled_loop, compiled_mechanics
+from scissordyn.run.loop import advance_systems
 from scissordyn.run.interrupt import advancing, look
 from scissordyn.run.log import BAND, LOG, PEAK, by_name
 from scissordyn.run.slice import FIRST, next_slice
@@ -87,7 +87,7 @@ def _advance(drivers: Sequence[Driver], most_steps: int) -> list[int]:
     statuses = np.zeros(len(drivers), np.int64)
     systems = np.array([driver.system.address for driver in drivers], np.int64)
     integrations = np.array([driver.integration.address for driver in drivers], np.int64)
-    compiled_loop()(compiled_mechanics(), systems, integrations, most_steps, statuses)
+    advance_systems(systems, integrations, most_steps, statuses)
     finished: list[int] = statuses.tolist()
     return finished
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.plan.plan import Plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory

@@ -10,7 +10,7 @@ import numpy as np
 from scissordyn.component.film.film import Film, thinned
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import ADVANCING
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.bending import bends

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.workspace import initial_state
 from scissordyn.plan.plan import Plan

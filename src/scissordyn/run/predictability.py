@@ -17,7 +17,7 @@ import xarray as xr
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.checkpoint import Keeper

@@ -11,7 +11,7 @@ from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from scissordyn.component.torque import Torque
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import Start, natural_state
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan

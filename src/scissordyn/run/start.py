@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import (
     Held,
     Start,

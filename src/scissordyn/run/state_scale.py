@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.component.declaration import Component
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.run.options import Options
 from scissordyn.run.tolerance import state_tolerance

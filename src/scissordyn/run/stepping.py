@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import types
 
-from scissordyn.integrate import time_stepping as loop
-from scissordyn.integrate.integration import problem_type
-from scissordyn.integrate.time_stepping import Jumps, Touching, jumps_type, make_jumps
-from scissordyn.jit import Handle
+from scissordyn.integrate.time_stepping import Touching
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import impulse_solver as solver
-from scissordyn.mechanics.hard_functions import HARD_FUNCTIONS
 from scissordyn.mechanics.hard_rows import HardContacts
 from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
-from scissordyn.run.compiled import compiled_mechanics
+from scissordyn.run.loop import advance_hard
 
 if TYPE_CHECKING:
     from scissordyn.run.driver import Driver
@@ -142,21 +137,6 @@ def advance_stepping(drivers: Sequence[Driver], steppings: Sequence[Stepping], m
     integrations = np.array([driver.integration.address for driver in drivers], np.int64)
     hard = np.array([each.hard.address for each in steppings], np.int64)
     touching = np.array([each.touching.address for each in steppings], np.int64)
-    addresses = systems, hard, touching, integrations
-    _compiled_loop()(compiled_mechanics(), _compiled_jumps(), *addresses, most_steps, statuses)
+    advance_hard(systems, hard, touching, integrations, most_steps, statuses)
     found: list[int] = statuses.tolist()
     return found
-
-
-@cache
-def _compiled_jumps() -> Jumps:
-    return make_jumps(HARD_FUNCTIONS)
-
-
-@cache
-def _compiled_loop() -> Callable[..., None]:
-    numbers = types.int64[::1]
-    kinds = (problem_type(), jumps_type(), numbers, numbers, numbers, numbers, types.int64, numbers)
-    loop.advance_jumps.compile(kinds)
-    compiled: Callable[..., None] = loop.advance_jumps.overloads[kinds].entry_point
-    return compiled

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.laws.evaluate import friction_states
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System

@@ -11,7 +11,7 @@ import numpy as np
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import monitored_rows
 from scissordyn.model.guide_clearance import ContactPoint

@@ -20,8 +20,7 @@ from scissordyn.component.film.impedance import (
 )
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
-from scissordyn.jit import kernel
-from scissordyn.plugin.address import plain_kernel
+from scissordyn.kernel import kernel
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["MODELS", "Film", "thinned"]
@@ -33,7 +32,7 @@ FIRST = 7
 """Where the table begins among the parameters."""
 
 
-@kernel()
+@kernel
 def film_gap(gap, thinnest):
     """Film thickness over the clearance, which goes smoothly over to a least one where the surfaces' roughness carries."""
     bend = 0.5 * thinnest
@@ -179,7 +178,7 @@ def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
     here = min(math.hypot(place[0], place[1]), nearest)
 
     def damping(away: float, rate: float) -> float:
-        plain = plain_kernel(force)
+        plain = force
         return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *parameters[:FIRST], parameters)[0]) / rate
 
     stronger = 2.0 * damping(nearest, 1.0) / (damping(here, 1.0) + damping(here, -1.0))

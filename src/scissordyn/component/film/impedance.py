@@ -22,7 +22,7 @@ from scissordyn.component.film.grid import (
     eccentricities,
     steepness,
 )
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = [
     "finite_table",
@@ -47,7 +47,7 @@ STEPS = 4
 """Of Newton's method for the end of a long bearing's film, more than any needs."""
 
 
-@kernel()
+@kernel
 def short_bearing(eccentricity, sine, cosine, full):
     """Impedance of a short bearing (Ocvirk) over (L/D)^2, for the direction psi by its sine and cosine.
 
@@ -73,7 +73,7 @@ def short_bearing(eccentricity, sine, cosine, full):
     return factor * (cosine * both + sine * mixed), factor * (cosine * mixed + sine * across)
 
 
-@kernel()
+@kernel
 def long_end(e, sine, cosine):
     """Where the pressure that begins at theta = 0 ends, for sin psi <= 0: in Sommerfeld's angle, from 0 to 2 pi.
 
@@ -92,7 +92,7 @@ def long_end(e, sine, cosine):
     return 2.0 * (math.pi - half) if cosine > 0.0 else 2.0 * half
 
 
-@kernel()
+@kernel
 def long_bearing(eccentricity, sine, cosine, full):
     """Impedance of a long bearing, for the direction psi by its sine and cosine.
 
@@ -121,7 +121,7 @@ def long_bearing(eccentricity, sine, cosine, full):
     return radial, side * tangential
 
 
-@kernel()
+@kernel
 def cubic_weights(f):
     """Of four nodes, at f in (0, 1) between the inner two: through both, with slopes that continue (Catmull and Rom)."""
     return (
@@ -132,7 +132,7 @@ def cubic_weights(f):
     )
 
 
-@kernel()
+@kernel
 def row_of(gap):
     """Row of a cell of the table, and where in it a film thickness over the clearance lies."""
     x = (math.sqrt(max(gap, NEAREST)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
@@ -140,7 +140,7 @@ def row_of(gap):
     return row, x - row
 
 
-@kernel()
+@kernel
 def column_of(direction):
     """Column of a cell of the table, and where in it a direction lies."""
     y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / SHARP) / WIDEST + 1.0) * (DIRECTIONS - 1)
@@ -148,13 +148,13 @@ def column_of(direction):
     return column, y - column
 
 
-@kernel()
+@kernel
 def steepness_at(gap):
     """Powers `POWERS` of a film thickness over the clearance."""
     return gap * math.sqrt(gap), gap, gap * gap
 
 
-@kernel()
+@kernel
 def tabulated(table, first, gap, direction):
     """Radial, tangential and pressure of a table at a film thickness over the clearance and a direction from 0 to pi."""
     (row, fx), (column, fy) = row_of(gap), column_of(direction)
@@ -171,7 +171,7 @@ def tabulated(table, first, gap, direction):
     return radial / by[0], tangential / by[1], pressure / by[2]
 
 
-@kernel()
+@kernel
 def tabulated_pressure(table, first, gap, direction):
     """The pressure alone."""
     (row, fx), (column, fy) = row_of(gap), column_of(direction)
@@ -184,7 +184,7 @@ def tabulated_pressure(table, first, gap, direction):
     return pressure / steepness_at(gap)[2]
 
 
-@kernel()
+@kernel
 def squeezed_pressure(table, first, gap):
     """The pressure of pure approach, psi = 0, which is a column of the table."""
     row, fx = row_of(gap)

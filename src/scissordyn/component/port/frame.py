@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
 from scissordyn.component.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, arc, bent, turned
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["FRAME", "curvature", "forces", "gradients", "sense", "wrench"]
 
@@ -81,7 +81,7 @@ FRAME = Port(
 )
 
 
-@kernel(inline=True)
+@kernel
 def sense(maps, angle, q, v):
     """Displacement and angle, and their rates."""
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
@@ -92,7 +92,7 @@ def sense(maps, angle, q, v):
     v[2] = (ax * py - ay * px) - (bx * qy - by * qx)
 
 
-@kernel(inline=True)
+@kernel
 def forces(maps, q, out):
     """Forces on the maps: the force turns with the start's body, which gets its moment."""
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = maps
@@ -101,13 +101,13 @@ def forces(maps, q, out):
     return fx, fy, -torque * ay, torque * ax, gx + torque * by, gy - torque * bx
 
 
-@kernel(inline=True)
+@kernel
 def wrench(maps, along, out, fx, fy):
     """Force on the end; torques on both bodies."""
     return fx, fy, out[2], -out[2] - (maps[0] * fy - maps[1] * fx)
 
 
-@kernel(inline=True)
+@kernel
 def gradients(maps, G, R):
     """Of the coordinates, and of their rates, by the maps."""
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
@@ -119,7 +119,7 @@ def gradients(maps, G, R):
     R[2, 2], R[2, 3], R[2, 4], R[2, 5] = py, -px, -qy, qx
 
 
-@kernel(inline=True)
+@kernel
 def curvature(q, out, G, K):
     """What the maps' forces change because the gradients turn, while force and torque stay."""
     fx, fy, torque = out[0], out[1], out[2]

@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, direction, frame
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, hatched, spiral, turned
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = [
     "HINGE",
@@ -87,7 +87,7 @@ HINGE = Port(
 )
 
 
-@kernel(inline=True)
+@kernel
 def sense(maps, angle, q, v):
     """Angle and its rate."""
     _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
@@ -95,7 +95,7 @@ def sense(maps, angle, q, v):
     v[0] = (ax * py - ay * px) - (bx * qy - by * qx)
 
 
-@kernel(inline=True)
+@kernel
 def forces(maps, q, out):
     """Forces on the maps: a torque is the force torque J d on a unit direction d."""
     _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
@@ -103,13 +103,13 @@ def forces(maps, q, out):
     return 0.0, 0.0, -torque * ay, torque * ax, -opposite * by, opposite * bx
 
 
-@kernel(inline=True)
+@kernel
 def wrench(maps, along, out, fx, fy):
     """Torques on both bodies."""
     return 0.0, 0.0, out[0], -out[0]
 
 
-@kernel(inline=True)
+@kernel
 def gradients(maps, G, R):
     """Of the angle, and of its rate, by the maps."""
     _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
@@ -117,7 +117,7 @@ def gradients(maps, G, R):
     R[0, 2], R[0, 3], R[0, 4], R[0, 5] = py, -px, -qy, qx
 
 
-@kernel(inline=True)
+@kernel
 def curvature(q, out, G, K):
     """What the maps' forces change because the gradients turn, while the torque stays."""
     torque = out[0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, around, spiral, spread
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["LINE", "curvature", "forces", "gradients", "sense", "wrench"]
 
@@ -71,7 +71,7 @@ LINE = Port(
 )
 
 
-@kernel(inline=True)
+@kernel
 def sense(maps, angle, q, v):
     """Distance and its rate; at no distance the speed of the points."""
     ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
@@ -79,7 +79,7 @@ def sense(maps, angle, q, v):
     v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)
 
 
-@kernel(inline=True)
+@kernel
 def forces(maps, q, out):
     """Forces on the maps: against the line, none without a direction."""
     if not q[0] > 0.0:
@@ -87,13 +87,13 @@ def forces(maps, q, out):
     return -out[0] * maps[0] / q[0], -out[0] * maps[1] / q[0], 0.0, 0.0, 0.0, 0.0
 
 
-@kernel(inline=True)
+@kernel
 def wrench(maps, along, out, fx, fy):
     """Force on the end; torques on both bodies."""
     return fx, fy, 0.0, 0.0
 
 
-@kernel(inline=True)
+@kernel
 def gradients(maps, G, R):
     """Of the coordinates, and of their rates, by the maps."""
     ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
@@ -106,7 +106,7 @@ def gradients(maps, G, R):
         R[0, 0], R[0, 1] = (vx - along * nx) / length, (vy - along * ny) / length
 
 
-@kernel(inline=True)
+@kernel
 def curvature(q, out, G, K):
     """What the maps' forces change because the gradients turn, while the tension stays."""
     if q[0] > 0.0:

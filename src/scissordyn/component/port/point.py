@@ -10,7 +10,7 @@ import numpy as np
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["POINT", "curvature", "forces", "gradients", "sense", "wrench"]
 
@@ -61,31 +61,31 @@ POINT = Port(
 )
 
 
-@kernel(inline=True)
+@kernel
 def sense(maps, angle, q, v):
     """Place, direction and their rates."""
     q[0], q[1], q[2], q[3] = maps[0], maps[1], maps[2], maps[3]
     v[0], v[1], v[2], v[3] = maps[6], maps[7], maps[8], maps[9]
 
 
-@kernel(inline=True)
+@kernel
 def forces(maps, q, out):
     """Forces on the maps."""
     return out[0], out[1], 0.0, 0.0, 0.0, 0.0
 
 
-@kernel(inline=True)
+@kernel
 def wrench(maps, along, out, fx, fy):
     """Force on the point."""
     return out[0], out[1], 0.0, 0.0
 
 
-@kernel(inline=True)
+@kernel
 def gradients(maps, G, R):
     """Of the coordinates, by the maps."""
     G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
 
 
-@kernel(inline=True)
+@kernel
 def curvature(q, out, G, K):
     """None: the coordinates are linear in the maps."""

@@ -10,7 +10,7 @@ import numpy as np
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, hatched, turned
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["TRAVEL", "curvature", "forces", "gradients", "sense", "wrench"]
 
@@ -67,30 +67,30 @@ TRAVEL = Port(
 )
 
 
-@kernel(inline=True)
+@kernel
 def sense(maps, angle, q, v):
     """Coordinate and its rate."""
     q[0], v[0] = maps[0], maps[6]
 
 
-@kernel(inline=True)
+@kernel
 def forces(maps, q, out):
     """Forces on the maps."""
     return out[0], 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-@kernel(inline=True)
+@kernel
 def wrench(maps, along, out, fx, fy):
     """Force on the point, along the direction."""
     return out[0] * along[0], out[0] * along[1], 0.0, 0.0
 
 
-@kernel(inline=True)
+@kernel
 def gradients(maps, G, R):
     """Of the coordinate, by the maps."""
     G[0, 0] = 1.0
 
 
-@kernel(inline=True)
+@kernel
 def curvature(q, out, G, K):
     """None: the coordinate is linear in the maps."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from scissordyn.control.signal import limited, ramped
 from scissordyn.errors import InputError
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.units import State
 
 __all__ = ["INTEGRAL", "feedback_numbers", "settled"]
@@ -39,7 +39,7 @@ def feedback_numbers(described: Any) -> dict[str, float]:
     return {"limit": limit, "back_calculation": 1.0 / tracking if tracking else 0.0}
 
 
-@kernel(inline=True)
+@kernel
 def settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation):
     """Torque [N m] of a command with its integral part within the limit, and z' [N m/s]."""
     command += integral_torque

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.exchange.translate.kind import Array, Struct, kind_of, written
+from scissordyn.compiler.kind import Array, Struct, kind_of, written
 
 __all__ = ["Block"]
 

@@ -10,16 +10,17 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.data import Block
 from scissordyn.exchange.fmu.variable import Variables, prescribed, variables
-from scissordyn.exchange.translate.kind import FLOAT, INT, Array, Problem, kind_of, written
-from scissordyn.exchange.translate.unit import Unit
+from scissordyn.compiler.kind import FLOAT, INT, Array, Functions, kind_of, written
+from scissordyn.compiler.unit import Unit
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import make_samples, open_integration
+from scissordyn.integrate.integration import make_samples
 from scissordyn.mechanics import functions, outputs
 from scissordyn.mechanics.outputs import record
-from scissordyn.mechanics.system import System, open_system
+from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
-from scissordyn.plugin.address import recipe_of
+from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.driver import Driver, make_system
+from scissordyn.run.loop import MECHANICS
 
 __all__ = ["Source"]
 
@@ -61,7 +62,7 @@ class Source:
         self.samples.total[:] = 0.0
         self.record = record(plan.maps, make_system(plan), self.samples)
         self.variables: Variables = variables(plan, driver, self.record)
-        self.unit = Unit(openers=(open_system, open_integration), problem=functions.FUNCTIONS, known=self.known)
+        self.unit = Unit(self.known, table=True)
         self.text = self._written()
 
     def _written(self) -> str:
@@ -110,7 +111,7 @@ class Source:
                 array = np.array(getattr(part, name))
                 for field in array.dtype.names or (None,):
                     view = array if field is None else array[field]
-                    view[...] = [self.unit.kernel(recipe_of(int(address))) if address else 0 for address in view]
+                    view[...] = [self.unit.kernel(RECIPES[int(address)]) if address else 0 for address in view]
                 arrays[name] = array
             changed[owner] = part._replace(**arrays)
         for recipe in self.unit.kernels:
@@ -133,7 +134,7 @@ class Source:
         call(named["record"], (FLOAT, vector, system, vector), "root_record")
         call(functions.activate, (system,), "root_activate")
         call(outputs.fill, (kinds["samples"], system, kinds["maps"], kinds["record"], kinds["counted"]), "root_fill")
-        call(loop.advance, (Problem(), system, kinds["integration"], INT), "root_advance")
+        call(loop.advance, (Functions(MECHANICS), system, kinds["integration"], INT), "root_advance")
 
     def _instance(self) -> str:
         """Constants of the mechanism and the type of an instance."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
@@ -12,7 +12,7 @@ from scissordyn.plugin.element import element
 __all__ = ["BaiZhaoAsPrinted", "energy", "force"]
 
 
-@kernel()
+@kernel
 def force(indentation, scale, clearance):
     """The printed force, in SI numbers, at indentation delta > 0 [m]."""
     c = clearance

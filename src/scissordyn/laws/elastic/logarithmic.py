@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 __all__ = ["TURN", "energy", "force", "row"]
 
@@ -69,7 +69,7 @@ def _pieces() -> np.ndarray:
 _PIECES = _pieces()
 
 
-@kernel()
+@kernel
 def force(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
     """Force [N] at indentation delta > 0 [m]."""
     if indentation >= deepest:

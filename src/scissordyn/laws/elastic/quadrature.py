@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.jit import kernel
-from scissordyn.plugin.address import call_at
+from scissordyn.kernel import kernel
+from scissordyn.kernel import call_at
 
 __all__ = ["NODES", "WEIGHTS", "quadrature_energy"]
 
@@ -19,7 +19,7 @@ MOST_PIECES = 4000
 """Halving ends where both halves agree with the whole to rounding, at 2^-40 of the range, or after so many pieces."""
 
 
-@kernel(inline=True)
+@kernel
 def piece(address, low, high, delta, p):
     """Integral of a force over s in [low, high], per unit of delta."""
     total = 0.0
@@ -29,7 +29,7 @@ def piece(address, low, high, delta, p):
     return total * (high - low)
 
 
-@kernel()
+@kernel
 def quadrature_energy(address, delta, p):
     """Work [J] to press an elastic part in by delta [m], by halving where the force has kinks.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity
 
@@ -59,14 +59,14 @@ def fading_speed(largest: float, bristle_damping: float) -> float:
     return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else CONSTANT_DAMPING
 
 
-@kernel(inline=True)
+@kernel
 def micro_damping(v, damping, damping_speed):
     """Bristle damping sigma_1 [s/m] at slip speed v [m/s] (Canudas de Wit, Lischinsky 1997)."""
     x = v / damping_speed
     return damping * math.exp(-x * x)
 
 
-@kernel(inline=True)
+@kernel
 def onset(v, presliding_speed):
     """Share of the steady deflection that a contact starts with at slip speed v [m/s], with the sign of v.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
 from scissordyn.plugin.element import element
@@ -12,7 +12,7 @@ from scissordyn.plugin.element import element
 __all__ = ["Coulomb", "direction", "force", "static_limit"]
 
 
-@kernel()
+@kernel
 def direction(v, ramp_speed):
     """The sign of v, smoothed over a ramp speed where that is not zero."""
     if ramp_speed > 0.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.bristle import BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
@@ -15,7 +15,7 @@ from scissordyn.units import Quantity, State, check_quantities
 __all__ = ["GonthierBristle", "force", "start", "static_limit", "steady"]
 
 
-@kernel()
+@kernel
 def direction(v, smoothing_speed):
     """The sign of v, below the smoothing speed by a cubic with a level end."""
     r = v / smoothing_speed
@@ -51,7 +51,7 @@ def force(
     return normal_force * (bristle + viscous * slip_speed), rate, dwell_rate
 
 
-@kernel(inline=True)
+@kernel
 def bend(v, kinetic, stribeck_speed, smoothing_speed, bristle_damping):
     """Coefficient of bristles in steady sliding at slip speed v != 0 [m/s], not yet bounded by friction, with the sign of v."""
     x = v / stribeck_speed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.coefficients import (
     Kinetic,
@@ -22,7 +22,7 @@ from scissordyn.units import check_quantities
 __all__ = ["Stribeck", "force", "sliding_coefficient", "static_limit"]
 
 
-@kernel()
+@kernel
 def sliding_coefficient(v, kinetic, static, stribeck_speed, stribeck_exponent):
     """g(v), the friction coefficient of steady sliding without the viscous part."""
     s = abs(v) / stribeck_speed

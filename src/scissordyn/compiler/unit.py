@@ -5,37 +5,40 @@ from __future__ import annotations
 import ast
 import builtins
 import inspect
+import linecache
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from scissordyn.exchange.translate.function import Body
-from scissordyn.exchange.translate.kind import (
+from scissordyn.compiler.expression import plain
+from scissordyn.compiler.function import Body
+from scissordyn.compiler.kind import (
     FLOAT,
     INT,
     Array,
     Called,
     Kind,
-    Problem,
+    Functions,
     Record,
     Scalar,
     Struct,
     TranslationError,
     Tuple,
+    VOID,
     Value,
+    declared,
     kind_of,
+    kind_of_hint,
     written,
 )
-from scissordyn.plugin.address import ANSWER, Recipe, call_at, plain_kernel
+from scissordyn.compiler.recipe import ANSWER, SIGNATURE, Recipe
+from scissordyn.kernel import Entry, Opener, call_at
 
-__all__ = ["Unit"]
 
-
-class _Made:
+class _Translated:
     """A translated function."""
 
     def __init__(self, name: str, body: Body) -> None:
@@ -47,27 +50,25 @@ class Unit:
 
     Parameters
     ----------
-    openers : sequence of callable
-        Functions that open an address: in C the address is the pointer itself.
-    problem : mapping of str to callable
-        The functions of a problem, by name.
-    known : dict, optional
+    types : dict, optional
         Types of records and named tuples, see `kind_of`.
+    table : bool
+        Whether kernel pointers are numbers of a table in the file instead of addresses.
     """
 
     whole = INT
 
-    def __init__(
-        self, *, openers: tuple[Any, ...] = (), problem: Mapping[str, Any] = {}, known: dict[Any, Any] | None = None
-    ) -> None:
-        self.openers, self.problem = openers, problem
-        self.known: dict[Any, Any] = {} if known is None else known
+    def __init__(self, types: dict[Any, Any] | None = None, *, table: bool = False) -> None:
+        self.types: dict[Any, Any] = {} if types is None else types
+        self.table = table
         self.tuples: dict[str, Tuple] = {}
         self.arrays: dict[str, Array] = {}
         self.tables: dict[int, tuple[str, np.ndarray]] = {}
-        self.made: dict[Any, _Made] = {}
+        self.translated: dict[Any, _Translated] = {}
         self.names: dict[str, int] = {}
         self.kernels: dict[Recipe, int] = {}
+        self.entries: list[str] = []
+        self.files: set[str] = set()
 
     def use(self, kind: Kind) -> None:
         """Declare a type of tuple or array in the file."""
@@ -85,6 +86,8 @@ class Unit:
         """A value that a module gives a name to."""
         if callable(value) or inspect.ismodule(value):
             return Value("", Called(value))
+        if hasattr(value, "_asdict") and all(map(callable, value)):
+            return Value("", Functions(value))
         if isinstance(value, tuple) and not hasattr(value, "_asdict"):
             parts = [self.constant(part, name) for part in value]
             kind = Tuple(tuple(part.kind for part in parts))
@@ -107,11 +110,11 @@ class Unit:
 
     def call(self, function: Any, arguments: list[Value], named: Mapping[str, Value]) -> Value:
         """A call of a function of Python, translated for the types of its arguments."""
-        if function in self.openers:
-            return arguments[0]
+        if isinstance(function, Opener):
+            return self._opened(function, arguments[0])
         if function is call_at:
             return self._at_address(arguments)
-        plainly = plain_kernel(function)
+        plainly = python_of(function)
         if not inspect.isfunction(plainly):
             raise TranslationError(f"a call of {function!r} in a kernel", "functions of numbers in Python")
         signature = inspect.signature(plainly)
@@ -123,24 +126,25 @@ class Unit:
             bound.arguments.get(key) or self.constant(parameter.default, key) for key, parameter in signature.parameters.items()
         ]
         made = self.function(plainly, tuple(value.kind for value in handed))
-        texts = [value.c for value in handed if not isinstance(value.kind, Called | Problem)]
+        texts = [value.c for value in handed if not isinstance(value.kind, Called | Functions)]
         assert made.body.result is not None
         return Value(f"{made.name}({', '.join(texts)})", made.body.result)
 
-    def function(self, function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "") -> _Made:
+    def function(self, function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "") -> _Translated:
         """A function, translated for arguments of these types, under a name if that is given."""
-        function = plain_kernel(function)
+        function = python_of(function)
         key = (function, tuple(kind.letter for kind in kinds))
-        if key not in self.made:
+        if key not in self.translated:
             for kind in kinds:
                 self.use(kind)
-            body = Body(self, _definition(function), kinds, _names_of(function))
+            self.files.add(function.__code__.co_filename)
+            body = Body(self, _definition(function), kinds, _names_of(function), function.__code__.co_filename)
             body.translate()
             if not name:
                 number = self.names[function.__name__] = self.names.get(function.__name__, 0) + 1
                 name = f"k_{function.__name__}" + (f"_{number}" if number > 1 else "")
-            self.made[key] = _Made(name, body)
-        return self.made[key]
+            self.translated[key] = _Translated(name, body)
+        return self.translated[key]
 
     def _at_address(self, arguments: list[Value]) -> Value:
         pointers = []
@@ -151,7 +155,35 @@ class Unit:
                 pointers.append("0")
             else:
                 pointers.append(f"{each.c}.v")
-        return Value(f"KERNELS[{arguments[0].c}]({', '.join(pointers)})", FLOAT)
+        function = f"KERNELS[{arguments[0].c}]" if self.table else f"((kernel_pointer)(intptr_t)({arguments[0].c}))"
+        return Value(f"{function}({', '.join(pointers)})", FLOAT)
+
+    def _opened(self, opener: Opener, address: Value) -> Value:
+        """A tuple by its address, or the tuple itself."""
+        if isinstance(address.kind, Struct):
+            return address
+        struct = kind_of_hint(opener.described, "", self.types)
+        self.use(struct)
+        return Value(f"(({struct.c} *)(intptr_t)({address.c}))", struct)
+
+    def entry(self, entry: Entry) -> None:
+        """Export an entry: arrays come as their address and shape, named tuples by their address."""
+        *hints, (_, returned) = entry.hints.items()
+        kinds = {name: kind_of_hint(hint, name, self.types) for name, hint in hints}
+        translated = self.function(entry.python, tuple(kinds.values()))
+        declarations, handed = [], []
+        for name, kind in kinds.items():
+            if isinstance(kind, Array):
+                counts = [f"{name}_n{k}" for k in range(kind.dimensions)] + ([f"{name}_s"] if kind.dimensions == 2 else [])
+                declarations += [f"{kind.element.c} *{name}_p", *(f"int64_t {count}" for count in counts)]
+                handed.append(f"({kind.c}){{{', '.join([f'{name}_p', *counts])}}}")
+            else:
+                declarations.append(f"{declared(kind)}{name}_")
+                handed.append(f"{name}_")
+        result = kind_of_hint(returned, "return", self.types)
+        call = f"{'' if result == VOID else 'return '}{translated.name}({', '.join(handed)});"
+        c = {"int": "bool"}.get(result.c, result.c)
+        self.entries.append(f"EXPORT {c} {entry.symbol}({', '.join(declarations)}) {{ {call} }}")
 
     def kernel(self, recipe: Recipe) -> int:
         """The number of a kernel that is called by its address, from one on."""
@@ -159,32 +191,35 @@ class Unit:
 
     def text(self) -> str:
         """All of it: types, tables, declarations and functions."""
-        bodies = [self._kernel_text(recipe, number) for recipe, number in self.kernels.items()]
-        count = len(self.kernels)
-        pointers = ", ".join(["0", *(f"kernel_{number}" for number in self.kernels.values())])
-        signature = "double *q, double *v, double *z, double *x, double *p, double *out"
+        names = [f"kernel_{number}" if self.table else recipe.symbol for recipe, number in self.kernels.items()]
+        head = "static double" if self.table else "EXPORT double"
+        bodies = [self._kernel_text(recipe, f"{head} {name}") for recipe, name in zip(self.kernels, names, strict=True)]
+        pointers = f"static const kernel_pointer KERNELS[{len(names) + 1}] = {{{', '.join(['0', *names])}}};\n"
         return "\n".join(
             (
-                "#include <math.h>\n#include <stdint.h>\n",
-                files("scissordyn.exchange.translate").joinpath("arithmetic.c").read_text(encoding="utf-8"),
+                "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n",
+                files("scissordyn.compiler").joinpath("arithmetic.c").read_text(encoding="utf-8"),
+                f"typedef double (*kernel_pointer)({SIGNATURE});",
                 *self._types(),
                 *self._tables(),
-                *(f"{made.body.head(made.name)};" for made in self.made.values()),
-                *(f"static double kernel_{number}({signature});" for number in self.kernels.values()),
-                f"static double (*const KERNELS[{count + 1}])({signature}) = {{{pointers}}};\n",
-                *(made.body.text(made.name) + "\n" for made in self.made.values()),
+                *(f"{one.body.head(one.name)};" for one in self.translated.values()),
+                *(f"{head} {name}({SIGNATURE});" for name in names),
+                pointers if self.table else "",
+                *(one.body.text(one.name) + "\n" for one in self.translated.values()),
                 *bodies,
+                *self.entries,
+                "",
             )
         )
 
-    def _kernel_text(self, recipe: Recipe, number: int) -> str:
+    def _kernel_text(self, recipe: Recipe, declaration: str) -> str:
         """The function at an address: it hands its inputs on, and stores the results."""
         arguments = [
             Value("(F1_array){p, 0}", Array(FLOAT, 1)) if text == "p" else Value(text, FLOAT) for text in recipe.handed
         ]
         self.use(Array(FLOAT, 1))
         found = self.call(recipe.function, arguments, {})
-        head = f"static double kernel_{number}(double *q, double *v, double *z, double *x, double *p, double *out) {{"
+        head = f"{declaration}({SIGNATURE}) {{"
         unused = "    (void)q; (void)v; (void)z; (void)x; (void)p; (void)out;"
         if isinstance(found.kind, Scalar):
             target = recipe.targets[0]
@@ -199,7 +234,7 @@ class Unit:
         return "\n".join((head, unused, f"    {found.kind.c} found = {found.c};", *puts, f"    return {answer};", "}\n"))
 
     def _types(self) -> list[str]:
-        records = [kind for kind in self.known.values() if isinstance(kind, Record)]
+        records = [kind for kind in self.types.values() if isinstance(kind, Record)]
         texts = [_struct(record.name, record.fields) for record in records]
         for name, array in self.arrays.items():
             counts = [(f"n{k}", INT) for k in range(array.dimensions)] + ([("s", INT)] if array.dimensions == 2 else [])
@@ -210,7 +245,7 @@ class Unit:
                 texts.append(f"typedef struct {{ {kind.items[0].c} v[{len(kind.items)}]; }} {name};")
             else:
                 texts.append(_struct(name, [(f"e{k}", item) for k, item in enumerate(kind.items)]))
-        structs = [kind for kind in self.known.values() if isinstance(kind, Struct)]  # inner ones before those that have them
+        structs = [kind for kind in self.types.values() if isinstance(kind, Struct)]  # inner ones before those that have them
         return texts + [_struct(struct.name, list(struct.fields.items())) for struct in structs]
 
     def _tables(self) -> list[str]:
@@ -226,26 +261,46 @@ class Unit:
 
 
 def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
-    return f"typedef struct {{ {' '.join(f'{kind.c} {field};' for field, kind in fields)} }} {name};"
+    return f"typedef struct {{ {' '.join(f'{kind.c} {plain(field)};' for field, kind in fields)} }} {name};"
+
+
+def python_of(function: Any) -> Any:
+    """The Python function behind an entry."""
+    return function.python if isinstance(function, Entry) else function
 
 
 @cache
-def _definitions(file: str) -> Mapping[int, ast.FunctionDef]:
+def _definitions(file: str) -> Mapping[int, list[ast.FunctionDef | ast.Lambda]]:
     """The functions of a file by the line of their first decorator, or their own."""
-    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
-    found = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    return {min([node.lineno, *(each.lineno for each in node.decorator_list)]): node for node in found}
+    tree = ast.parse("".join(linecache.getlines(file)))
+    functions: dict[int, list[ast.FunctionDef | ast.Lambda]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.Lambda):
+            decorators = node.decorator_list if isinstance(node, ast.FunctionDef) else []
+            functions.setdefault(min([node.lineno, *(decorator.lineno for decorator in decorators)]), []).append(node)
+    return functions
 
 
 def _definition(function: Callable[..., Any]) -> ast.FunctionDef:
+    """The syntax tree of a function; a lambda as the function that it stands for."""
     code = function.__code__
     try:
-        found = _definitions(code.co_filename).get(code.co_firstlineno)
+        nodes = _definitions(code.co_filename).get(code.co_firstlineno, [])
     except (OSError, SyntaxError, UnicodeError):
-        found = None
-    if found is None or found.name != function.__name__:
-        raise TranslationError(f"the source of '{function.__name__}' is not there", "a function in a file")
-    return found
+        nodes = []
+    for node in nodes:
+        if isinstance(node, ast.FunctionDef) and node.name == function.__name__:
+            return node
+        if isinstance(node, ast.Lambda) and function.__name__ == "<lambda>" and _same_code(node, code):
+            body: list[ast.stmt] = [ast.copy_location(ast.Return(node.body), node)]
+            return ast.FunctionDef("lambda_", node.args, body, [], None, lineno=node.lineno)
+    raise TranslationError(f"the source of '{function.__name__}' is not there", "a function in a file")
+
+
+def _same_code(node: ast.Lambda, code: Any) -> bool:
+    """Whether a lambda, of several in a line, is the one of that code."""
+    compiled = compile(ast.Expression(node), code.co_filename, "eval").co_consts[0]
+    return (compiled.co_code, compiled.co_names) == (code.co_code, code.co_names) and compiled.co_consts == code.co_consts
 
 
 def _names_of(function: Callable[..., Any]) -> Callable[[str], Any]:

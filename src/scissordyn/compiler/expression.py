@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.exchange.translate.kind import (
+from scissordyn.compiler.kind import (
     BOOL,
     FLOAT,
     INT,
     Array,
     Called,
     Kind,
-    Problem,
+    Functions,
     Record,
     Scalar,
     Struct,
@@ -27,9 +27,7 @@ from scissordyn.exchange.translate.kind import (
 )
 
 if TYPE_CHECKING:
-    from scissordyn.exchange.translate.unit import Unit
-
-__all__ = ["Expressions", "Scope", "field", "plain"]
+    from scissordyn.compiler.unit import Unit
 
 _WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
@@ -59,7 +57,7 @@ def plain(name: str) -> str:
 
 def field(pointer: str, name: str) -> str:
     """A field of what a pointer points to."""
-    return f"{pointer[1:]}.{name}" if pointer.startswith("&") else f"{pointer}->{name}"
+    return f"{pointer[1:]}.{plain(name)}" if pointer.startswith("&") else f"{pointer}->{plain(name)}"
 
 
 class Scope:
@@ -101,7 +99,7 @@ class Expressions:
     def _name(self, node: ast.Name) -> Value:
         if node.id in self.scope.kinds:
             kind = self.scope.kinds[node.id]
-            return Value("" if isinstance(kind, Called | Problem) else plain(node.id), kind)
+            return Value("" if isinstance(kind, Called | Functions) else plain(node.id), kind)
         return self.unit.constant(self.scope.names(node.id), node.id)
 
     def _attribute(self, node: ast.Attribute) -> Value:
@@ -109,8 +107,8 @@ class Expressions:
             module = self.scope.names(node.value.id)
             return self.unit.constant(getattr(module, node.attr), node.attr)
         base = self.value(node.value)
-        if isinstance(base.kind, Problem):
-            return Value("", Called(self.unit.problem[node.attr]))
+        if isinstance(base.kind, Functions):
+            return Value("", Called(getattr(base.kind.named, node.attr)))
         if isinstance(base.kind, Record):
             return Value(field(base.c, node.attr), dict(base.kind.fields)[node.attr])
         if isinstance(base.kind, Struct):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING, Any
 
-from scissordyn.exchange.translate.expression import Expressions, Scope, item_of, plain
-from scissordyn.exchange.translate.kind import (
+from scissordyn.compiler.expression import Expressions, Scope, item_of, place_of, plain
+from scissordyn.compiler.kind import (
     VOID,
     Array,
     Called,
     Kind,
-    Problem,
+    Functions,
     Record,
     Scalar,
     Struct,
@@ -23,9 +23,7 @@ from scissordyn.exchange.translate.kind import (
 )
 
 if TYPE_CHECKING:
-    from scissordyn.exchange.translate.unit import Unit
-
-__all__ = ["Body"]
+    from scissordyn.compiler.unit import Unit
 
 MOST_PASSES = 8
 """Passes over a function after which the types of its variables must have settled."""
@@ -44,8 +42,8 @@ class Body:
         What the function's module means by a name.
     """
 
-    def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any) -> None:
-        self.unit, self.definition = unit, definition
+    def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any, file: str = "") -> None:
+        self.unit, self.definition, self.place = unit, definition, f"{file or 'kernel'}:{{}}: {definition.name}"
         self.arguments = [each.arg for each in definition.args.args]
         self.scope = Scope(names)
         self.scope.kinds = dict(zip(self.arguments, kinds, strict=True))
@@ -78,14 +76,14 @@ class Body:
         declarations = [
             f"    {declared(kind)}{plain(key)}{' = 0' if isinstance(kind, Scalar | Record | Struct) else ' = {0}'};"
             for key, kind in own.items()
-            if not isinstance(kind, Called | Problem)
+            if not isinstance(kind, Called | Functions)
         ]
         return "\n".join((f"{head} {{", *declarations, *self.lines, "}"))
 
     def head(self, name: str) -> str:
         """Its declaration."""
         assert self.result is not None
-        handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not isinstance(kind, Called | Problem)]
+        handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not isinstance(kind, Called | Functions)]
         return f"static {declared(self.result)}{name}({', '.join(handed) or 'void'})"
 
     def _line(self, text: str) -> None:
@@ -94,11 +92,12 @@ class Body:
     def _all(self, statements: list[ast.stmt]) -> None:
         for statement in statements:
             method = getattr(self, f"_{type(statement).__name__.lower()}", None)
-            if method is None:
-                raise TranslationError(
-                    f"{type(statement).__name__} in '{self.definition.name}'", "assignments, if, for, while and return"
-                )
-            method(statement)
+            try:
+                if method is None:
+                    raise TranslationError(type(statement).__name__.lower(), "assignments, if, for, while and return")
+                method(statement)
+            except TranslationError as error:
+                raise error.at(statement, self.place) from None
 
     def _inside(self, statements: list[ast.stmt]) -> None:
         self.depth += 1
@@ -200,7 +199,7 @@ class Body:
             self._put(target, found_one)
 
     def _is_fixed(self, value: Value) -> bool:
-        return value.constant is not None or isinstance(value.kind, Called | Problem)
+        return value.constant is not None or isinstance(value.kind, Called | Functions)
 
     def _kept(self, value: Value) -> Value:
         """The value in a variable of its own, so that what follows does not change it."""
@@ -221,7 +220,7 @@ class Body:
                 self._line(f"(void)({value.c});")
                 return
             self.scope.assign(target.id, value.kind)
-            if not isinstance(value.kind, Called | Problem):
+            if not isinstance(value.kind, Called | Functions):
                 self._line(f"{plain(target.id)} = {value.c};")
         elif isinstance(target, ast.Attribute):
             self._line(f"{self.expressions.text(target)} = {value.c};")
@@ -242,7 +241,7 @@ class Body:
             else:
                 self._line(f"{entry.c} = {value.c};")
             return
-        if not isinstance(value.kind, Scalar) or base.kind.dimensions > 2 or len(indices) != base.kind.dimensions:
+        if not isinstance(value.kind, Scalar) or len(indices) != base.kind.dimensions:
             raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "a number into a part of an array")
         places, loops = [], []
         for axis, index in enumerate(indices):
@@ -250,8 +249,7 @@ class Body:
             number = self._number()
             places.append(f"at_{number}")
             loops.append(f"for (int64_t at_{number} = {low}; at_{number} < {high}; at_{number}++) ")
-        at = places[0] if len(places) == 1 else f"{places[0]} * {base.c}.s + {places[1]}"
-        self._line("".join(loops) + f"{base.c}.p[{at}] = {value.c};")
+        self._line("".join(loops) + f"{base.c}.p[{place_of(base, places)}] = {value.c};")
 
     def _augassign(self, node: ast.AugAssign) -> None:
         read = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node.target)

@@ -1,5 +1,11 @@
 /* Arithmetic of Python that C does not have: quotients towards minus infinity, the first of two equal numbers. */
 
+#if defined(_WIN32)
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
 static double whole_power(double x, int64_t n) {
     double result = 1.0;
     for (; n > 0; n >>= 1) {

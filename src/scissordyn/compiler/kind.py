@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin
 
 import numpy as np
 
 from scissordyn.errors import InputError
-
-__all__ = [
-    "BOOL",
-    "FLOAT",
-    "INT",
-    "VOID",
-    "Array",
-    "Called",
-    "Kind",
-    "Record",
-    "Scalar",
-    "Struct",
-    "TranslationError",
-    "Tuple",
-    "Value",
-    "declared",
-    "joined",
-    "kind_of",
-    "written",
-]
+from scissordyn.kernel import ArrayType, fields_of
 
 
 class TranslationError(InputError):
     """A kernel that is not in the language that is translated."""
+
+    placed = False
+
+    def at(self, node: ast.AST, place: str) -> TranslationError:
+        """The same with file and line, unless it has them."""
+        if self.placed:
+            return self
+        error = TranslationError(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.allowed)
+        error.placed = True
+        return error
 
 
 @dataclass(frozen=True)
@@ -125,7 +117,7 @@ class Called:
     @property
     def letter(self) -> str:
         """In the names of functions."""
-        return str(self.function.__name__)
+        return f"{getattr(self.function, '__module__', '')}.{getattr(self.function, '__qualname__', self.function)}"
 
     @property
     def c(self) -> str:
@@ -134,14 +126,23 @@ class Called:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """The functions of a problem by name."""
+class Functions:
+    """A named tuple of functions, nothing in C either."""
 
-    letter: str = "p"
-    c: str = ""
+    named: Any
+
+    @property
+    def letter(self) -> str:
+        """In the names of functions."""
+        return f"functions_{id(self.named)}"
+
+    @property
+    def c(self) -> str:
+        """Nothing."""
+        return ""
 
 
-Kind = Scalar | Record | Array | Tuple | Struct | Called | Problem
+Kind = Scalar | Record | Array | Tuple | Struct | Called | Functions
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,7 @@ class Value:
 
 
 NUMBERS = {"f": FLOAT, "i": INT, "b": BOOL}
+SCALARS = {int: INT, float: FLOAT, bool: BOOL, type(None): VOID}
 
 
 def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> Kind:
@@ -179,21 +181,40 @@ def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> 
     if isinstance(value, float | np.floating):
         return FLOAT
     if isinstance(value, np.ndarray):
-        if value.dtype.names is None:
-            return Array(NUMBERS[value.dtype.kind], value.ndim)
-        fields = tuple((field, NUMBERS[value.dtype[field].kind]) for field in value.dtype.names)
-        if fields not in known:
-            taken = [kind.name for kind in known.values()]
-            named = f"{name}_record" if f"{name}_record" not in taken else f"{name}_record_{len(taken)}"
-            known[fields] = Record(named, fields)
-        return Array(known[fields], value.ndim)
+        return Array(_element(value.dtype, name, known), value.ndim)
     if hasattr(value, "_asdict"):
-        kind = type(value)
-        if kind not in known:
-            known[kind] = Struct(kind.__name__, {key: kind_of(part, key, known) for key, part in value._asdict().items()})
-        found: Struct = known[kind]
-        return found
+        return kind_of_hint(type(value), name, known)
     raise TranslationError(f"a {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
+
+
+def kind_of_hint(hint: Any, name: str, known: dict[Any, Any]) -> Kind:
+    """The type that an annotation declares; `known` and `name` as in `kind_of`."""
+    if hint in SCALARS:
+        return SCALARS[hint]
+    if get_origin(hint) is Annotated:
+        declared_type: ArrayType = get_args(hint)[1]
+        return Array(_element(declared_type.dtype, name, known), declared_type.dimensions)
+    if get_origin(hint) is tuple:
+        return Tuple(tuple(kind_of_hint(part, name, known) for part in get_args(hint)))
+    if hasattr(hint, "_fields"):
+        if hint not in known:
+            known[hint] = Struct(hint.__name__, {key: kind_of_hint(part, key, known) for key, part in fields_of(hint)})
+        struct: Struct = known[hint]
+        return struct
+    raise TranslationError(f"'{name}' of a kernel with the type {hint!r}", "int, float, F1, F2, F3, I1, I2 or a named tuple of these")
+
+
+def _element(dtype: np.dtype, name: str, known: dict[Any, Any]) -> Scalar | Record:
+    """The type of the entries of an array."""
+    if dtype.names is None:
+        return NUMBERS[dtype.kind]
+    fields = tuple((field, NUMBERS[dtype[field].kind]) for field in dtype.names)
+    if fields not in known:
+        taken = [kind.name for kind in known.values()]
+        named = f"{name}_record" if f"{name}_record" not in taken else f"{name}_record_{len(taken)}"
+        known[fields] = Record(named, fields)
+    record: Record = known[fields]
+    return record
 
 
 def joined(one: Kind | None, other: Kind) -> Kind:

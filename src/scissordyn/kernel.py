@@ -1,0 +1,247 @@
+"""Kernels: plain Python functions of numbers and arrays, which `compiler` translates to C when the package is built.
+
+A kernel calls other kernels. What Python calls is an `entry`, a kernel whose arguments are annotated: it runs in the library of
+the package, or, with SCISSORDYN_ENGINE=python, as the Python function that it is. In that mode indices beyond an array's end
+raise an error; negative ones count from the end in Python and are refused by `tests/plain.py`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+import math
+import os
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property, update_wrapper
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from scissordyn.library import library
+
+PYTHON = os.environ.get("SCISSORDYN_ENGINE", "") == "python"
+"""Whether kernels run as plain Python."""
+
+
+@dataclass(frozen=True)
+class ArrayType:
+    """Element type and dimensions of a contiguous, writable array."""
+
+    dtype: np.dtype
+    dimensions: int
+
+
+F1 = Annotated[np.ndarray, ArrayType(np.dtype(float), 1)]
+F2 = Annotated[np.ndarray, ArrayType(np.dtype(float), 2)]
+F3 = Annotated[np.ndarray, ArrayType(np.dtype(float), 3)]
+I1 = Annotated[np.ndarray, ArrayType(np.dtype(np.int64), 1)]
+I2 = Annotated[np.ndarray, ArrayType(np.dtype(np.int64), 2)]
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """A function that is translated where another kernel calls it."""
+    return function
+
+
+ENTRIES: dict[str, Entry] = {}
+"""All entries by the names of their symbols in the library."""
+
+
+def entry(function: Callable[..., Any]) -> Any:
+    """A kernel that Python calls: `int`, `float`, arrays such as `F1` and named tuples of these as arguments."""
+    made = Entry(function)
+    ENTRIES[made.symbol] = made
+    return made
+
+
+class Entry:
+    """A kernel that Python calls.
+
+    Attributes
+    ----------
+    python : callable
+        The function as it was written.
+    symbol : str
+        Its name in the library.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        update_wrapper(self, function)
+        self.python = function
+        self.symbol = f"{function.__module__.removeprefix('scissordyn.').replace('.', '_')}_{function.__name__}"
+
+    @cached_property
+    def hints(self) -> dict[str, Any]:
+        """Types of the arguments, and of what it returns."""
+        hints = get_type_hints(self.python, include_extras=True)
+        return {name: hints[name] for name in (*inspect.signature(self.python).parameters, "return")}
+
+    @cached_property
+    def _called(self) -> Callable[..., Any]:
+        if PYTHON:
+            return lambda *arguments: self.python(*map(with_attributes, arguments))
+        called = getattr(library(), self.symbol)
+        kinds = [hint for name, hint in self.hints.items() if name != "return"]
+        called.argtypes = [part for hint in kinds for part in _words(hint)]
+        called.restype = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}.get(self.hints["return"])
+
+        def call(*arguments: Any) -> Any:
+            words: list[Any] = []
+            blocks = []
+            for hint, argument in zip(kinds, arguments, strict=True):
+                if hint is int:
+                    words.append(int(argument))
+                elif hint is float:
+                    words.append(argument)
+                elif get_origin(hint) is Annotated:
+                    words += _array_words(argument, get_args(hint)[1], self.__name__)
+                else:
+                    blocks.append(_memory_of(argument, hint))
+                    words.append(blocks[-1].ctypes.data)
+            return called(*words)
+
+        return call
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it."""
+        return self._called(*arguments)
+
+
+def _words(hint: Any) -> list[Any]:
+    """Types in C of an argument."""
+    if get_origin(hint) is Annotated:
+        dimensions = get_args(hint)[1].dimensions
+        return [ctypes.c_void_p, *[ctypes.c_int64] * (dimensions + (dimensions == 2))]
+    return [{int: ctypes.c_int64, float: ctypes.c_double}.get(hint, ctypes.c_void_p)]
+
+
+_NOWHERE = np.zeros(1).ctypes.data
+"""Where arrays without entries begin."""
+
+
+def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
+    """Where an array lies, its shape, and in two dimensions the distance of its rows: what the C type of an array holds.
+
+    The library reads memory by the declaration alone: another type would be read as garbage and written beyond.
+    """
+    if not (
+        isinstance(array, np.ndarray) and array.dtype == kind.dtype and array.ndim == kind.dimensions and array.flags.carray
+    ):
+        raise TypeError(f"{owner}: {_what(array)} in place of a contiguous, writable {kind.dtype} array, dimension {kind.dimensions}")
+    # the address by the buffer, which takes a quarter of the time of array.ctypes.data
+    address = ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _NOWHERE  # type: ignore[arg-type]
+    return (address, *array.shape, array.shape[1]) if array.ndim == 2 else (address, *array.shape)
+
+
+def _what(part: Any) -> str:
+    if isinstance(part, np.ndarray):
+        return f"{'' if part.flags.carray else 'not contiguous or read-only '}{part.dtype} array, dimension {part.ndim}"
+    return type(part).__name__
+
+
+class Handle:
+    """A tuple of arrays, or of such tuples, in memory as C has it: kernels get its address.
+
+    Parameters
+    ----------
+    content : NamedTuple
+        Integers, floats, C-contiguous arrays and further such tuples; they stay alive as long as the handle.
+
+    Attributes
+    ----------
+    address : int
+        What kernels get; `opener` makes the function that turns it back into the tuple.
+
+    Raises
+    ------
+    TypeError
+        If an array is not of the type that its field declares.
+    """
+
+    def __init__(self, content: Any) -> None:
+        self.content = content
+        self._memory = _memory_of(content, type(content))
+        self.address = int(self._memory.ctypes.data)
+        if PYTHON:
+            _HANDLES[self.address] = self
+
+    def exchange(self, part: str, **arrays: Any) -> None:
+        """Put other arrays, of the same type, in the place of some of a part; the address stays."""
+        content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
+        self._memory[:] = _memory_of(content, type(content))
+        self.content = content
+        self.__dict__.pop("opened", None)
+
+    @cached_property
+    def opened(self) -> Any:
+        """The content with attributes in the place of named columns, as kernels in Python read it."""
+        return with_attributes(self.content)
+
+
+_HANDLES: weakref.WeakValueDictionary[int, Handle] = weakref.WeakValueDictionary()
+
+
+def with_attributes(content: Any) -> Any:
+    """Arrays with named columns as arrays whose entries have attributes, also inside tuples."""
+    if isinstance(content, tuple) and hasattr(content, "_fields"):
+        return type(content)(*map(with_attributes, content))
+    return content.view(np.recarray) if isinstance(content, np.ndarray) and content.dtype.names else content
+
+
+def _memory_of(content: Any, described: type) -> np.ndarray:
+    words: list[int] = []
+    _append_words(content, described, words)
+    return np.array(words, np.int64)
+
+
+@cache
+def fields_of(described: type) -> tuple[tuple[str, Any], ...]:
+    """Name and type of each field of a named tuple."""
+    return tuple(get_type_hints(described, include_extras=True).items())
+
+
+def _append_words(content: Any, described: type, words: list[int]) -> None:
+    for (name, hint), part in zip(fields_of(described), content, strict=True):
+        if get_origin(hint) is Annotated:
+            words += _array_words(part, get_args(hint)[1], f"{described.__name__}.{name}")
+        elif get_origin(hint) is tuple:
+            words += part
+        elif not isinstance(part, hint):
+            raise TypeError(f"{described.__name__}.{name}: {_what(part)} in place of {hint.__name__}")
+        elif isinstance(part, tuple):
+            _append_words(part, hint, words)
+        else:
+            words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
+
+
+class Opener:
+    """What kernels open the `Handle` of a named tuple with; in C an address is the tuple itself."""
+
+    def __init__(self, described: type) -> None:
+        self.described = described
+        self.__name__ = f"open_{described.__name__.lower()}"
+
+    def __call__(self, address: int) -> Any:
+        """From an address to the tuple, in Python."""
+        return _HANDLES[int(address)].opened
+
+
+opener = Opener
+
+
+CALLED: dict[int, Callable[..., float]] = {}
+"""Functions by the numbers that stand for kernel pointers in Python."""
+
+
+def call_at(address, q, v, z, x, p, out):
+    """Call the kernel at a pointer: arrays, or tuples of floats; see `compiler.recipe`."""
+    return CALLED[int(address)](q, v, z, x, p, out)
+
+
+if PYTHON:
+    # numbers divide as in C, where an integer has an end
+    np.seterr(all="ignore")
+    _floor = math.floor
+    math.floor = lambda x: _floor(x) if math.isfinite(x) else float(np.floor(x))  # type: ignore[assignment]

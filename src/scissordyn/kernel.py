@@ -96,7 +96,7 @@ class Entry:
                 elif hint is float:
                     words.append(argument)
                 elif get_origin(hint) is Annotated:
-                    words += _array_words(argument, get_args(hint)[1], self.__name__)
+                    words += _array_words(argument, get_args(hint)[1], self.python.__name__)
                 else:
                     blocks.append(_memory_of(argument, hint))
                     words.append(blocks[-1].ctypes.data)
@@ -129,7 +129,9 @@ def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
     if not (
         isinstance(array, np.ndarray) and array.dtype == kind.dtype and array.ndim == kind.dimensions and array.flags.carray
     ):
-        raise TypeError(f"{owner}: {_what(array)} in place of a contiguous, writable {kind.dtype} array, dimension {kind.dimensions}")
+        raise TypeError(
+            f"{owner}: {_what(array)} in place of a contiguous, writable {kind.dtype} array, dimension {kind.dimensions}"
+        )
     # the address by the buffer, which takes a quarter of the time of array.ctypes.data
     address = ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _NOWHERE  # type: ignore[arg-type]
     return (address, *array.shape, array.shape[1]) if array.ndim == 2 else (address, *array.shape)
@@ -235,7 +237,7 @@ CALLED: dict[int, Callable[..., float]] = {}
 """Functions by the numbers that stand for kernel pointers in Python."""
 
 
-def call_at(address, q, v, z, x, p, out):
+def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> Any:
     """Call the kernel at a pointer: arrays, or tuples of floats; see `compiler.recipe`."""
     return CALLED[int(address)](q, v, z, x, p, out)
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.option import Changes
 from scissordyn.cli.output import check_file
 from scissordyn.cli.progress import DESCRIPTION, bar
@@ -74,7 +73,6 @@ def bifurcation(
     check_diagram(described.mechanism, values, cycles, keep)
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     unit = unit_typed(last) or unit_typed(first)
-    tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
     shown = bar(*columns, described="values", total=values)
     with Where(threads, workers, scheduler, cluster).engine() as engine, shown as update:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import functools
 import gc
 import os
 import sys
-import threading
 import traceback
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -178,15 +176,6 @@ def run() -> None:
     gc.freeze()
     if status == INTERRUPTED and received():
         status = 128 + received()
-    if received():
-        # everything is written; the interpreter would wait for threads that have something to compute yet, and free what the
-        # compiler has half made, which may be a segmentation fault
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
-            atexit._run_exitfuncs()
-        os._exit(status)
     try:
         sys.stdout.flush()
     except OSError:  # said already, or the pipe is closed
@@ -207,17 +196,6 @@ def status_of(arguments: Sequence[str]) -> int:
     int
         0 done, 1 an internal error, 2 invalid input, 3 a failed run, 130 interrupted (143 for the process if by SIGTERM).
     """
-    lost: list[BaseException | None] = []
-    hook = sys.unraisablehook
-
-    def notice(unraisable: sys.UnraisableHookArgs) -> None:
-        # Python prints and ignores Ctrl-C inside a callback of the compiler; a failure after it is its consequence
-        if issubclass(unraisable.exc_type, KeyboardInterrupt):
-            lost.append(unraisable.exc_value)
-        else:
-            hook(unraisable)
-
-    sys.unraisablehook = notice
     _returned.clear()
     try:
         status = int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
@@ -239,13 +217,10 @@ def status_of(arguments: Sequence[str]) -> int:
     except MemoryError as error:
         return _complain(f"the memory of this machine is not enough: {error or 'no details'}", BAD_INPUT)
     except Exception as error:  # the output is one line only
-        if lost or received():
+        if received():
             return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
         return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
-    finally:
-        if not received():  # then that of `interrupt` stays until the process ends
-            sys.unraisablehook = hook
 
 
 def _usage(error: Exception, arguments: Sequence[str]) -> str:

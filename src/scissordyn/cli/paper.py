@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED
 from scissordyn.cli.where import MOST_THREADS, Where
@@ -47,7 +46,6 @@ def paper(
     if beyond and figure is not None:
         raise InputError(f"--beyond with --figure {figure}", "one of them", "--beyond")
     kept = f"what is done is in {output}, and the same command goes on from it"
-    tell_where(kept)
     from scissordyn_paper.open_answers import answer_open_question
     from scissordyn_paper.reproduce import draw_figure, reproduce
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.option import BlockSize
 from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
@@ -187,7 +186,6 @@ def compute(
     def on() -> str:
         return f"to go on: {command('scissordyn', 'study', 'resume', address)}"
 
-    tell_where(kept)
     try:
         if store.exists() and points is None and described.design.kind != "adaptive":
             store.check(described)  # before workers are started for nothing

@@ -40,3 +40,10 @@ static double least_float(double a, double b) { return b < a ? b : a; }
 static double largest_float(double a, double b) { return b > a ? b : a; }
 static int64_t least_whole(int64_t a, int64_t b) { return b < a ? b : a; }
 static int64_t largest_whole(int64_t a, int64_t b) { return b > a ? b : a; }
+static double sign(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
+static double degrees(double x) { return x * (180.0 / 3.141592653589793); }
+static double radians(double x) { return x * (3.141592653589793 / 180.0); }
+
+/* a NaN stays one, as in numpy */
+static double least_number(double a, double b) { return a < b || a != a ? a : b; }
+static double largest_number(double a, double b) { return a > b || a != a ? a : b; }

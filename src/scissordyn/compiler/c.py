@@ -37,7 +37,9 @@ def compiler_command() -> list[str]:
     if not wanted and find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "cc"]
     raise InputError(
-        f"no C compiler ({' '.join(wanted) or ', '.join(COMPILERS)})", "one on the PATH or in CC, or that of ziglang", "pip install ziglang"
+        f"no C compiler ({' '.join(wanted) or ', '.join(COMPILERS)})",
+        "one on the PATH or in CC, or that of ziglang",
+        "pip install ziglang",
     )
 
 
@@ -50,19 +52,25 @@ def compile_library(source: str, target: Path, flags: tuple[str, ...] = FLAGS) -
         If there is no compiler, or it fails.
     """
     command = compiler_command()
-    name = " ".join(command)
+    name, allowed = " ".join(command), "a C compiler for C11 that works, in CC"
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as folder:
         code, library = Path(folder, "kernels.c"), Path(folder, "kernels.so")
         code.write_text(source, encoding="utf-8")
         try:
             done = subprocess.run(
-                [*command, *flags, str(code), "-o", str(library), "-lm"], capture_output=True, text=True, timeout=LIMIT, check=False
+                [*command, *flags, str(code), "-o", str(library), "-lm"],
+                capture_output=True,
+                text=True,
+                timeout=LIMIT,
+                check=False,
             )
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise InputError(f"the C compiler '{name}' failed: {error}", "a C compiler that works, in CC") from None
+            raise InputError(f"the C compiler '{name}' failed: {error}", allowed) from None
         if done.returncode:
             line = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[-200:])
-            raise InputError(f"the C compiler '{name}' failed: {line or f'exit status {done.returncode}'}", "a C compiler for C11, in CC")
+            raise InputError(
+                f"the C compiler '{name}' failed: {line or f'exit status {done.returncode}'}", "a C compiler for C11, in CC"
+            )
         library.replace(target)
 
 

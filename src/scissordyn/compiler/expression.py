@@ -15,34 +15,51 @@ from scissordyn.compiler.kind import (
     INT,
     Array,
     Called,
-    Kind,
     Functions,
+    Kind,
     Record,
     Scalar,
     Struct,
     TranslationError,
     Tuple,
     Value,
+    is_empty,
     joined,
 )
 
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
 
+_NAMES = (
+    *("sqrt", "cbrt", "cos", "sin", "tan", "acos", "asin", "atan", "atan2", "cosh", "sinh", "tanh", "acosh", "asinh", "atanh"),
+    *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "hypot", "copysign", "fabs", "erf", "erfc", "fmod"),
+)
+
 _WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
-return short signed sizeof static struct switch typedef union unsigned void volatile while sin cos tan exp log sqrt pow fabs
-floor ceil atan atan2 asinh asin acos tanh sinh cosh expm1 log1p hypot copysign erf isnan isinf fmod abs NAN INFINITY word
+return short signed sizeof static struct switch typedef union unsigned void volatile while floor ceil isnan isinf abs NAN
+INFINITY word
 """
-RESERVED = frozenset(_WORDS.split())
+RESERVED = frozenset((*_WORDS.split(), *_NAMES))
 """Names that a variable in C is not to have."""
 
-MATH = {
-    "sqrt": FLOAT, "cos": FLOAT, "sin": FLOAT, "tan": FLOAT, "atan2": FLOAT, "atan": FLOAT, "asin": FLOAT, "acos": FLOAT,
-    "exp": FLOAT, "expm1": FLOAT, "log": FLOAT, "log1p": FLOAT, "tanh": FLOAT, "sinh": FLOAT, "cosh": FLOAT, "asinh": FLOAT,
-    "hypot": FLOAT, "copysign": FLOAT, "isnan": BOOL, "isinf": BOOL, "pow": FLOAT, "erf": FLOAT, "fabs": FLOAT,
+_NUMPY = {
+    "arccos": "acos", "arcsin": "asin", "arctan": "atan", "arctan2": "atan2", "arccosh": "acosh", "arcsinh": "asinh",
+    "arctanh": "atanh", "power": "pow", "floor": "floor", "ceil": "ceil", "trunc": "trunc", "fmin": "fmin", "fmax": "fmax",
+    "minimum": "least_number", "maximum": "largest_number", "sign": "sign", "degrees": "degrees", "radians": "radians",
 }  # fmt: skip
-"""Functions of Python's `math` that C has under the same name, and what they give."""
+MATH: Mapping[Any, str] = {
+    **{getattr(module, name): name for name in _NAMES for module in (math, np) if hasattr(module, name)},
+    **{getattr(np, name): c for name, c in _NUMPY.items()},
+    math.degrees: "degrees",
+    math.radians: "radians",
+}
+"""Functions of one or two numbers in C."""
+
+TESTS: Mapping[Any, str] = {
+    **{getattr(module, name): name for name in ("isnan", "isinf", "isfinite") for module in (math, np)},
+}
+"""Questions about a number."""
 
 OPERATORS: Mapping[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISONS: Mapping[type, str] = {
@@ -99,7 +116,7 @@ class Expressions:
     def _name(self, node: ast.Name) -> Value:
         if node.id in self.scope.kinds:
             kind = self.scope.kinds[node.id]
-            return Value("" if isinstance(kind, Called | Functions) else plain(node.id), kind)
+            return Value("" if is_empty(kind) else plain(node.id), kind)
         return self.unit.constant(self.scope.names(node.id), node.id)
 
     def _attribute(self, node: ast.Attribute) -> Value:
@@ -196,17 +213,7 @@ class Expressions:
 
     def _tuple(self, node: ast.Tuple) -> Value:
         parts = [self.value(each) for each in node.elts]
-        return self.together(parts)
-
-    def together(self, parts: list[Value]) -> Value:
-        """Some values as a tuple."""
-        kind = Tuple(tuple(part.kind for part in parts))
-        self.unit.use(kind)
-        inner = ", ".join(part.c for part in parts)
-        constant = tuple(part.constant for part in parts) if all(part.constant is not None for part in parts) else None
-        return Value(
-            f"({kind.c}){{{{{inner}}}}}" if parts and kind.alike else f"({kind.c}){{{inner}}}" if parts else "", kind, constant
-        )
+        return self.unit.together(parts)
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
         inner = self.value(node.operand)
@@ -320,10 +327,21 @@ class Expressions:
             return Value(f"((int64_t)floor({texts[0]}))", INT)
         if function is math.ceil:
             return Value(f"((int64_t)ceil({texts[0]}))", INT)
-        name = getattr(function, "__name__", "")
-        if name in MATH and (getattr(math, name, None) is function or getattr(np, name, None) is function):
-            return Value(f"{name}({', '.join(texts)})", MATH[name])
+        if callable(function) and getattr(function, "__hash__", None) and function in MATH:
+            return Value(f"{MATH[function]}({', '.join(texts)})", FLOAT)
+        if function in TESTS:
+            return Value(f"({TESTS[function]}({texts[0]}) != 0)", BOOL)
+        if function in (np.where, np.clip):
+            return self._choice(function, arguments)
         return None
+
+    def _choice(self, function: Any, arguments: list[Value]) -> Value:
+        """`where` and `clip` of numbers."""
+        if function is np.clip:
+            kind, (x, low, high) = FLOAT, (argument.c for argument in arguments)
+            return Value(f"least_number(largest_number({x}, {low}), {high})", kind)
+        test, yes, no = arguments
+        return Value(f"({test.c} ? {yes.c} : {no.c})", joined(yes.kind, no.kind))
 
 
 def item_of(base: Value, at: int) -> str:

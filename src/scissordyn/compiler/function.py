@@ -9,9 +9,7 @@ from scissordyn.compiler.expression import Expressions, Scope, item_of, place_of
 from scissordyn.compiler.kind import (
     VOID,
     Array,
-    Called,
     Kind,
-    Functions,
     Record,
     Scalar,
     Struct,
@@ -19,6 +17,7 @@ from scissordyn.compiler.kind import (
     Tuple,
     Value,
     declared,
+    is_empty,
     joined,
 )
 
@@ -44,7 +43,8 @@ class Body:
 
     def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any, file: str = "") -> None:
         self.unit, self.definition, self.place = unit, definition, f"{file or 'kernel'}:{{}}: {definition.name}"
-        self.arguments = [each.arg for each in definition.args.args]
+        arguments = definition.args
+        self.arguments = [each.arg for each in (*arguments.args, *([arguments.vararg] if arguments.vararg else []))]
         self.scope = Scope(names)
         self.scope.kinds = dict(zip(self.arguments, kinds, strict=True))
         self.given = dict(self.scope.kinds)
@@ -76,14 +76,14 @@ class Body:
         declarations = [
             f"    {declared(kind)}{plain(key)}{' = 0' if isinstance(kind, Scalar | Record | Struct) else ' = {0}'};"
             for key, kind in own.items()
-            if not isinstance(kind, Called | Functions)
+            if not is_empty(kind)
         ]
         return "\n".join((f"{head} {{", *declarations, *self.lines, "}"))
 
     def head(self, name: str) -> str:
         """Its declaration."""
         assert self.result is not None
-        handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not isinstance(kind, Called | Functions)]
+        handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not is_empty(kind)]
         return f"static {declared(self.result)}{name}({', '.join(handed) or 'void'})"
 
     def _line(self, text: str) -> None:
@@ -199,7 +199,7 @@ class Body:
             self._put(target, found_one)
 
     def _is_fixed(self, value: Value) -> bool:
-        return value.constant is not None or isinstance(value.kind, Called | Functions)
+        return value.constant is not None or is_empty(value.kind)
 
     def _kept(self, value: Value) -> Value:
         """The value in a variable of its own, so that what follows does not change it."""
@@ -220,7 +220,7 @@ class Body:
                 self._line(f"(void)({value.c});")
                 return
             self.scope.assign(target.id, value.kind)
-            if not isinstance(value.kind, Called | Functions):
+            if not is_empty(value.kind):
                 self._line(f"{plain(target.id)} = {value.c};")
         elif isinstance(target, ast.Attribute):
             self._line(f"{self.expressions.text(target)} = {value.c};")

@@ -145,6 +145,11 @@ class Functions:
 Kind = Scalar | Record | Array | Tuple | Struct | Called | Functions
 
 
+def is_empty(kind: Kind) -> bool:
+    """Whether there is nothing of it in C."""
+    return isinstance(kind, Called | Functions) or (isinstance(kind, Tuple) and not kind.items)
+
+
 @dataclass(frozen=True)
 class Value:
     """An expression in C, its type, and its number if it is a constant."""
@@ -201,7 +206,9 @@ def kind_of_hint(hint: Any, name: str, known: dict[Any, Any]) -> Kind:
             known[hint] = Struct(hint.__name__, {key: kind_of_hint(part, key, known) for key, part in fields_of(hint)})
         struct: Struct = known[hint]
         return struct
-    raise TranslationError(f"'{name}' of a kernel with the type {hint!r}", "int, float, F1, F2, F3, I1, I2 or a named tuple of these")
+    raise TranslationError(
+        f"'{name}' of a kernel with the type {hint!r}", "int, float, F1, F2, F3, I1, I2 or a named tuple of these"
+    )
 
 
 def _element(dtype: np.dtype, name: str, known: dict[Any, Any]) -> Scalar | Record:

@@ -37,8 +37,10 @@ class Recipe(NamedTuple):
         """The same as a function of six arrays in Python; `number` is called in the place of a guarded function."""
         wrapped = number if self.guarded else self.function
         answer = ANSWER if ANSWER in self.targets else "0.0"
-        body = f"    return own({', '.join(self.handed)})" if self.guarded else (
-            f"    {', '.join(self.targets)} = own({', '.join(self.handed)})\n    return {answer}"
+        body = (
+            f"    return own({', '.join(self.handed)})"
+            if self.guarded
+            else (f"    {', '.join(self.targets)} = own({', '.join(self.handed)})\n    return {answer}")
         )
         scope: dict[str, Any] = {"own": wrapped}
         exec(f"def called(q, v, z, x, p, out):\n{body}\n", scope)

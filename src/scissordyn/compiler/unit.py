@@ -18,18 +18,19 @@ from scissordyn.compiler.function import Body
 from scissordyn.compiler.kind import (
     FLOAT,
     INT,
+    VOID,
     Array,
     Called,
-    Kind,
     Functions,
+    Kind,
     Record,
     Scalar,
     Struct,
     TranslationError,
     Tuple,
-    VOID,
     Value,
     declared,
+    is_empty,
     kind_of,
     kind_of_hint,
     written,
@@ -101,6 +102,16 @@ class Unit:
             raise TranslationError(f"{value!r} in a kernel", "numbers and arrays")
         return Value(written(value), kind_of(value), value)
 
+    def together(self, parts: list[Value]) -> Value:
+        """Some values as a tuple."""
+        kind = Tuple(tuple(part.kind for part in parts))
+        self.use(kind)
+        inner = ", ".join(part.c for part in parts)
+        constant = tuple(part.constant for part in parts) if all(part.constant is not None for part in parts) else None
+        return Value(
+            f"({kind.c}){{{{{inner}}}}}" if parts and kind.alike else f"({kind.c}){{{inner}}}" if parts else "", kind, constant
+        )
+
     def _table(self, value: np.ndarray, name: str) -> Value:
         kind = kind_of(value)
         assert isinstance(kind, Array)
@@ -122,11 +133,14 @@ class Unit:
             bound = signature.bind(*arguments, **named)
         except TypeError as error:
             raise TranslationError(f"a call of '{plainly.__name__}' in a kernel: {error}", str(signature)) from None
-        handed = [
-            bound.arguments.get(key) or self.constant(parameter.default, key) for key, parameter in signature.parameters.items()
-        ]
+        handed = []
+        for key, parameter in signature.parameters.items():
+            if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
+                handed.append(self.together(list(bound.arguments.get(key, ()))))
+            else:
+                handed.append(bound.arguments.get(key) or self.constant(parameter.default, key))
         made = self.function(plainly, tuple(value.kind for value in handed))
-        texts = [value.c for value in handed if not isinstance(value.kind, Called | Functions)]
+        texts = [value.c for value in handed if not is_empty(value.kind)]
         assert made.body.result is not None
         return Value(f"{made.name}({', '.join(texts)})", made.body.result)
 

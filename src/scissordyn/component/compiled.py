@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.compiler.recipe import Recipe
 from scissordyn.component.declaration import CONTEXT, Component, Declaration, Kernel
 from scissordyn.errors import InputError
-from scissordyn.compiler.recipe import Recipe
 from scissordyn.plugin.pointer import arguments_of, pointer_of
 
 

@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtim
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.pointer import Kernel, arguments_of
 from scissordyn.plugin.origin import note_origin
+from scissordyn.plugin.pointer import Kernel, arguments_of
 from scissordyn.units import State, check_quantities, quantities
 
 __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
@@ -243,7 +243,7 @@ def component(
             made.states = states
         _check_fields(made)
         note_origin(made, described)
-        return made  # type: ignore[no-any-return]
+        return made
 
     return declare
 

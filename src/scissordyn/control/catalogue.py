@@ -57,7 +57,7 @@ def controller(name: str) -> type[Any]:
         own, found = element_class("controller", name, Path.cwd())
         if own is None:
             raise InputError(f"the function '{name}' as a class", "a class", f"sd.UserController({found!r}, (CONSTANTS,))")
-        return own  # type: ignore[no-any-return]
+        return own
     if name not in CONTROLLERS:
         raise InputError(
             f"no controller '{name}'{did_you_mean(name, CONTROLLERS)}", ", ".join(CONTROLLERS) + ", or 'file.py:Class'"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from scissordyn.control.signal import SIGNALS
-from scissordyn.plugin.pointer import arguments_of
 from scissordyn.plugin.element import SLOTS, Part, Slot
+from scissordyn.plugin.pointer import arguments_of
 from scissordyn.units import State
 
 __all__ = ["Controller"]

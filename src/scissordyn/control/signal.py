@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.kernel import kernel
-from scissordyn.kernel import call_at
+from scissordyn.kernel import call_at, kernel
 
 __all__ = [
     "DELAYED",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 __all__ = ["FACES", "LIBRARIES", "PACKAGE", "provenance"]
 
-LIBRARIES = ("scissordyn", "numpy", "scipy", "numba", "llvmlite", "xarray")
+LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")
 
 PACKAGE = Path(__file__).parents[1]
 

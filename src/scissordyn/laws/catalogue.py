@@ -147,7 +147,7 @@ def law(kind: str, name: str) -> type[Any]:
         if own is None:
             sample = f"sd.{_USER[kind].__name__}({found!r}, (CONSTANTS,))"
             raise InputError(f"the function '{name}' as a class of {kind} laws", "a class", sample)
-        return own  # type: ignore[no-any-return]
+        return own
     if name not in known:
         raise InputError(f"no {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + ", or 'file.py:Class'")
     return known[name]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import F1, entry
+from scissordyn.kernel import F1, call_at, entry
 from scissordyn.laws.elastic.quadrature import quadrature_energy
-from scissordyn.kernel import call_at
 
 __all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_states", "normal_force"]
 

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import kernel
+from scissordyn.kernel import call_at, kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
-from scissordyn.kernel import call_at
 
 __all__ = ["begin_laws", "laws_fit", "take_compliant", "too_long_for_laws"]
 

@@ -8,7 +8,7 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 from __future__ import annotations
 
 from scissordyn.component.port import ACTUATOR, AXIS, RAIL
-from scissordyn.kernel import kernel
+from scissordyn.kernel import call_at, kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.flexible_bar import add_flexible_bar
 from scissordyn.mechanics.flexible_bar_slopes import linearise_flexible_bar
@@ -17,7 +17,6 @@ from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wren
 from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise_rail, sense_rail
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
-from scissordyn.kernel import call_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 

@@ -283,7 +283,7 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
         write_loads(at, B, S, R)
 
 
-def record(maps: BodyMaps, system: Handle, samples: Sampled) -> Record:
+def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
     """Evaluate everything at the samples.
 
     Parameters
@@ -291,7 +291,7 @@ def record(maps: BodyMaps, system: Handle, samples: Sampled) -> Record:
     maps : BodyMaps
     system : Handle
         Of a `System`; its state is overwritten.
-    samples : Sampled
+    samples : Sampled, or what has its fields
         The states are projected in place onto the constraints.
 
     Returns

@@ -221,7 +221,15 @@ class Scratch(NamedTuple):
 
 @entry
 def fill(
-    B: Balance, gravity: F1, direction: F3, position: F3, acceleration: F3, angular_acceleration: F2, known: F3, W: Scratch, out: F2
+    B: Balance,
+    gravity: F1,
+    direction: F3,
+    position: F3,
+    acceleration: F3,
+    angular_acceleration: F2,
+    known: F3,
+    W: Scratch,
+    out: F2,
 ) -> None:
     """Solve the balances at each instant; direction, position, acceleration (nt, bodies, 2), known (nt, bodies, 3)."""
     reach, size = B.band, out.shape[1]

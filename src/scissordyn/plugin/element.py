@@ -12,10 +12,10 @@ from typing import Any, ClassVar, TypeVar, dataclass_transform
 
 import numpy as np
 
-from scissordyn.errors import InputError, did_you_mean
 from scissordyn.compiler.recipe import ANSWER, Recipe
-from scissordyn.plugin.pointer import Kernel, arguments_of, pointer_of
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import class_in, note_origin
+from scissordyn.plugin.pointer import Kernel, arguments_of, pointer_of
 from scissordyn.units import State, check_quantities, quantities
 
 __all__ = [

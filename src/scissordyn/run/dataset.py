@@ -50,7 +50,7 @@ Variables = dict[str, xr.Variable]
 
 @cache
 def _versions() -> str:
-    packages = ("scissordyn", "numpy", "scipy", "numba")
+    packages = ("scissordyn", "numpy", "scipy")
     return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 

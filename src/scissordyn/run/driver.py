@@ -29,9 +29,9 @@ from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
-from scissordyn.run.loop import advance_systems
-from scissordyn.run.interrupt import advancing, look
+from scissordyn.run.interrupt import look
 from scissordyn.run.log import BAND, LOG, PEAK, by_name
+from scissordyn.run.loop import advance_systems
 from scissordyn.run.slice import FIRST, next_slice
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.tolerance import Tolerances
@@ -346,20 +346,19 @@ class Driver:
             One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
         """
         status, left = loop.ADVANCING, most_steps
-        with advancing():
-            while status == loop.ADVANCING and left > 0:
-                before, called = self.tried, clocks.perf_counter()
-                status = advance_together([self], until, min(self._pace, left))[0]
-                taken = self.tried - before
-                left -= max(1, taken)
-                if status == loop.ADVANCING:
-                    self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
-                if status in _GROWING:
-                    self._grow(status)
-                    status = loop.ADVANCING
-                look()
-                if progress is not None:
-                    progress(self.time)
+        while status == loop.ADVANCING and left > 0:
+            before, called = self.tried, clocks.perf_counter()
+            status = advance_together([self], until, min(self._pace, left))[0]
+            taken = self.tried - before
+            left -= max(1, taken)
+            if status == loop.ADVANCING:
+                self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+            if status in _GROWING:
+                self._grow(status)
+                status = loop.ADVANCING
+            look()
+            if progress is not None:
+                progress(self.time)
         return status
 
     @property

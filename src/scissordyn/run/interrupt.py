@@ -11,29 +11,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["advances", "advancing", "look", "pass_on", "stopped_by"]
-
 _STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
 """Python tells the main thread alone of Ctrl-C; what other threads look at instead."""
-
-_ADVANCING = set[int]()
-"""Threads in which a simulation advances."""
-
-
-@contextmanager
-def advancing() -> Iterator[None]:
-    """Tell that a simulation advances in this thread."""
-    thread = threading.get_ident()
-    _ADVANCING.add(thread)
-    try:
-        yield
-    finally:
-        _ADVANCING.discard(thread)
-
-
-def advances(thread: int | None) -> bool:
-    """Whether a simulation advances in a thread: one that was to stop has lost the interrupt."""
-    return thread in _ADVANCING
 
 
 @contextmanager

@@ -16,7 +16,6 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scissordyn.cache.folder import adopt_folder, shared_folder
 from scissordyn.errors import InputError
 from scissordyn.extra import library
 from scissordyn.run.engine import (
@@ -175,7 +174,7 @@ class Cluster(Begun):
 
         client = self.client
         assert client is not None
-        waiting, handed, count, kernels = iter(tasks), dict[str, Task](), 0, shared_folder()
+        waiting, handed, count = iter(tasks), dict[str, Task](), 0
         running, limit, again = as_completed(loop=client.loop), 0, 0.0
         try:
             while True:
@@ -186,7 +185,7 @@ class Cluster(Begun):
                     if task is None:
                         break
                     name = f"task-{id(self):x}-{count}"
-                    future = client.submit(_elsewhere, function, task, kernels, pure=False, retries=0, key=name)
+                    future = client.submit(_elsewhere, function, task, pure=False, retries=0, key=name)
                     handed[future.key] = task
                     running.add(future)
                     count += 1
@@ -206,12 +205,10 @@ class Cluster(Begun):
             raise
 
 
-def _elsewhere(function: Callable[[Task], Value], task: Task, kernels: Path) -> Value:
-    """Do a task in another process, which takes machine code from where this one keeps it if it is on this machine."""
+def _elsewhere(function: Callable[[Task], Value], task: Task) -> Value:
+    """Do a task in another process."""
     import dask
 
-    if kernels.is_dir():
-        adopt_folder(kernels)
     # xarray would lock its files across all workers, which this library knows by their names only
     with dask.config.set(scheduler="synchronous"):
         return function(task)

@@ -11,12 +11,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any, TypeVar
 
-from numba.core.serialize import dumps
+from cloudpickle import dumps
 
-from scissordyn.cache.folder import adopt_folder, shared_folder
 from scissordyn.errors import ScissordynError, whole_number
 from scissordyn.run.engine import QUICKLY, Begun, EngineError, Outcome, in_threads
 from scissordyn.study.engine import ATTEMPTS, signals_blocked
@@ -103,10 +101,10 @@ class Processes(Begun):
         EngineError
             If processes cannot be started.
         """
-        kernels, stopped = shared_folder(), threading.Event()
+        stopped = threading.Event()
 
         def elsewhere(task: Task) -> Outcome[Task, Value]:
-            content = dumps((function, task, kernels))
+            content = dumps((function, task))
             for _ in range(ATTEMPTS):
                 worker = self._idle.get()
                 try:
@@ -226,17 +224,15 @@ def _receive(pipe: Connection, tasks: queue.SimpleQueue[bytes | None]) -> None:
 
 def _answer(content: bytes) -> bytes:
     try:
-        return dumps((_done(content), None))  # type: ignore[no-any-return]
+        return bytes(dumps((_done(content), None)))
     except Exception as error:
         with suppress(Exception):
-            answer: bytes = dumps((None, error))
+            answer = bytes(dumps((None, error)))
             pickle.loads(answer)  # not every error can be sent
             return answer
-        return dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))  # type: ignore[no-any-return]
+        return bytes(dumps((None, RuntimeError(f"{type(error).__name__}: {error}"))))
 
 
 def _done(content: bytes) -> Any:
-    function, task, kernels = pickle.loads(content)
-    assert isinstance(kernels, Path)
-    adopt_folder(kernels)
+    function, task = pickle.loads(content)
     return function(task)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -178,7 +178,7 @@ def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
     here = min(math.hypot(place[0], place[1]), nearest)
 
     def damping(away: float, rate: float) -> float:
-        plain = force
+        plain: Any = force
         return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *parameters[:FIRST], parameters)[0]) / rate
 
     stronger = 2.0 * damping(nearest, 1.0) / (damping(here, 1.0) + damping(here, -1.0))

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import io
-import os
 import platform
 import re
-import shutil
-import subprocess
 import tempfile
 import uuid
 import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scissordyn.compiler.c import compile_library, compiler_command
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.description import build_description, model_description
 from scissordyn.exchange.fmu.source import Source
@@ -24,10 +22,6 @@ from scissordyn.run.trajectory import make_driver
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["compiled_library", "fmu"]
-
-COMPILERS = ("cc", "gcc", "clang")
-
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
 """No contraction of products and sums: the numbers are to be those of the package."""
 
@@ -35,9 +29,6 @@ ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
 
 SAMPLE = 'contact = "compliant"'
-
-LIMIT = 600
-"""Longest time that a compiler may take [s]."""
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
@@ -62,7 +53,14 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     InputError
         If the mechanism has something that is not translated, or if there is no C compiler.
     """
-    compiler = "" if sources_only else _compiler()
+    if not sources_only:
+        try:
+            compiler_command()
+        except InputError as error:
+            sample = "scissordyn export case.toml unit.fmu --sources"
+            raise InputError(
+                f"an FMU needs a C compiler: {error.what}", f"{error.allowed}, or the sources alone", sample
+            ) from None
     found = plan(mechanism)
     if found.hard_places:
         name = found.contacts[found.hard_places[0]].name
@@ -86,9 +84,17 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
         archive.writestr("modelDescription.xml", description)
         archive.writestr("sources/model.c", source.text)
         archive.writestr("sources/buildDescription.xml", build_description(identifier))
-        if compiler:
+        if not sources_only:
             system, ending = SYSTEMS.get(platform.system(), ("linux", ".so"))
             machine = platform.machine().lower()
             folder = f"{ARCHITECTURES.get(machine, machine)}-{system}"
-            archive.writestr(f"binaries/{folder}/{identifier}{ending}", compiled_library(source.text, compiler))
+            archive.writestr(f"binaries/{folder}/{identifier}{ending}", compiled_library(source.text))
     return held.getvalue()
+
+
+def compiled_library(source: str, flags: tuple[str, ...] = FLAGS) -> bytes:
+    """The shared library of a C source."""
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder, "model.so")
+        compile_library(source, target, flags)
+        return target.read_bytes()

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.compiler.kind import FLOAT, INT, Array, Functions, kind_of, written
+from scissordyn.compiler.unit import Unit
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.data import Block
 from scissordyn.exchange.fmu.variable import Variables, prescribed, variables
-from scissordyn.compiler.kind import FLOAT, INT, Array, Functions, kind_of, written
-from scissordyn.compiler.unit import Unit
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import make_samples
 from scissordyn.mechanics import functions, outputs

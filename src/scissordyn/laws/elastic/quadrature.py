@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.kernel import kernel
-from scissordyn.kernel import call_at
+from scissordyn.kernel import call_at, kernel
 
 __all__ = ["NODES", "WEIGHTS", "quadrature_energy"]
 

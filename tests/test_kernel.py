@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 
 
-@kernel()
+@kernel
 def double(x):
     """Twice a number."""
     return 2.0 * x
 
 
-@kernel(inline=True)
+@kernel
 def triple(x):
     """Three times a number."""
     return 3.0 * x
 
 
-@kernel()
+@kernel
 def both(x):
     """Calls the others."""
     return double(x) + triple(x)

@@ -78,11 +78,9 @@ class Entry:
         hints = get_type_hints(self.python, include_extras=True)
         return {name: hints[name] for name in (*inspect.signature(self.python).parameters, "return")}
 
-    @cached_property
-    def _called(self) -> Callable[..., Any]:
-        if PYTHON:
-            return lambda *arguments: self.python(*map(with_attributes, arguments))
-        called = getattr(library(), self.symbol)
+    def bound(self, compiled: ctypes.CDLL) -> Callable[..., Any]:
+        """The function of that name in a library, for arguments as they are in Python."""
+        called = getattr(compiled, self.symbol)
         kinds = [hint for name, hint in self.hints.items() if name != "return"]
         called.argtypes = [part for hint in kinds for part in _words(hint)]
         called.restype = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}.get(self.hints["return"])
@@ -103,6 +101,12 @@ class Entry:
             return called(*words)
 
         return call
+
+    @cached_property
+    def _called(self) -> Callable[..., Any]:
+        if PYTHON:
+            return lambda *arguments: self.python(*map(with_attributes, arguments))
+        return self.bound(library())
 
     def __call__(self, *arguments: Any) -> Any:
         """Run it."""
@@ -239,7 +243,15 @@ CALLED: dict[int, Callable[..., float]] = {}
 
 def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> Any:
     """Call the kernel at a pointer: arrays, or tuples of floats; see `compiler.recipe`."""
-    return CALLED[int(address)](q, v, z, x, p, out)
+    if int(address) in CALLED:
+        return CALLED[int(address)](q, v, z, x, p, out)
+    arrays = [np.asarray(numbers, float) for numbers in (q, v, z, x, p, out)]
+    if not all(array.flags.c_contiguous for array in arrays):
+        raise TypeError("call_at: numbers that do not lie one after the other; allowed: np.ascontiguousarray(z, float)")
+    return _AT_POINTER(int(address))(*(array.ctypes.data for array in arrays))
+
+
+_AT_POINTER = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_void_p] * 6)
 
 
 if PYTHON:

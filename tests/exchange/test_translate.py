@@ -12,8 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scissordyn.plugin.address import recipe_of
 
 import scissordyn as sd
+from scissordyn.compiler.kind import FLOAT, INT
+from scissordyn.compiler.unit import Unit
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.compiled import kernels_of
 from scissordyn.config.part import PARTS
@@ -21,13 +24,10 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import COMPILERS, FLAGS, compiled_library
 from scissordyn.exchange.fmu.source import Source
-from scissordyn.exchange.translate.kind import FLOAT, INT
-from scissordyn.exchange.translate.unit import Unit
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.laws.contact import JointContact
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
-from scissordyn.plugin.address import recipe_of
 from scissordyn.plugin.element import addresses, row_of
 from scissordyn.run.trajectory import make_driver
 

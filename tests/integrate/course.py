@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import types
+from tests.library import loop_of
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
@@ -21,14 +21,13 @@ from scissordyn.integrate.integration import (
     Samples,
     State,
     Work,
-    make_problem,
     make_record,
     make_samples,
     make_state,
     make_work,
 )
 from scissordyn.integrate.tableau import Tableau, tableau
-from scissordyn.jit import Handle, kernel, opener
+from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
 
 TERMS = 12
 """Coefficients of a polynomial, constant first; the last two are sine and cosine of 40 t, to leave every polynomial."""
@@ -39,21 +38,21 @@ WAVES = 40.0
 class Numbers(NamedTuple):
     """Polynomials of guards, monitored rows, powers and signals; the longest step, the modes of guards, looks inside."""
 
-    guards: Annotated[np.ndarray, types.float64[:, ::1]]
-    rows: Annotated[np.ndarray, types.float64[:, ::1]]
-    powers: Annotated[np.ndarray, types.float64[:, ::1]]
-    signals: Annotated[np.ndarray, types.float64[:, ::1]]
-    longest: Annotated[np.ndarray, types.float64[::1]]
-    hg: Annotated[np.ndarray, types.float64[::1]]
-    mode: Annotated[np.ndarray, types.int64[::1]]
-    refuses: Annotated[np.ndarray, types.int64[::1]]
-    looks: Annotated[np.ndarray, types.int64[::1]]
+    guards: F2
+    rows: F2
+    powers: F2
+    signals: F2
+    longest: F1
+    hg: F1
+    mode: I1
+    refuses: I1
+    looks: I1
 
 
 open_numbers = opener(Numbers)
 
 
-@kernel()
+@kernel
 def value_of(c, x):
     """Value of a row of coefficients."""
     found = c[TERMS - 2] * math.sin(WAVES * x) + c[TERMS - 1] * math.cos(WAVES * x)
@@ -62,7 +61,7 @@ def value_of(c, x):
     return found
 
 
-@kernel()
+@kernel
 def slope_of(c, x):
     """Its derivative."""
     found = WAVES * (c[TERMS - 2] * math.cos(WAVES * x) - c[TERMS - 1] * math.sin(WAVES * x))
@@ -71,38 +70,38 @@ def slope_of(c, x):
     return found
 
 
-@kernel()
+@kernel
 def rate(t, y, address, dy):
     """Time goes by."""
     dy[0] = 1.0
 
 
-@kernel()
+@kernel
 def linearise(t, y, address, dy, dt):
     """And depends on nothing."""
     dy[0], dt[0] = 1.0, 0.0
 
 
-@kernel()
+@kernel
 def factorize(hg, address):
     """W = 1/hg."""
     open_numbers(address).hg[0] = hg
     return -1
 
 
-@kernel()
+@kernel
 def solve(r, address):
     """Its inverse."""
     r[0] *= open_numbers(address).hg[0]
 
 
-@kernel()
+@kernel
 def accept(t, y, address, answer):
     """Nothing to return to."""
     answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
 
 
-@kernel()
+@kernel
 def guards(t, y, address, value, rate):
     """All polynomials."""
     c = open_numbers(address).guards
@@ -110,14 +109,14 @@ def guards(t, y, address, value, rate):
         value[k], rate[k] = value_of(c[k], y[0]), slope_of(c[k], y[0])
 
 
-@kernel()
+@kernel
 def guard(t, y, k, address, value, rate):
     """One of them."""
     c = open_numbers(address).guards
     value[k], rate[k] = value_of(c[k], y[0]), slope_of(c[k], y[0])
 
 
-@kernel()
+@kernel
 def monitor(t, y, address, power, rows):
     """Powers, and rows: a number, its square and its cube."""
     numbers = open_numbers(address)
@@ -129,7 +128,7 @@ def monitor(t, y, address, power, rows):
         rows[row, 2] = rows[row, 0] ** 3
 
 
-@kernel()
+@kernel
 def probe(t, y, row, address, dy, out):
     """One row."""
     numbers = open_numbers(address)
@@ -139,7 +138,7 @@ def probe(t, y, row, address, dy, out):
     out[2] = out[0] ** 3
 
 
-@kernel()
+@kernel
 def record(t, y, address, signals):
     """Signals to look back at."""
     c = open_numbers(address).signals
@@ -147,7 +146,7 @@ def record(t, y, address, signals):
         signals[k] = value_of(c[k], y[0])
 
 
-@kernel()
+@kernel
 def reset(t, y, guard, address, data):
     """The other mode, unless the guard refuses: always (1), or what recedes (2)."""
     numbers = open_numbers(address)
@@ -250,7 +249,7 @@ def run(
     whole = Handle(Integration(method, state, work, out, make_record(recorded, state), log))
     status = np.array([loop.ADVANCING])
     for _ in range(400):
-        loop.advance_all(make_problem(functions), np.array([handle.address]), np.array([whole.address]), 100, status)
+        loop_of(functions)(np.array([handle.address]), np.array([whole.address]), 100, status)
         if status[0] != loop.ADVANCING:
             break
     counts = state.counts[0]

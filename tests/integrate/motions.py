@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
+from tests.library import loop_of
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
     LOG_COLUMNS,
     Integration,
-    make_problem,
     make_record,
     make_samples,
     make_state,
     make_work,
 )
 from scissordyn.integrate.tableau import tableau
-from scissordyn.jit import F1, F2, I1, Handle, kernel, opener
+from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
 
 __all__ = ["COMPLIANT", "DELAYED", "GROWTH", "OSCILLATOR", "POWER", "RELAXING", "STAGGERED", "Result", "solve_problem"]
 
@@ -43,13 +42,13 @@ class Numbers(NamedTuple):
     mode: I1
     history: F2
     history_length: I1
-    calls: Annotated[np.ndarray, types.int64[::1]]
+    calls: I1
 
 
 open_numbers = opener(Numbers)
 
 
-@kernel()
+@kernel
 def earlier(when, S):
     """The first signal at an instant: 1 up to t = 0, then what the rows of the history hold, as powers."""
     if when <= 0.0 or S.history_length[0] == 0:
@@ -64,7 +63,7 @@ def earlier(when, S):
     return math.nan
 
 
-@kernel()
+@kernel
 def rate(t, y, address, dy):
     """The right-hand sides."""
     S = open_numbers(address)
@@ -89,7 +88,7 @@ def rate(t, y, address, dy):
         dy[0], dy[1] = -p[0] * (y[0] - y[1]), 1.0
 
 
-@kernel()
+@kernel
 def linearise(t, y, address, dy, dt):
     """The same with Jacobian and derivative by time."""
     S = open_numbers(address)
@@ -116,7 +115,7 @@ def linearise(t, y, address, dy, dt):
         J[0, 0], J[0, 1] = -p[0], p[0]
 
 
-@kernel()
+@kernel
 def factorize(hg, address):
     """W = 1/hg - J."""
     S = open_numbers(address)
@@ -127,7 +126,7 @@ def factorize(hg, address):
     return -1
 
 
-@kernel()
+@kernel
 def solve(r, address):
     """One or two unknowns."""
     m = open_numbers(address).matrix
@@ -140,13 +139,13 @@ def solve(r, address):
     r[0] = first
 
 
-@kernel()
+@kernel
 def accept(t, y, address, answer):
     """No manifold to return to."""
     answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
 
 
-@kernel()
+@kernel
 def guards(t, y, address, value, slope):
     """How far y is beyond each level."""
     S = open_numbers(address)
@@ -154,14 +153,14 @@ def guards(t, y, address, value, slope):
         value[k], slope[k] = S.sense[k] * (y[0] - S.level[k]), S.sense[k] * y[1]
 
 
-@kernel()
+@kernel
 def guard(t, y, k, address, value, slope):
     """One of them."""
     S = open_numbers(address)
     value[k], slope[k] = S.sense[k] * (y[0] - S.level[k]), S.sense[k] * y[1]
 
 
-@kernel()
+@kernel
 def reset(t, y, k, address, data):
     """Change the mode; with a restitution the speed turns, and the mode stays."""
     S = open_numbers(address)
@@ -173,7 +172,7 @@ def reset(t, y, k, address, data):
     return True
 
 
-@kernel()
+@kernel
 def monitor(t, y, address, power, rows):
     """Integrands y and y^2; rows: y of each guard and of the whole time, with its square."""
     power[0], power[1] = y[0], y[0] * y[0]
@@ -181,13 +180,13 @@ def monitor(t, y, address, power, rows):
         rows[row, 0], rows[row, 1], rows[row, 2] = y[0], y[0] * y[0], 1.0
 
 
-@kernel()
+@kernel
 def probe(t, y, row, address, dy, out):
     """One row."""
     out[0], out[1], out[2] = y[0], y[0] * y[0], 1.0
 
 
-@kernel()
+@kernel
 def record(t, y, address, signals):
     """The first state."""
     signals[0] = y[0]
@@ -297,8 +296,8 @@ def solve_problem(
     log, steps = np.zeros((log_rows, LOG_COLUMNS)), make_record(record_rows, state)
     whole = Handle(Integration(method, state, work, out, steps, log))
     status = np.array([loop.ADVANCING])
-    problem = make_problem(dict(_FUNCTIONS))
-    loop.advance_all(problem, np.array([handle.address]), np.array([whole.address]), most_steps, status)
+    problem = loop_of(_FUNCTIONS)
+    problem(np.array([handle.address]), np.array([whole.address]), most_steps, status)
     ends = steps.time[: state.counts["recorded"][0]]
     return Result(
         *(int(status[0]), out.time, out.state, out.total, out.mode, log[: state.counts["events"][0]], ends, state, work),

@@ -3,38 +3,37 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import types
+from tests.library import loop_of
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import (
     LOG_COLUMNS,
     Integration,
-    make_problem,
     make_record,
     make_samples,
     make_state,
     make_work,
 )
 from scissordyn.integrate.tableau import tableau
-from scissordyn.jit import Handle, kernel, opener
+from scissordyn.kernel import F1, F2, Handle, kernel, opener
 
 
 class Numbers(NamedTuple):
     """What the problems below work on."""
 
-    jacobian: Annotated[np.ndarray, types.float64[:, ::1]]
-    matrix: Annotated[np.ndarray, types.float64[:, ::1]]
-    restitution: Annotated[np.ndarray, types.float64[::1]]
-    longest: Annotated[np.ndarray, types.float64[::1]]
+    jacobian: F2
+    matrix: F2
+    restitution: F1
+    longest: F1
 
 
 open_numbers = opener(Numbers)
 
 
-@kernel()
+@kernel
 def oscillation(t, y, address, dy):
     """A driven pendulum, which has no closed form, and beside it one stiff state that follows cos t."""
     dy[0] = y[1]
@@ -42,7 +41,7 @@ def oscillation(t, y, address, dy):
     dy[2] = -1e3 * (y[2] - math.cos(t)) - math.sin(t)
 
 
-@kernel()
+@kernel
 def oscillation_slopes(t, y, address, dy, dt):
     """The same with its Jacobian."""
     numbers = open_numbers(address)
@@ -56,7 +55,7 @@ def oscillation_slopes(t, y, address, dy, dt):
     numbers.jacobian[2, 2] = -1e3
 
 
-@kernel()
+@kernel
 def factorize(hg, address):
     """W = 1/hg - J."""
     numbers = open_numbers(address)
@@ -66,7 +65,7 @@ def factorize(hg, address):
     return -1
 
 
-@kernel()
+@kernel
 def solve(r, address):
     """The blocks (0, 1) and (2) are independent."""
     m = open_numbers(address).matrix
@@ -77,14 +76,14 @@ def solve(r, address):
     r[2] /= m[2, 2]
 
 
-@kernel()
+@kernel
 def pendulum(t, y, address, dy):
     """The driven pendulum alone."""
     oscillation(t, y, address, dy)
     dy[2] = 0.0
 
 
-@kernel()
+@kernel
 def pendulum_slopes(t, y, address, dy, dt):
     """The same with its Jacobian."""
     oscillation_slopes(t, y, address, dy, dt)
@@ -92,7 +91,7 @@ def pendulum_slopes(t, y, address, dy, dt):
     open_numbers(address).jacobian[2, 2] = 0.0
 
 
-@kernel()
+@kernel
 def fall(t, y, address, dy):
     """A ball under unit gravity; the third state stays."""
     dy[0] = y[1]
@@ -100,7 +99,7 @@ def fall(t, y, address, dy):
     dy[2] = 0.0
 
 
-@kernel()
+@kernel
 def fall_slopes(t, y, address, dy, dt):
     """The same with its Jacobian."""
     numbers = open_numbers(address)
@@ -110,26 +109,26 @@ def fall_slopes(t, y, address, dy, dt):
     numbers.jacobian[0, 1] = 1.0
 
 
-@kernel()
+@kernel
 def stay(t, y, address, answer):
     """No manifold to return to; steps of any length, or of one that is asked for."""
     answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
 
 
-@kernel()
+@kernel
 def height(t, y, address, value, rate):
     """Rises through zero when the ball reaches the floor."""
     if value.size > 0:
         value[0], rate[0] = -y[0], -y[1]
 
 
-@kernel()
+@kernel
 def own_height(t, y, k, address, value, rate):
     """The same for one guard."""
     height(t, y, address, value, rate)
 
 
-@kernel()
+@kernel
 def bounce(t, y, guard, address, data):
     """Newton's restitution."""
     data[0] = y[1]
@@ -137,7 +136,7 @@ def bounce(t, y, guard, address, data):
     return True
 
 
-@kernel()
+@kernel
 def energies(t, y, address, power, rows):
     """The ball's speed squared to integrate, its height to monitor throughout."""
     power[0] = y[1] * y[1]
@@ -145,14 +144,14 @@ def energies(t, y, address, power, rows):
     rows[last, 0], rows[last, 1] = y[0], y[1] * y[1]
 
 
-@kernel()
+@kernel
 def own_energy(t, y, row, address, dy, out):
     """The height alone, which is the last row."""
     out[:] = 0.0
     out[0], out[1] = y[0], y[1] * y[1]
 
 
-@kernel()
+@kernel
 def forget(t, y, address, signals):
     """Nothing to look back at."""
 
@@ -163,7 +162,7 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor, step=
     handle, method = Handle(numbers), tableau(name)
     functions = {"rate": rate, "linearise": linearise, "factorize": factorize, "solve": solve, "accept": stay}
     functions |= {"guards": height, "guard": own_height, "reset": bounce}
-    problem = make_problem({**functions, "monitor": energies, "probe": own_energy, "record": forget})
+    problem = loop_of({**functions, "monitor": energies, "probe": own_energy, "record": forget})
     guards = 1 if floor else 0
     state = make_state(
         np.array(start),
@@ -191,6 +190,6 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor, step=
     whole = Handle(Integration(method, state, work, out, make_record(0, state), log))
     status = np.array([loop.ADVANCING])
     while status[0] == loop.ADVANCING:
-        loop.advance_all(problem, np.array([handle.address]), np.array([whole.address]), 10000, status)
+        problem(np.array([handle.address]), np.array([whole.address]), 10000, status)
     assert status[0] == loop.FINISHED
     return out, log[: state.counts["events"][0]], state

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
-import numba
 import numpy as np
+from tests.library import in_c
 
+from scissordyn.kernel import F1
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.laws.material import STEEL
@@ -32,14 +34,12 @@ def force(law, delta, joint=JOINT):
     return elastic_force(at(law), delta, row(law, joint))
 
 
-@numba.njit
 def _acceleration(delta, rate, stiffness, p, damping, q, speed, mass):
     if delta <= 0.0:
         return 0.0
     return -normal_force(damping, elastic_force(stiffness, delta, p), delta, rate, speed, q) / mass
 
 
-@numba.njit
 def _advance(delta, rate, h, stiffness, p, damping, q, speed, mass):
     a1 = _acceleration(delta, rate, stiffness, p, damping, q, speed, mass)
     v2 = rate + 0.5 * h * a1
@@ -51,9 +51,23 @@ def _advance(delta, rate, h, stiffness, p, damping, q, speed, mass):
     return delta + h / 6.0 * (rate + 2.0 * v2 + 2.0 * v3 + v4), rate + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
 
 
-@numba.njit
 def bounce(stiffness, p, damping, q, speed, mass, h):
-    """Deepest indentation, rebound speed and energy loss of one impact with steps h."""
+    """Deepest indentation and rebound speed of one impact with steps h."""
+    out = np.zeros(2)
+    _compiled_bounce()(stiffness, p, damping, q, speed, mass, h, out)
+    return out.tolist()
+
+
+@cache
+def _compiled_bounce():
+    return in_c(_write_bounce)
+
+
+def _write_bounce(stiffness: int, p: F1, damping: int, q: F1, speed: float, mass: float, h: float, out: F1) -> None:
+    out[0], out[1] = _bounce(stiffness, p, damping, q, speed, mass, h)
+
+
+def _bounce(stiffness, p, damping, q, speed, mass, h):
     # the forces start with a power or a logarithm of the indentation: the first step is refined towards the touch
     delta, rate = 0.0, speed
     for k in range(40):

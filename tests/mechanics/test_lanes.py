@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
+from tests.library import in_c
 
+from scissordyn.kernel import F1, F2
 from scissordyn.mechanics.lanes import LANES, combine, padded, pull, stretch
 
 
-@numba.njit
-def compiled(table, first, rows, width, source, target):
+def loops(table: F1, first: int, rows: int, width: int, source: F2, target: F2) -> None:
     """All three, as kernels call them."""
     combine(table, first, rows, width, source[0], source[1], target[0], target[1])
     stretch(target[0], target[1], 0.1, target[2], target[3], width)
@@ -24,10 +24,10 @@ def test_compiled_loops_are_those_in_python(rows: int, width: int) -> None:
     table, source = rng.normal(size=3 + rows * width), rng.normal(size=(2, rows))
     table[3:].reshape(rows, width)[:, -1] = 0.0
     found, expected = np.zeros((2, 6, width + 8))
-    compiled(table, 3, rows, width, source, found)
+    in_c(loops)(table, 3, rows, width, source, found)
     np.linalg.svd(np.eye(2), compute_uv=False)  # fails after an invalid operation
-    compiled.py_func(table, 3, rows, width, source, expected)
-    assert found == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    loops(table, 3, rows, width, source, expected)
+    assert found == pytest.approx(expected, rel=0.0, abs=0.0)
     assert found[4, 3 + width - 1] == found[5, 3 + width - 1] == 0.0
     assert not found[:, width + 3 :].any()
 

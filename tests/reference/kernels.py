@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.jit import kernel
+from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.pivoting import pivot
@@ -69,7 +69,7 @@ def chain() -> Mechanism:
     return arm.with_clearance("all", joint).driven(sd.Cycloidal(sd.degrees(15), sd.degrees(60), 5.0))
 
 
-@kernel()
+@kernel
 def pivot_at(least: int, m: int, hard: int) -> int:
     """See `pivoting.pivot`."""
     return pivot(least, m, open_hard(hard))

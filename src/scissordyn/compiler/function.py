@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.compiler.expression import Expressions, Scope, item_of, place_of, plain
@@ -134,6 +135,10 @@ class Body:
         kept = self._kept(found)
         inner = ", ".join(item_of(kept, k) for k in range(len(kind.items)))
         return Value(f"({kind.c}){{{{{inner}}}}}" if kind.alike else f"({kind.c}){{{inner}}}", kind)
+
+    def _raise(self, node: ast.Raise) -> None:
+        """An error of a function that gives one number is NaN."""
+        self._return(ast.copy_location(ast.Return(ast.copy_location(ast.Constant(math.nan), node)), node))
 
     def _if(self, node: ast.If) -> None:
         self._line(f"if ({self.expressions.text(node.test)}) {{")

@@ -6,9 +6,11 @@ import ast
 import builtins
 import inspect
 import linecache
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
+from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -155,8 +157,9 @@ class Unit:
             body = Body(self, _definition(function), kinds, _names_of(function), function.__code__.co_filename)
             body.translate()
             if not name:
-                number = self.names[function.__name__] = self.names.get(function.__name__, 0) + 1
-                name = f"k_{function.__name__}" + (f"_{number}" if number > 1 else "")
+                word = re.sub(r"\W", "_", function.__name__)
+                number = self.names[word] = self.names.get(word, 0) + 1
+                name = f"k_{word}" + (f"_{number}" if number > 1 else "")
             self.translated[key] = _Translated(name, body)
         return self.translated[key]
 
@@ -235,6 +238,8 @@ class Unit:
         found = self.call(recipe.function, arguments, {})
         head = f"{declaration}({SIGNATURE}) {{"
         unused = "    (void)q; (void)v; (void)z; (void)x; (void)p; (void)out;"
+        if found.kind == VOID:
+            raise TranslationError(f"'{recipe.function.__name__}' returns nothing", "numbers")
         if isinstance(found.kind, Scalar):
             target = recipe.targets[0]
             put = f"    return {found.c};" if target == ANSWER else f"    {target} = {found.c};\n    return 0.0;"
@@ -279,42 +284,59 @@ def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
 
 
 def python_of(function: Any) -> Any:
-    """The Python function behind an entry."""
-    return function.python if isinstance(function, Entry) else function
+    """The Python function behind an entry, or behind one that another compiler knows."""
+    return function.python if isinstance(function, Entry) else getattr(function, "py_func", function)
+
+
+Function = ast.FunctionDef | ast.Lambda
 
 
 @cache
-def _definitions(file: str) -> Mapping[int, list[ast.FunctionDef | ast.Lambda]]:
-    """The functions of a file by the line of their first decorator, or their own."""
-    tree = ast.parse("".join(linecache.getlines(file)))
-    functions: dict[int, list[ast.FunctionDef | ast.Lambda]] = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.Lambda):
+def _functions(text: str) -> Mapping[tuple[int, str], list[tuple[Function, CodeType]]]:
+    """The functions of a file, by first line and name: syntax tree and code."""
+    nodes: dict[tuple[int, str], list[Function]] = {}
+    codes: dict[tuple[int, str], list[CodeType]] = {}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, Function):
             decorators = node.decorator_list if isinstance(node, ast.FunctionDef) else []
-            functions.setdefault(min([node.lineno, *(decorator.lineno for decorator in decorators)]), []).append(node)
-    return functions
+            first = min([node.lineno, *(decorator.lineno for decorator in decorators)])
+            nodes.setdefault((first, getattr(node, "name", "<lambda>")), []).append(node)
+    for code in _codes(compile(text, "<kernels>", "exec", dont_inherit=True)):
+        codes.setdefault((code.co_firstlineno, code.co_name), []).append(code)
+    for several in nodes.values():
+        several.sort(key=lambda node: node.col_offset)
+    return {key: list(zip(several, codes[key], strict=True)) for key, several in nodes.items()}
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """A code and those within it, in the order of the text."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
 
 
 def _definition(function: Callable[..., Any]) -> ast.FunctionDef:
-    """The syntax tree of a function; a lambda as the function that it stands for."""
-    code = function.__code__
+    """The syntax tree of a function as it was loaded; a lambda as the function that it stands for."""
+    code, name = function.__code__, function.__name__
+    linecache.checkcache(code.co_filename)
+    text = "".join(linecache.getlines(code.co_filename))
     try:
-        nodes = _definitions(code.co_filename).get(code.co_firstlineno, [])
-    except (OSError, SyntaxError, UnicodeError):
-        nodes = []
-    for node in nodes:
-        if isinstance(node, ast.FunctionDef) and node.name == function.__name__:
-            return node
-        if isinstance(node, ast.Lambda) and function.__name__ == "<lambda>" and _same_code(node, code):
+        several = _functions(text).get((code.co_firstlineno, code.co_name), [])
+    except SyntaxError:
+        several = []
+    for node, compiled in several:
+        if (compiled.co_code, compiled.co_names) == (code.co_code, code.co_names) and _numbers(compiled) == _numbers(code):
+            if isinstance(node, ast.FunctionDef):
+                return node
             body: list[ast.stmt] = [ast.copy_location(ast.Return(node.body), node)]
             return ast.FunctionDef("lambda_", node.args, body, [], None, lineno=node.lineno)
-    raise TranslationError(f"the source of '{function.__name__}' is not there", "a function in a file")
+    reason = "has changed since it was loaded" if text else "is not there"
+    raise TranslationError(f"the source of '{name}' in '{code.co_filename}' {reason}", "a function in a file, as it is there")
 
 
-def _same_code(node: ast.Lambda, code: Any) -> bool:
-    """Whether a lambda, of several in a line, is the one of that code."""
-    compiled = compile(ast.Expression(node), code.co_filename, "eval").co_consts[0]
-    return (compiled.co_code, compiled.co_names) == (code.co_code, code.co_names) and compiled.co_consts == code.co_consts
+def _numbers(code: CodeType) -> list[Any]:
+    return [constant for constant in code.co_consts if not isinstance(constant, CodeType)]
 
 
 def _names_of(function: Callable[..., Any]) -> Callable[[str], Any]:

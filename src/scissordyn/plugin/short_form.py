@@ -120,16 +120,14 @@ class ShortForm:
         return found
 
     def _address(self) -> int:
-        function, label = self.loaded
+        (function, label), _ = self.loaded, self.declaration  # which says what is wrong with the constants
         try:
             return next(iter(addresses(self).values()))
-        except InputError:
-            raise
-        except Exception as error:  # beside its own errors numba lets through whatever a constant expression raises
-            # most often the function simply does not give a number; numba says that in terms of its own
+        except InputError as error:
+            # most often the function simply does not give a number
             answer = _answer(function, (*(1e-3 for _ in self.leading), *self.constants))
             number = "float64" in answer or answer.removeprefix("gives ").startswith(tuple("-0123456789"))
-            cause = _cause(error) if number else f"it {answer}"
+            cause = error.what if number else f"it {answer}"
             raise InputError(f"{label} cannot be compiled: {cause}", "numbers, math and numpy functions of numbers") from None
 
 
@@ -144,22 +142,6 @@ def answers(address: int, points: np.ndarray, numbers: np.ndarray, *, context: i
 def _answers(address: int, context: int, points: F2, numbers: F1, found: F1) -> None:
     for k in range(found.size):
         found[k] = call_at(address, points[k, context:], (), (), points[k, :context], numbers, ())
-
-
-def _cause(error: Exception) -> str:
-    """The line of numba's long account that says what it cannot do."""
-    lines = [line.strip() for line in str(error).splitlines()]
-    telling = (
-        "Untyped global name",
-        "Unknown attribute",
-        "No implementation of function",
-        "Unsupported",
-        "is not defined",
-        "Cannot",
-    )
-    found = [line for line in lines if any(words in line for words in telling)]
-    text = next(iter([*found, *filter(None, lines)]), type(error).__name__)
-    return text.rstrip(":").removeprefix("- ")
 
 
 def _answer(function: Function, arguments: tuple[float, ...]) -> str:

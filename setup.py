@@ -1,23 +1,57 @@
-"""Puts the examples into the wheel, below the package; everything else is in pyproject.toml."""
+"""Compiles the kernels, and puts the examples into the wheel; everything else is in pyproject.toml.
 
+SCISSORDYN_TARGET names another machine, as the C compiler of ziglang does: one of `TARGETS`.
+"""
+
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 from setuptools import setup
+from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 
-EXAMPLES = Path(__file__).parent / "examples"
+ROOT = Path(__file__).parent
+TARGETS = {
+    "x86_64-linux-gnu.2.17": "manylinux_2_17_x86_64",
+    "aarch64-linux-gnu.2.28": "manylinux_2_28_aarch64",
+    "aarch64-macos": "macosx_11_0_arm64",
+    "x86_64-windows-gnu": "win_amd64",
+}
+TARGET = os.environ.get("SCISSORDYN_TARGET", "")
 
 
-class BuildWithExamples(build_py):
-    """An installation in place reads the folder where it is."""
+class BuildWithKernels(build_py):
+    """An installation in place reads the examples where they are, and has the library beside its sources."""
 
     def run(self) -> None:
-        """Build the packages, then copy the examples."""
+        """Build the packages, compile the kernels, copy the examples."""
         super().run()
+        package = (ROOT / "src" if self.editable_mode else Path(self.build_lib)) / "scissordyn"
+        path = os.pathsep.join(filter(None, [str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
+        environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
+        words = ["--target", TARGET] if TARGET else []
+        done = subprocess.run([sys.executable, "-m", "scissordyn.build", *words, str(package)], env=environment, check=False)
+        if done.returncode:
+            raise SystemExit(done.returncode)
         if not self.editable_mode:
-            target = Path(self.build_lib) / "scissordyn" / "examples"
-            shutil.copytree(EXAMPLES, target, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(ROOT / "examples", package / "examples", ignore=ignored, dirs_exist_ok=True)
 
 
-setup(cmdclass={"build_py": BuildWithExamples})
+class Wheel(bdist_wheel):
+    """The library needs no certain version of Python, but a machine."""
+
+    def finalize_options(self) -> None:
+        """Say that it is not for every machine."""
+        super().finalize_options()
+        self.root_is_pure = False
+
+    def get_tag(self) -> tuple[str, str, str]:
+        """Python 3, no binary interface of Python, this machine or the target."""
+        return "py3", "none", TARGETS[TARGET] if TARGET else super().get_tag()[2]
+
+
+setup(cmdclass={"build_py": BuildWithKernels, "bdist_wheel": Wheel})

@@ -1,4 +1,4 @@
-"""Build the library of compiled kernels: ``python -m scissordyn.build [--c FILE]``."""
+"""Build the library of compiled kernels: ``python -m scissordyn.build [--c FILE] [--target MACHINE] [FOLDER]``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 
 os.environ["SCISSORDYN_ENGINE"] = "python"  # nothing is there yet that could run a kernel
 
+import argparse
 import sys
 from collections.abc import Iterable, Iterator
 from importlib import import_module
@@ -22,7 +23,7 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.kernel import ENTRIES
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
-from scissordyn.library import PACKAGE, PATH, digest_of
+from scissordyn.library import PACKAGE, digest_of, library_name
 from scissordyn.plugin.element import recipes
 
 __all__ = ["library_source"]
@@ -65,14 +66,18 @@ def library_source() -> str:
     return text + marks
 
 
-def main(arguments: list[str]) -> int:
-    """Write the library into the package, or its source to a file."""
+def main() -> int:
+    """Write the library into the package or another folder, or its source to a file."""
+    parser = argparse.ArgumentParser(prog="python -m scissordyn.build", description="Build the library of compiled kernels.")
+    parser.add_argument("folder", nargs="?", type=Path, default=PACKAGE, help="where to; the package itself if not given")
+    parser.add_argument("--c", type=Path, metavar="FILE", help="write the source in C alone")
+    parser.add_argument("--target", default="", metavar="MACHINE", help="another machine, as aarch64-linux-gnu")
+    options = parser.parse_args()
     try:
-        source = library_source()
-        if arguments[:1] == ["--c"]:
-            Path(arguments[1]).write_text(source, encoding="utf-8")
+        if options.c:
+            options.c.write_text(library_source(), encoding="utf-8")
         else:
-            compile_library(source, Path(arguments[0]) if arguments else PATH)
+            compile_library(library_source(), options.folder / library_name(options.target), target=options.target)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -80,4 +85,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

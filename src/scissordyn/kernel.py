@@ -1,8 +1,7 @@
 """Kernels: plain Python functions of numbers and arrays, which `compiler` translates to C when the package is built.
 
 A kernel calls other kernels. What Python calls is an `entry`, a kernel whose arguments are annotated: it runs in the library of
-the package, or, with SCISSORDYN_ENGINE=python, as the Python function that it is. In that mode indices beyond an array's end
-raise an error; negative ones count from the end in Python and are refused by `tests/plain.py`.
+the package, or, with SCISSORDYN_ENGINE=python, as the Python function that it is, and the bounds of every index are checked.
 """
 
 from __future__ import annotations
@@ -189,11 +188,33 @@ class Handle:
 _HANDLES: weakref.WeakValueDictionary[int, Handle] = weakref.WeakValueDictionary()
 
 
+class CheckedArray(np.ndarray):
+    """An array whose indices are within its bounds, as they have to be in C: neither from the end nor beyond it."""
+
+    def _check(self, index: Any) -> None:
+        for part, size in zip(index if isinstance(index, tuple) else (index,), self.shape, strict=False):
+            ends = (part.start or 0, size if part.stop is None else part.stop) if isinstance(part, slice) else (part, part + 1)
+            if not 0 <= ends[0] <= ends[1] <= size:
+                raise IndexError(f"index {part} of an array with {size} entries")
+
+    def __getitem__(self, index: Any) -> Any:
+        """An entry or a part."""
+        self._check(index)
+        return super().__getitem__(index)
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        """Put an entry or a part."""
+        self._check(index)
+        super().__setitem__(index, value)
+
+
 def with_attributes(content: Any) -> Any:
-    """Arrays with named columns as arrays whose entries have attributes, also inside tuples."""
+    """Arrays, also inside tuples, as kernels in Python read them: checked, or with entries that have attributes."""
     if isinstance(content, tuple) and hasattr(content, "_fields"):
         return type(content)(*map(with_attributes, content))
-    return content.view(np.recarray) if isinstance(content, np.ndarray) and content.dtype.names else content
+    if not isinstance(content, np.ndarray):
+        return content
+    return content.view(np.recarray if content.dtype.names else CheckedArray)
 
 
 def _memory_of(content: Any, described: type) -> np.ndarray:

@@ -10,7 +10,14 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-PATH = PACKAGE / ("_kernels.dll" if sys.platform == "win32" else "_kernels.so")
+
+
+def library_name(machine: str = "") -> str:
+    """Name of its file on another machine, or on this one."""
+    return "_kernels.dll" if "windows" in machine or (not machine and sys.platform == "win32") else "_kernels.so"
+
+
+PATH = PACKAGE / library_name()
 
 
 class EngineError(ImportError):

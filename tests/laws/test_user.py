@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
 
 import numba
@@ -182,27 +179,6 @@ def test_unfit_files_are_named(tmp_path, text, reference, says):
         catalogue.from_file(reference, "stiffness", tmp_path)
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_an_edit_counts_in_the_next_process(tmp_path):
-    """Identity: kernels come from the disk cache, the user's law from the file as it is now."""
-    program = (
-        "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from pathlib import Path; import bouncing; from scissordyn.laws import catalogue\n"
-        "print(bouncing.force(catalogue.from_file('my_laws.py:soft', 'stiffness', Path(sys.argv[2])), 1e-5))\n"
-        "print(sum(bouncing.elastic_force.stats.cache_misses.values()))\n"
-    )
-    environment = {**os.environ, "SCISSORDYN_CACHE": str(tmp_path / "cache")}
-    forces, compiled = [], []
-    for stiffness in ("2e9", "3e9"):  # the same size and, to the second, the same time
-        (tmp_path / "my_laws.py").write_text(f"def soft(indentation):\n    return {stiffness} * indentation\n")
-        command = [sys.executable, "-c", program, os.path.dirname(__file__), tmp_path]
-        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-        force_text, misses = done.stdout.split()
-        forces.append(float(force_text))
-        compiled.append(int(misses))
-    assert forces == pytest.approx([2e4, 3e4], rel=1e-14)
-    assert compiled == [1, 0]
 
 
 def pulls(indentation):

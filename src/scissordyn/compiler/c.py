@@ -22,20 +22,23 @@ LIMIT = 600
 """Longest time that a compiler may take [s]."""
 
 
-def compiler_command() -> list[str]:
-    """How the C compiler is called.
+def compiler_command(target: str = "") -> list[str]:
+    """How the C compiler is called, for this machine or another one.
 
     Raises
     ------
     InputError
         If there is none.
     """
+    zig = [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else []
     wanted = os.environ.get("CC", "").split()
-    for command in [wanted] if wanted else [[name] for name in COMPILERS]:
-        if shutil.which(command[0]):
+    if target:
+        commands = [[*zig, "-target", target]] if zig else []
+    else:
+        commands = [wanted] if wanted else [*([name] for name in COMPILERS), zig]
+    for command in commands:
+        if command and shutil.which(command[0]):
             return command
-    if not wanted and find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
     raise InputError(
         f"no C compiler ({' '.join(wanted) or ', '.join(COMPILERS)})",
         "one on the PATH or in CC, or that of ziglang",
@@ -43,35 +46,28 @@ def compiler_command() -> list[str]:
     )
 
 
-def compile_library(source: str, target: Path, flags: tuple[str, ...] = FLAGS) -> None:
-    """Compile a file of C to a shared library; the target is replaced as a whole or stays as it is.
+def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, *, target: str = "") -> None:
+    """Compile a file of C to a shared library, which is replaced as a whole or stays as it is; `target` is another machine.
 
     Raises
     ------
     InputError
         If there is no compiler, or it fails.
     """
-    command = compiler_command()
+    command = compiler_command(target)
     name, allowed = " ".join(command), "a C compiler for C11 that works, in CC"
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as folder:
-        code, library = Path(folder, "kernels.c"), Path(folder, "kernels.so")
+    with tempfile.TemporaryDirectory(dir=library.parent, prefix=".build-") as folder:
+        code, compiled = Path(folder, "kernels.c"), Path(folder, "kernels.so")
         code.write_text(source, encoding="utf-8")
+        words = [*command, *flags, str(code), "-o", str(compiled), *([] if "windows" in target else ["-lm"])]
         try:
-            done = subprocess.run(
-                [*command, *flags, str(code), "-o", str(library), "-lm"],
-                capture_output=True,
-                text=True,
-                timeout=LIMIT,
-                check=False,
-            )
+            done = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
             raise InputError(f"the C compiler '{name}' failed: {error}", allowed) from None
         if done.returncode:
-            line = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[-200:])
-            raise InputError(
-                f"the C compiler '{name}' failed: {line or f'exit status {done.returncode}'}", "a C compiler for C11, in CC"
-            )
-        library.replace(target)
+            reasons = [line for line in done.stderr.splitlines() if "error" in line] or [done.stderr.strip()[-200:]]
+            raise InputError(f"the C compiler '{name}' failed: {reasons[0] or f'exit status {done.returncode}'}", allowed)
+        compiled.replace(library)
 
 
 def loaded(source: str) -> ctypes.CDLL:

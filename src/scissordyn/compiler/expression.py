@@ -35,12 +35,12 @@ _NAMES = (
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "hypot", "copysign", "fabs", "erf", "erfc", "fmod"),
 )
 
-_WORDS = """
+_C = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
-return short signed sizeof static struct switch typedef union unsigned void volatile while floor ceil isnan isinf abs NAN
-INFINITY word
+return short signed sizeof static struct switch typedef union unsigned void volatile while
 """
-RESERVED = frozenset((*_WORDS.split(), *_NAMES))
+_KEYWORDS = frozenset(_C.split())
+RESERVED = frozenset(("floor", "ceil", "isnan", "isinf", "abs", "NAN", "INFINITY", "word", *_KEYWORDS, *_NAMES))
 """Names that a variable in C is not to have."""
 
 _NUMPY = {
@@ -72,9 +72,14 @@ def plain(name: str) -> str:
     return f"{name}_" if name in RESERVED else name
 
 
+def member(name: str) -> str:
+    """A field's name in C."""
+    return f"{name}_" if name in _KEYWORDS else name
+
+
 def field(pointer: str, name: str) -> str:
     """A field of what a pointer points to."""
-    return f"{pointer[1:]}.{plain(name)}" if pointer.startswith("&") else f"{pointer}->{plain(name)}"
+    return f"{pointer[1:]}.{member(name)}" if pointer.startswith("&") else f"{pointer}->{member(name)}"
 
 
 class Scope:

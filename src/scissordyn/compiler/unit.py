@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.compiler.expression import plain
+from scissordyn.compiler.expression import member
 from scissordyn.compiler.function import Body
 from scissordyn.compiler.kind import (
     FLOAT,
@@ -280,7 +280,7 @@ class Unit:
 
 
 def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
-    return f"typedef struct {{ {' '.join(f'{kind.c} {plain(field)};' for field, kind in fields)} }} {name};"
+    return f"typedef struct {{ {' '.join(f'{kind.c} {member(field)};' for field, kind in fields)} }} {name};"
 
 
 def python_of(function: Any) -> Any:

@@ -187,7 +187,7 @@ def add_elements(hg, S):
 def solve(r, S):
     """Overwrite r with W^-1 r."""
     M, W = S.model, S.work
-    n, m, nz = M.n, W.multiplier.size, M.state_start[-1]
+    n, m, nz = M.n, W.multiplier.size, M.state_start[M.state_start.size - 1]
     hg, work, place = W.gamma[0], W.work, M.permutation
     for i in range(n):
         W.load[i] = r[n + i]

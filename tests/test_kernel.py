@@ -1,31 +1,42 @@
-"""Kernels: what is compiled when."""
+"""Kernels: what runs where."""
 
 from __future__ import annotations
 
-from scissordyn.kernel import kernel
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.kernel import Handle
+from scissordyn.mechanics.functions import rate
 
 
-@kernel
-def double(x):
-    """Twice a number."""
-    return 2.0 * x
+def test_arrays_are_checked_before_they_are_handed_on() -> None:
+    """Identity: the library reads memory by the declaration alone."""
+    for wrong in (np.zeros(4, int), np.zeros((2, 2)), np.zeros(8)[::2], [0.0]):
+        with pytest.raises(TypeError, match="in place of a contiguous, writable float64 array, dimension 1"):
+            rate(0.0, wrong, 0, np.zeros(4))
 
 
-@kernel
-def triple(x):
-    """Three times a number."""
-    return 3.0 * x
+def test_a_function_from_a_prompt_runs_in_python() -> None:
+    """Identity: there is no source to compile; an error is NaN."""
+    scope: dict[str, object] = {}
+    exec("def spring(indentation):\n    return 1e9 * indentation", scope)
+    law = sd.UserElastic(scope["spring"])  # type: ignore[arg-type]
+    loose = sd.scissor().with_clearance("A", sd.Clearance(5e-4, stiffness=law)).driven(speed=15.0)
+    assert sd.simulate(loose, until=2e-3).attrs["status"] == "complete"
 
 
-@kernel
-def both(x):
-    """Calls the others."""
-    return double(x) + triple(x)
+class Pair(NamedTuple):
+    """Two numbers."""
+
+    first: int
+    second: float
 
 
-def test_a_kernel_that_another_one_calls_has_no_machine_code_of_its_own() -> None:
-    """Identity: it is compiled for Python when Python calls it, with the same result."""
-    assert both(3.0) == 15.0
-    assert not double.overloads
-    assert double(3.0) == 6.0
-    assert len(double.overloads) == len(both.overloads) == 1
+def test_a_tuple_is_of_the_declared_types() -> None:
+    """Identity: what is no whole number is refused by its name."""
+    assert Handle(Pair(1, 2.0)).address
+    with pytest.raises(TypeError, match=r"Pair.first: str in place of int"):
+        Handle(Pair("1", 2.0))  # type: ignore[arg-type]

@@ -169,8 +169,7 @@ class Handle:
         self.content = content
         self._memory = _memory_of(content, type(content))
         self.address = int(self._memory.ctypes.data)
-        if PYTHON:
-            _HANDLES[self.address] = self
+        _HANDLES[self.address] = self
 
     def exchange(self, part: str, **arrays: Any) -> None:
         """Put other arrays, of the same type, in the place of some of a part; the address stays."""

@@ -6,7 +6,6 @@ import dataclasses
 import functools
 import io
 import math
-import shutil
 import zipfile
 from typing import Annotated
 
@@ -22,8 +21,6 @@ from scissordyn.run import driver
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
-
-pytestmark = pytest.mark.skipif(not any(map(shutil.which, pack.COMPILERS)), reason="there is no C compiler")
 
 LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
 
@@ -224,7 +221,7 @@ def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
     """Identity: one line for the whole unit; the sources alone need no compiler."""
     mechanism, until = CASES["crank"]
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(InputError, match="needs a C compiler, and there is none") as error:
+    with pytest.raises(InputError, match="needs a C compiler: no C compiler") as error:
         pack.fmu(mechanism, sd.Options(until=until))
     assert "\n" not in str(error.value)
     with zipfile.ZipFile(io.BytesIO(pack.fmu(mechanism, sd.Options(until=until), sources_only=True))) as archive:

@@ -39,7 +39,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = asked(tmp_path, SHOWN)
     rooms = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
-    assert {"model", "run", "study", "config", "plugin", "units.py", "jit.py", "laws", "errors.py"} <= set(rooms)
+    assert {"model", "run", "study", "config", "plugin", "units.py", "kernel.py", "laws", "errors.py"} <= set(rooms)
     for room in [*rooms, "new_room"]:
         place = copy / room
         file = place if room.endswith(".py") else place / "added.py"
@@ -84,7 +84,7 @@ def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
 
 def test_libraries_are_named() -> None:
     """Identity: the versions of what computes."""
-    assert {"scissordyn", "numpy", "scipy", "numba", "llvmlite", "xarray", "sources"} == set(json.loads(provenance()))
+    assert {"scissordyn", "numpy", "scipy", "xarray", "sources"} == set(json.loads(provenance()))
 
 
 def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +102,7 @@ def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch:
     again = sd.bifurcation(arm, store=store, **options)
     assert again["total_steps"].equals(first["total_steps"])
     now = json.loads(provenance())
-    for name in ("sources", "numpy", "numba", "scipy"):
+    for name in ("sources", "numpy", "scipy"):
         monkeypatch.setattr(diagram_module, "provenance", lambda name=name: json.dumps({**now, name: "other"}))
         with pytest.raises(sd.InputError, match=f"differs in {name}"):
             sd.bifurcation(arm, store=store, **options)

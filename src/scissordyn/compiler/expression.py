@@ -302,6 +302,8 @@ class Expressions:
             if not isinstance(called.kind, Called):
                 raise TranslationError(f"a call of {ast.unparse(node.func)} in a kernel", "a function")
             function = called.kind.function
+        if function is float and isinstance(node.args[0], ast.Constant):
+            return self.unit.constant(float(node.args[0].value), "a constant")  # type: ignore[arg-type]
         arguments = [self.value(each) for each in node.args]
         named = {each.arg: self.value(each.value) for each in node.keywords if each.arg}
         return self._built_in(function, arguments) or self.unit.call(function, arguments, named)

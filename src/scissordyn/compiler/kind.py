@@ -22,9 +22,13 @@ class TranslationError(InputError):
         """The same with file and line, unless it has them."""
         if self.placed:
             return self
-        error = TranslationError(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.allowed)
+        error = type(self)(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.allowed)
         error.placed = True
         return error
+
+
+class SourceError(TranslationError):
+    """A kernel whose text is not to be had, as of a function that was typed at a prompt."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from scissordyn.compiler.kind import (
     Kind,
     Record,
     Scalar,
+    SourceError,
     Struct,
     TranslationError,
     Tuple,
@@ -332,7 +333,7 @@ def _definition(function: Callable[..., Any]) -> ast.FunctionDef:
             body: list[ast.stmt] = [ast.copy_location(ast.Return(node.body), node)]
             return ast.FunctionDef("lambda_", node.args, body, [], None, lineno=node.lineno)
     reason = "has changed since it was loaded" if text else "is not there"
-    raise TranslationError(f"the source of '{name}' in '{code.co_filename}' {reason}", "a function in a file, as it is there")
+    raise SourceError(f"the source of '{name}' in '{code.co_filename}' {reason}", "a function in a file, as it is there")
 
 
 def _numbers(code: CodeType) -> list[Any]:

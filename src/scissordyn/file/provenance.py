@@ -37,7 +37,7 @@ def provenance(skip: tuple[str, ...] = FACES, packages: tuple[Path, ...] = (PACK
     digest = hashlib.sha256()
     for package in packages:
         left_out = [package / name for name in skip]
-        for path in sorted(package.rglob("*.py")):
+        for path in sorted([*package.rglob("*.py"), *package.rglob("*.c")]):
             if not any(path.is_relative_to(other) for other in left_out):
                 digest.update(str(path.relative_to(package)).encode())
                 digest.update(path.read_bytes())

@@ -13,6 +13,7 @@ from functools import cache
 from typing import Any
 
 from scissordyn.compiler.c import loaded
+from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import Recipe
 from scissordyn.compiler.unit import Unit
 from scissordyn.kernel import CALLED, PYTHON
@@ -42,22 +43,46 @@ def pointer_of(recipe: Recipe) -> int:
         pointer = len(CALLED) + 1
         CALLED[pointer] = recipe.python(_guarded(recipe.function))
     else:
-        ours = recipe.function.__module__.startswith("scissordyn.")
-        where = library() if ours else _own_library(recipe)
-        pointer = ctypes.cast(getattr(where, recipe.symbol), ctypes.c_void_p).value or 0
+        ours = str(recipe.function.__module__).startswith("scissordyn.")
+        function = getattr(library(), recipe.symbol) if ours else _compiled(recipe)
+        pointer = ctypes.cast(function, ctypes.c_void_p).value or 0
     RECIPES[pointer] = recipe
     return pointer
 
 
-_OWN: list[ctypes.CDLL] = []
-"""Libraries of users' elements, kept alive: their pointers travel as numbers."""
+_KEPT: list[Any] = []
+"""Libraries and functions of users' elements: they live as long as the process, since their pointers travel as numbers."""
+
+_POINTERS = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_double)] * 6)
 
 
-def _own_library(recipe: Recipe) -> ctypes.CDLL:
+def _compiled(recipe: Recipe) -> Any:
+    """A user's function in C; one without a source, as from a prompt, stays in Python and is about a hundred times slower."""
     unit = Unit()
     unit.kernel(recipe)
-    _OWN.append(loaded(unit.text()))
-    return _OWN[-1]
+    try:
+        text = unit.text()
+    except SourceError:
+        _KEPT.append(_POINTERS(_in_python(recipe)))
+        return _KEPT[-1]
+    _KEPT.append(loaded(text))
+    return getattr(_KEPT[-1], recipe.symbol)
+
+
+def _in_python(recipe: Recipe) -> Callable[..., float]:
+    """What is called by a pointer; errors are NaN, as C has no others."""
+    called = recipe.python(_guarded(recipe.function))
+
+    def answer(*pointers: Any) -> float:
+        try:
+            return called(*pointers)
+        except Exception:
+            for target in recipe.targets:
+                if target.startswith("out"):
+                    pointers[5][int(target[4:-1])] = math.nan
+            return math.nan
+
+    return answer
 
 
 def _guarded(kernel: Kernel) -> Callable[..., float]:

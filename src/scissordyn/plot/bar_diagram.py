@@ -67,6 +67,8 @@ class Quantity:
         Colour of its ordinates; "" where bars themselves are coloured by it.
     needs : tuple of str
         Fields of a bar without which it is not known.
+    whole : str
+        Variable with one value of each part, for elements that have no values at their ends.
     """
 
     unit: str
@@ -74,13 +76,14 @@ class Quantity:
     last: str
     tone: str = ""
     needs: tuple[str, ...] = ()
+    whole: str = ""
 
 
 MOMENT, AXIAL = "bending moment", "axial force"
 
 QUANTITIES: Mapping[str, Quantity] = {
     MOMENT: Quantity("N m", "beam_start_moment", "beam_end_moment", BLUE),
-    AXIAL: Quantity("N", "beam_axial_force", "beam_axial_force", VERMILION),
+    AXIAL: Quantity("N", "beam_start_axial_force", "beam_end_axial_force", VERMILION, whole="beam_axial_force"),
     "stress": Quantity("Pa", "beam_stress", "beam_stress", needs=("youngs_modulus", "depth")),
     "utilisation": Quantity("1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")),
 }
@@ -222,9 +225,13 @@ def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
     """
     check_quantity(quantity, mechanism)
     one, parts = QUANTITIES[quantity], _parts(mechanism)
-    if one.first not in run:
+    if "beam" not in run:
         raise InputError(f"{quantity} of a run without bars that bend", "the run of this mechanism")
-    ends = [run[name].sel(beam=parts).transpose("time", "beam").values for name in (one.first, one.last)]
+    ends = []
+    for name in (one.first, one.last):
+        value = run[name if name in run else one.whole]
+        value = value.fillna(run[one.whole]) if one.whole else value
+        ends.append(value.sel(beam=parts).transpose("time", "beam").values)
     values = np.stack(ends, axis=-1)
     return Diagram(quantity, tuple(parts), values, float(np.max(np.abs(values))) or 1.0)
 

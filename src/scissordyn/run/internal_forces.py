@@ -84,9 +84,8 @@ def internal_forces(
 ) -> xr.Dataset:
     """Deflection, internal forces and stress along bars that bend.
 
-    Within an element they follow from equilibrium with what acts at its end, and with its weight and inertia. Along a flexible
-    bar they are interpolated between the ends of the parts of which a run has moments and deflections, by polynomials in each
-    span between cross-sections.
+    They follow from equilibrium with what acts at the end of an element or on the cross-sections of a flexible bar, with weight
+    and inertia. Along a flexible bar they are interpolated between start, middle and end of the parts that a run reports.
 
     Parameters
     ----------
@@ -257,19 +256,32 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     """All quantities at distances from the first end of a flexible bar, shape (samples, places)."""
     places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
     names = [f"{bar.name} {k + 1}" for k in range(marks.size - 1)]
-    outputs = ("start_moment", "end_moment", "axial_force", "deflection")
-    start, end, axial, away = (np.stack([read.beam(output, name) for name in names], axis=1) for output in outputs)
-    moments, away = np.hstack([start, end[:, -1:]]), np.hstack([np.zeros_like(away[:, :1]), away])
-    middles = 0.5 * (marks[1:] + marks[:-1])
-    samples = len(start)
-    bending, shear, normal, deflection = np.zeros((4, samples, distance.size))
+    start, end, away = (
+        np.stack([read.beam(output, name) for name in names], axis=1) for output in ("start_moment", "end_moment", "deflection")
+    )
+    away = np.hstack([np.zeros_like(away[:, :1]), away])
+    part = np.clip(np.searchsorted(marks, distance, side="right") - 1, 0, marks.size - 2)
+    length = np.diff(marks)[part]
+    xi = (distance - marks[part]) / length
+    # through start, middle and end of each part; the moment has the slopes that the shear force is
+    three = np.array([(1.0 - xi) * (1.0 - 2.0 * xi), 4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)])
+    normal, shear = (
+        sum(
+            weight * np.stack([read.beam(f"{at}{kind}", names[k]) for k in part], axis=1)
+            for weight, at in zip(three, ("start_", "", "end_"), strict=True)
+        )
+        for kind in ("axial_force", "shear_force")
+    )
+    slopes = (-length * np.stack([read.beam(f"{at}_shear_force", names[k]) for k in part], axis=1) for at in ("start", "end"))
+    bending = sum(
+        weight * value
+        for weight, value in zip(_hermite(xi)[[0, 2, 1, 3]], (start[:, part], end[:, part], *slopes), strict=True)
+    )
+    deflection = np.zeros((len(start), distance.size))
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
-        inside, own, parts = span == k, slice(PARTS * k, PARTS * (k + 1) + 1), slice(PARTS * k, PARTS * (k + 1))
-        value, slope = _through(marks[own], distance[inside])
-        bending[:, inside], deflection[:, inside] = moments[:, own] @ value, away[:, own] @ value
-        shear[:, inside] = -moments[:, own] @ slope
-        normal[:, inside] = axial[:, parts][:, [0, -1]] @ _through(middles[parts][[0, -1]], distance[inside])[0]
+        inside, own = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
+        deflection[:, inside] = away[:, own] @ _through(marks[own], distance[inside])
     strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
     points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
     line = points[:, -1] - points[:, 0]
@@ -292,13 +304,11 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     }
 
 
-def _through(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The polynomial through values at nodes, and its derivative, at some places: by the values, shape (nodes, places)."""
+def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """The polynomial through values at nodes at some places: by the values, shape (nodes, places)."""
     middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
-    powers, x = np.arange(nodes.size), (at - middle) / half
-    coefficients = np.linalg.inv(np.vander((nodes - middle) / half, increasing=True))
-    slopes = np.where(powers > 0, powers, 0) * x[:, None] ** np.maximum(powers - 1, 0) / half
-    return (np.vander(x, nodes.size, increasing=True) @ coefficients).T, (slopes @ coefficients).T
+    table = np.vander((at - middle) / half, nodes.size, increasing=True)
+    return np.asarray(np.linalg.solve(np.vander((nodes - middle) / half, increasing=True).T, table.T))
 
 
 def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:

@@ -80,11 +80,11 @@ class Held:
         self.scale.append(scale)
 
 
-def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
-    """The basis b and its rate at t = 0."""
+def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """The basis b and its rate at t = 0, or at another time [s]."""
     work, numbers = system.work, system.parameters
     basis = np.empty_like(work.basis)
-    prescribe(0.0, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
+    prescribe(time, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
     return basis[0], basis[1]
 
 

@@ -22,7 +22,7 @@ from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, VERMILION, dress, small
-from scissordyn.run.bars import PARTS
+from scissordyn.run.bars import PARTS, part_names
 from scissordyn.run.internal_forces import bars_of
 from scissordyn.run.placement import Placement
 
@@ -238,9 +238,8 @@ def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
 
 def _parts(mechanism: Mechanism) -> list[str]:
     """Names of the beam elements and of the parts of flexible bars."""
-    return [beam.name for beam in beams_of(mechanism)] + [
-        f"{bar.name} {k + 1}" for bar in flexible_bars(mechanism) for k in range(PARTS * (len(bar.sections) - 1))
-    ]
+    parts = (name for bar in flexible_bars(mechanism) for name in part_names(bar))
+    return [*(beam.name for beam in beams_of(mechanism)), *parts]
 
 
 def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:

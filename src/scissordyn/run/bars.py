@@ -66,9 +66,9 @@ def marks_of(bar: FlexibleBar) -> np.ndarray:
     return np.append(np.concatenate(inside), places[-1])
 
 
-def part_names(axis: Axis) -> list[str]:
+def part_names(bar: FlexibleBar) -> list[str]:
     """Names of the parts of a bar."""
-    return [f"{axis.bar.name} {k + 1}" for k in range(PARTS * (len(axis.bar.sections) - 1))]
+    return [f"{bar.name} {k + 1}" for k in range(PARTS * (len(bar.sections) - 1))]
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
     elements = [part for part in plan.components if isinstance(part, Beam)]
     motions = bar_motions(plan, found, time)
     tables = [_table(axis, motion) for axis, motion in zip(axes, motions, strict=True)]
-    names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis)]
+    names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis.bar)]
     variables = {"beam": xr.Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
     further = len(names) - len(elements)
     for name, variable in known.items():
@@ -278,6 +278,11 @@ def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
         * sum(square / k for square, k in zip(squares, (bar.axial_stiffness, bar.bending_stiffness), strict=True)),
         "deflection": across[:, 1:],
     }
+
+
+def axial_force_at_points(axis: Axis, motion: BarMotion) -> np.ndarray:
+    """Elastic axial forces times weights at the points of quadrature, as in the equations of motion, shape (nt, points)."""
+    return np.asarray(axis.bar.axial_stiffness * (_strain(axis, motion, axis.shapes.quadrature[0])[1] @ axis.stretching))
 
 
 def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:

@@ -125,19 +125,14 @@ class _Response:
         before = -bar.mass_per_length * np.outer(at, self.gravity) - (ends <= at[:, None]) @ outside[:count]
         for place, force in pushed:
             before -= np.outer(place <= at, force)
-        slopes = shapes.at(at, 1)
-        tangent = slopes @ vectors
-        size = np.linalg.norm(tangent, axis=1)
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / size[:, None]
-        axial = np.sum(before * tangent, axis=1) / size
+        tangent = shapes.at(at, 1) @ vectors
+        axial = np.sum(before * tangent, axis=1) / np.linalg.norm(tangent, axis=1)
         axial[np.abs(axial) * max(np.linalg.norm(by[:, k]) for k in range(count)) < self.least] = 0.0
-        turned = np.einsum("pk,nka,pa->np", slopes, by, normal)
         stretch = np.zeros(self.moved.size)
         for row in range(count, shapes.held):
             along = vectors[row] / np.linalg.norm(vectors[row])
             stretch += by[:, row] @ along * float(outside[row] @ along)
-        bent: np.ndarray = (turned * (axial * np.outer(half, weights).ravel() / size)) @ turned.T
-        return bent, stretch
+        return stiffness_of_bar(axis, vectors, by, at, axial * np.outer(half, weights).ravel()), stretch
 
     def _of_line(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Tension over length, across the line."""
@@ -155,19 +150,13 @@ class _Response:
 
     def _of_element(self, beam: Beam, maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Int N w'^2 ds of a beam element, w cubic from the axis of its start, and the force as that turns."""
-        chord = np.hypot(*maps[:2])
-        along, frame = maps[:2] / chord, _frame_gradients(maps) @ rows
+        along = maps[:2] / np.hypot(*maps[:2])
         rigidity, strained = beam.axial_stiffness / beam.length, along @ rows[:2]
         tension = rigidity * float(strained @ self.moved)
         least = max(self.least, CANCELLED * rigidity * float(np.linalg.norm(strained) * np.linalg.norm(self.moved)))
         if abs(tension) * np.linalg.norm(strained) < least:
             return np.zeros((self.moved.size, self.moved.size))
-        cos, sin = maps[4] * along[0] + maps[5] * along[1], maps[4] * along[1] - maps[5] * along[0]
-        turned = (cos * frame[1] - sin * frame[0]) / chord
-        first, last = -turned, frame[2] - turned
-        form = np.outer(turned, turned) + (4.0 * (np.outer(first, first) + np.outer(last, last))) / 30.0
-        form -= (np.outer(first, last) + np.outer(last, first)) / 30.0
-        return np.asarray(tension * chord * form + _of_turning_force(-tension * cos, -tension * sin, rows))
+        return tension * stiffness_of_element(maps, rows)
 
     def _of_roller(self, roller: Any, axis: Axis, place: float, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The force on the bar, and its stiffness: as the bar turns, the force has a part along the motion of the point."""
@@ -182,6 +171,30 @@ class _Response:
         across, along, turned = apart @ normal, apart @ tangent, np.einsum("k,nka,a->n", slope, by, normal)
         force = float(np.linalg.lstsq(across[:, None], change)[0][0])
         return -force * normal, force * (np.outer(turned, along) + np.outer(along, turned))
+
+
+def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.ndarray, axial: np.ndarray) -> np.ndarray:
+    """Int N w'^2 ds of a bar by modes from N ds at places; `by`, shape (n, count, 2), are the derivatives of its vectors."""
+    slopes = axis.shapes.at(at, 1)
+    tangent = slopes @ vectors
+    size = np.linalg.norm(tangent, axis=1)
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / size[:, None]
+    turned = np.einsum("pk,nka,pa->np", slopes, by, normal, optimize=True)
+    return np.asarray((turned * (axial / size)) @ turned.T)
+
+
+def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Int w'^2 ds of a beam element, w cubic from the axis of its start, and of a unit tension as that turns."""
+    chord, frame = np.hypot(*maps[:2]), _frame_gradients(maps) @ rows
+    cos, sin = np.array([[maps[4], maps[5]], [-maps[5], maps[4]]]) @ maps[:2] / chord
+    turned = (cos * frame[1] - sin * frame[0]) / chord
+    return element_form(chord, turned, -turned, frame[2] - turned) + _of_turning_force(-cos, -sin, rows)
+
+
+def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Int w'^2 ds, w cubic, from what turns the chord and the ends against it."""
+    ends = 4.0 * (np.outer(first, first) + np.outer(last, last)) - np.outer(first, last) - np.outer(last, first)
+    return np.asarray(chord * (np.outer(turned, turned) + ends / 30.0))
 
 
 def _frame_gradients(maps: np.ndarray) -> np.ndarray:

@@ -229,7 +229,9 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_bar_stress": _of_bars("Pa", "stress", "stress in the extreme fibre"),
         "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
         "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
-        "peak_buckling_ratio": _of_bars("1", "buckling_ratio", "compression over the critical load of a span"),
+        "peak_buckling_ratio": _of_bars(
+            "1", "buckling_ratio", "compression over that at which the mechanism buckles, drives locked"
+        ),
         **{name: _energy(name) for name in POWERS},
         "mass": Measure("kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies))),
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),

@@ -144,7 +144,7 @@ def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (found + found.T), basis[rank:].T
 
 
-def force_slopes(at: At) -> np.ndarray:
+def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
     """Minus the derivatives of the forces by the free coordinates; evaluates everything at the position."""
     content = at.system.content
     model, work, n = content.model, content.work, content.model.n
@@ -153,7 +153,7 @@ def force_slopes(at: At) -> np.ndarray:
     y[n : 2 * n] = 0.0
     rate, by_time = np.zeros(y.size), np.zeros(y.size)
     functions.activate(at.system.address)
-    functions.linearise(0.0, y, at.system.address, rate, by_time)
+    functions.linearise(time, y, at.system.address, rate, by_time)
     found = np.zeros((n, n))
     for e in range(model.element_start.size - 1):
         if e < contacts and content.state.mode[e] != 1:

@@ -286,22 +286,6 @@ def test_modes_and_elements_exclude_each_other() -> None:
         bar().with_bending(bending_stiffness=1e4, axial_stiffness=1e7, modes=3, elements=2)
 
 
-def test_load_factors_of_buckling() -> None:
-    """Closed forms: Euler's column, pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
-    critical = math.pi**2 * RIGIDITY / LENGTH**2
-    push = sd.Force("load", ("bar", "end"), (-0.25 * critical, 0.0))
-    column = bar(guides=(sd.Guide("end", ("bar", "end")),), components=(push,))
-    found = sd.buckling(column.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, modes=8), count=2)
-    assert found["load_factor"].values == pytest.approx([4.0, 16.0], rel=1e-3)
-    upright = sd.bar("bar", length=LENGTH, mass=MASS, angle=0.5 * math.pi)
-    tall = bar(gravity=9.81).with_parts({"bodies": (upright,)})
-    tall = tall.with_bending(bending_stiffness=20.0, axial_stiffness=1e7, modes=8).driven(speed=0.0)
-    expected = 7.83735 * 20.0 / (MASS * 9.81 * LENGTH**2)
-    assert float(sd.buckling(tall)["load_factor"][0]) == pytest.approx(expected, rel=1e-3)
-    with pytest.raises(InputError, match="without loads"):
-        sd.buckling(bar().with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL))
-
-
 def _struck(modes: int | Literal["auto"]) -> sd.Mechanism:
     """One unit of tubes whose driven end joint is loose."""
     made = sd.scissor(units=1)

@@ -30,6 +30,55 @@ def still(mechanism: sd.Mechanism) -> sd.simulate:
     return sd.simulate(mechanism, until=1e-6, samples=2, start="static")
 
 
+def by_modes(*loads: sd.Force, **options: float) -> sd.Mechanism:
+    """A bar of 1 m and 1 kg by modes, clamped at the origin by its drive."""
+    pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
+    body, ground = sd.bar("bar", length=1.0, mass=1.0), (("O", (0.0, 0.0)),)
+    made = sd.Mechanism((body,), (pin,), ground=ground, gravity=0.0, input_body="bar", components=loads)
+    return made.with_bending(**{"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7, "modes": 8} | options)
+
+
+@pytest.mark.parametrize("modes", [2, 12])
+@pytest.mark.parametrize("axial", [1e5, 1e9])
+def test_internal_forces_of_a_bar_by_modes_are_in_equilibrium(modes: int, axial: float) -> None:
+    """Identity: N = P sin(angle), Q = P cos(angle), M = P (x_tip - x) for any EA and few modes, P L^2/EI = 10."""
+    force = 10.0 * RIGIDITY
+    made = by_modes(sd.Force("push", ("bar", "end"), (0.0, force)), modes=modes, axial_stiffness=axial).driven(speed=0.0)
+    run = still(made)
+    found = sd.internal_forces(run, made, places=[0.0, 0.5, 1.0]).isel(time=0, bar=0)
+    x = run["position"].sel(body=["bar", "bar/1", "bar/2"], axis="x")[0].values
+    assert found["bending_moment"].values == pytest.approx(force * (x[-1] - x), abs=1e-6 * force)
+    assert np.hypot(found["axial_force"], found["shear_force"]).values == pytest.approx([force] * 3, rel=1e-6)
+    tip = float(run["angle"].sel(body="bar/2")[0])
+    assert found["axial_force"].values[[0, 2]] == pytest.approx([0.0, force * math.sin(tip)], abs=1e-5 * force)
+    ends, starts = run["beam_end_axial_force"][0].values, run["beam_start_axial_force"][0].values
+    assert starts[1:] == pytest.approx(ends[:-1], abs=1e-7 * force)  # no steps where nothing acts
+
+
+@pytest.mark.parametrize("force", [(1000.0, 0.0), (-1000.0, 0.0)])
+def test_a_force_along_a_bar_is_its_axial_force_up_to_where_it_acts(force: tuple[float, float]) -> None:
+    """Identity: in the half before the force all of it, none beyond."""
+    made = by_modes(sd.Force("push", ("bar", "middle"), force)).driven(speed=0.0)
+    found = sd.internal_forces(still(made), made, places=[0.0, 0.2, 0.499, 0.501, 1.0])["axial_force"].isel(time=0, bar=0)
+    assert found.values == pytest.approx([force[0]] * 3 + [0.0] * 2, abs=1e-5)
+
+
+@pytest.mark.parametrize("units", [1, 2])
+def test_a_moving_array_of_bars_by_modes_has_free_ends(units: int) -> None:
+    """Identity: Newton's law of the whole bar: nothing at free ends, no moment at pins, the reaction at the driven end."""
+    arm = sd.scissor(units=units).with_clearance("A", sd.Clearance(0.5e-3))
+    made = arm.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=4).driven(speed=sd.rpm(150))
+    run = sd.simulate(made, until=4e-3, samples=41)
+    found = sd.internal_forces(run, made, places=[0.0, 1.0])
+    largest = float(np.abs(found["axial_force"]).max())
+    free = found.sel(bar=[f"unit {units}/bar 1", f"unit {units}/bar 2"]).isel(place=1)
+    for name in ("axial_force", "shear_force", "bending_moment"):
+        assert float(np.abs(free[name]).max()) < 1e-7 * largest
+    root = found.isel(place=0).sel(bar="unit 1/bar 1")
+    reaction = np.hypot(*run["reaction"].sel(joint="O").values.T)
+    assert np.hypot(root["axial_force"], root["shear_force"]).values == pytest.approx(reaction, rel=1e-9)
+
+
 @pytest.mark.parametrize("load", [0.1, 10.0])
 def test_a_tip_force_is_in_equilibrium_with_every_section(load: float) -> None:
     """Identity: M = P (x_tip - x), N = P sin(angle), Q = P cos(angle) along a bar that is bent far."""

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from scissordyn.study.answer import by_point, feasible_fraction, worst_cases
 from scissordyn.study.conclusion import conclude, trend_table
 from scissordyn.study.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.design import Design
@@ -18,6 +19,8 @@ from scissordyn.study.recommendation import recommended
 from scissordyn.study.report import write_report
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import FAILED
+from scissordyn.study.summary import response_ranges
+from scissordyn.study.surface import Surfaces
 from scissordyn.study.trend import fitted, needed, trends
 from study.test_answer import made_up, study
 
@@ -94,7 +97,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     assert one.numbers["A.clearance"] == least
     assert (one.feasible, one.binding) == (False, FORCE.label)
     assert one.margins[0].margin == pytest.approx(1.0 - 4e6 * least / 100.0)
-    (need,) = needed(described, trends(described, found), one.numbers)
+    (need,) = needed(described, found, trends(described, found), one.numbers)
     assert (need.number, need.extrapolated) == ("A.clearance", True)
     assert need.value == pytest.approx(25e-6, rel=1e-6)
     said = conclude(described, found, "a.zarr")
@@ -121,6 +124,57 @@ def test_what_holds_or_not_has_no_trend() -> None:
     assert said.margins is not None
     assert said.margins.head[:2] == ("requirement", "meaning")
     assert [row[:2] for row in said.margins.rows] == [("holds > 0.5", "the slider stays")]
+
+
+def test_cases_that_never_settle_are_failures() -> None:
+    """Closed form: above 0.3 mm nothing settles; no trend is stated from the others, and the worst case is not one of those."""
+    described, found = proportional(1000.0)
+    clearance = found["A.clearance"].values
+    settled = Requirement("settling_time", "<", 2.0, text="settling_time < 2 s")
+    measures = ("settling_time", "end_track_deviation")
+    described = dataclasses.replace(described, measures=measures, requirements=(settled,))
+    about = {"role": "measure", "units": "s"}
+    times = np.where(clearance > 3e-4, np.inf, 1.0 + 1e3 * clearance)[:, None]
+    off = (2.0 * clearance)[:, None]
+    found = found.assign(settling_time=(("case", "track"), times, about))
+    found = found.assign(end_track_deviation=(("case", "track"), off, about | {"units": "m"})).assign_coords(track=["tip"])
+    never = int(np.isinf(times).sum())
+    assert feasible_fraction(described, found)[-1].fraction == 1.0 - never / 24
+    worst = worst_cases(described, found)[0]
+    assert clearance[worst.case] > 3e-4
+    assert worst.text.startswith("not settled: off by ")
+    assert worst.text.endswith(" mm at the end")
+    assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
+    said = conclude(described, found, "a.zarr")
+    text = " ".join(said.trends)
+    assert f"settling_time: no number in {never} of 24 cases, which count as not met" in text
+    assert "needs A.clearance" not in text
+    points = by_point(described, found)
+    assert np.isinf(points["settling_time"].values).sum() == never
+    assert Surfaces(described, points).model("settling_time") is None
+    rows = {row[0]: row for row in response_ranges(described, found, points).rows}
+    assert rows["settling_time"][3] == "none"
+
+
+def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
+    """Closed form: samples of 100 to 432 N at one point have these ends, not their mean three times."""
+    described = study(factors=(), uncertain=(Factor("A.clearance", Uniform(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
+    peak = np.linspace(100.0, 432.0, 12)
+    found = made_up(described, peak)
+    row = response_ranges(described, found, by_point(described, found)).rows[0]
+    assert [float(cell) for cell in row[1:4]] == pytest.approx([100.0, np.sort(peak)[5], 432.0], rel=1e-3)
+
+
+def test_extrapolations_without_sense_are_not_said() -> None:
+    """Closed form: 1e12 N needs 250 km: the trend meets it over the whole range; 1 N needs 0.25 um: not near it."""
+    for bound, words in (
+        (1e12, "by this trend met at every A.clearance of the range"),
+        (1.0, "no A.clearance in or near the range"),
+    ):
+        described, found = proportional(bound)
+        text = " ".join(conclude(described, found, "a.zarr").trends)
+        assert words in text
+        assert "about 2.5e" not in text
 
 
 def test_where_they_are_met_is_said() -> None:

@@ -91,7 +91,7 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     points = by_point(described, found)
     assert points[f"{MEASURE} (torque)"].values.tolist() == [10.0, 20.0, 30.0]
     assert points[f"{MEASURE} (force)"].values.tolist() == [1.0, 2.0, 3.0]
-    assert (worst_cases(described, found)[0].value, worst_cases(described, found)[0].units) == (30.0, "N m")
+    assert worst_cases(described, found)[0].text == "30.00 N·m"
     result = StudyResult(described, Store("a.zarr"))
     result.dataset = found  # as it is read from a store
     show_answers(result)

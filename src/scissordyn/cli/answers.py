@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from rich import box
@@ -33,7 +34,7 @@ def show_answers(result: StudyResult) -> None:
     _conclusion(result)
     if study.requirements:
         _show(requirement_fractions(study, results))
-    _show(response_ranges(study, result.points))
+    _show(response_ranges(study, result.dataset, result.points))
     if said := agreement(study, result.points):
         console().print(said, markup=False)
     indices, left_out = sensitivity(study, results)
@@ -101,14 +102,13 @@ def _cell(text: str) -> Text:
 
 def _worst(result: StudyResult) -> None:
     from scissordyn.study.conclusion import numbers_text
-    from scissordyn.study.summary import worst_value
 
     for one in result.worst(3) if result.study.requirements else ():
         what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
+        bound = f" ({abs(one.margin):.1%} {place} the bound)" if math.isfinite(one.margin) else ""
         _with_command(
             result,
-            f"{what} for {one.requirement}: {worst_value(one)} ({abs(one.margin):.1%} {place} the bound) at "
-            f"{numbers_text(result.study, result.dataset, one.numbers)}",
+            f"{what} for {one.requirement}: {one.text}{bound} at {numbers_text(result.study, result.dataset, one.numbers)}",
             one.case,
         )
 

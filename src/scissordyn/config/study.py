@@ -37,7 +37,7 @@ from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, ch
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Names, Variation
 from scissordyn.study.goal import Optimisation, read_goal
-from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response, read_response
+from scissordyn.study.requirement import BY_COMPONENT, KINDS, SHORTFALL, Requirement, Response, read_response
 
 __all__ = ["StudyText", "described_study", "factors_of", "own_measure", "read_requirement", "read_study", "study_of"]
 
@@ -339,6 +339,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText, re
     goals = tuple(read_goal(goal, units, tuple(asked.vary)) for goal in asked.goals)
     requirements = tuple(read_requirement(each, units) if isinstance(each, str) else each for each in asked.require)
     needed = [one.measure for one in requirements] + [goal.measure for goal in goals if goal.measure not in asked.vary]
+    needed += [SHORTFALL[name][0] for name in needed if name in SHORTFALL]
     names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
     factors, uncertain = (factors_of(mechanism, given, asked.case.parent) for given in (asked.vary, asked.uncertain))
     optimisation = Optimisation(goals, **asked.optimise).over([one.variation for one in factors]) if goals else None

@@ -14,7 +14,7 @@ from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
 from scissordyn.plan.coordinates import Constraint, PointMap
-from scissordyn.plan.gradients import Gradients, least_change
+from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.plan import Plan
 
 __all__ = ["Held", "Start", "assemble", "basis_at_start", "held_rods", "natural_state", "placed_start"]
@@ -80,11 +80,11 @@ class Held:
         self.scale.append(scale)
 
 
-def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
-    """The basis b and its rate at t = 0."""
+def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """The basis b and its rate at t = 0, or at another time [s]."""
     work, numbers = system.work, system.parameters
     basis = np.empty_like(work.basis)
-    prescribe(0.0, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
+    prescribe(time, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
     return basis[0], basis[1]
 
 
@@ -170,16 +170,20 @@ def _closed(plan: Plan, b: np.ndarray, guess: np.ndarray, held: Held, values: np
     """The position nearest to a guess in which all constraints are met, and the gradients there."""
     constraints = [constraint for constraint in plan.coordinates.constraints if not constraint.latch] + held.constraints
     gradients = Gradients(plan.coordinates.free, plan.coordinates.basis, constraints, held.maps)
-    x = guess.copy()
-    for _ in range(MOST_STEPS):
-        full = np.append(x, b)
-        residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
-        jacobian = gradients.jacobian(full)
-        if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
-            return x, jacobian
-        x -= least_change(jacobian[:, : plan.coordinates.free], residual)
+    worst: np.ndarray | None = None
+    for first in guesses(plan.coordinates, b, guess):
+        x = first.copy()
+        for _ in range(MOST_STEPS):
+            full = np.append(x, b)
+            residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
+            jacobian = gradients.jacobian(full)
+            if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
+                return x, jacobian
+            x -= least_change(jacobian[:, : plan.coordinates.free], residual)
+        worst = residual if worst is None else worst
+    assert worst is not None
     raise InputError(
-        f"the mechanism as placed cannot be assembled: {_worst(plan, constraints, residual, held.names)}",
+        f"the mechanism as placed cannot be assembled: {_worst(plan, constraints, worst, held.names)}",
         "positions and angles at the start that are near a closed configuration",
     )
 

@@ -31,6 +31,11 @@ units with ten constraints each)."""
 CONTRADICTION = 1e-7
 """A constraint that holds within this, as a fraction of its largest coefficient, is redundant; beyond it, it cannot be met."""
 
+NOTHING_LEFT = 1e-9
+"""A constraint follows from those before it if what is left of it is below this fraction of its largest coefficient.
+
+Points nearer than this fraction of the mechanism's size are one point."""
+
 SMALL_PIVOT = 1e-3
 """Columns that are preferred give way to others if their coefficients are smaller than this fraction of the largest."""
 
@@ -149,7 +154,7 @@ def eliminate(
             largest = max(largest, size)
             if preferred[touched[k]] == 1:
                 best = max(best, size)
-        if largest == 0.0:
+        if largest <= NOTHING_LEFT * scale:
             if rest > CONTRADICTION * scale:
                 return CONTRADICTS
             continue

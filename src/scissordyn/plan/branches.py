@@ -77,7 +77,7 @@ def every_branch(mechanism: Mechanism) -> Branches:
     Branches
     """
     natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
-    elimination, (start, columns, values) = eliminated(mechanism, natural, every_branch=True)
+    elimination, (start, columns, values) = eliminated(mechanism, natural, [])
     total = natural.total
     expressed = sp.csr_array((values, columns, start), shape=(total, total + basis)).toarray()
     stays = np.flatnonzero(elimination.solved_at[:total] < 0)

@@ -280,6 +280,8 @@ class Coordinates:
         Unit lengths, moving guides, rods and latches, ordered for a narrow band.
     redundant : tuple of str
         Subjects of constraints that were left out because they follow from the others.
+    miss : float
+        By how much these do not follow, as a fraction of what they keep: the rounding of lengths.
     """
 
     natural: Natural = field(repr=False)
@@ -290,10 +292,13 @@ class Coordinates:
     size: float
     constraints: tuple[Constraint, ...] = ()
     redundant: tuple[str, ...] = ()
+    miss: float = 0.0
 
-    def with_constraints(self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = ()) -> Coordinates:
+    def with_constraints(
+        self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = (), miss: float = 0.0
+    ) -> Coordinates:
         """The same with these constraints; what is known of the coordinates is taken along."""
-        made = replace(self, constraints=constraints, redundant=redundant)
+        made = replace(self, constraints=constraints, redundant=redundant, miss=miss)
         own = Coordinates.__dataclass_fields__
         made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in own})
         return made

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.plan.coordinates import Constraint, PointMap
-
-__all__ = ["Gradients", "least_change"]
+from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 
 LARGE = 250_000
 """Entries above which matrices are kept sparse."""
 
 MOST_FULL_ROWS = 400
 """Equations above which least squares are solved iteratively."""
+
+SMALLEST = 1e-10
+"""Singular values below this fraction of the largest are zero but for rounding."""
+
+ROTATIONS = 0.01, 0.1, 0.3, 1.0, 2.0
+"""Standard deviations of the angles by which bodies are rotated where no assembly is near the guess [rad]."""
+
+TRIES = 6
+"""Guesses of each."""
 
 
 class Gradients:
@@ -100,13 +107,33 @@ def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(maps), width))
 
 
-def least_change(jacobian: Any, residual: np.ndarray) -> np.ndarray:
-    """The smallest correction that removes a residual to first order, also where equations are redundant."""
+def least_change(jacobian: Any, residual: np.ndarray, smallest: float = SMALLEST) -> np.ndarray:
+    """The smallest correction that removes a residual to first order, also where equations are redundant.
+
+    Of singular values below the fraction `smallest` of the largest nothing is corrected, where matrices are full.
+    """
     if not residual.size or not np.any(residual):
         return np.zeros(jacobian.shape[1])
     if jacobian.shape[0] <= MOST_FULL_ROWS:
         full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()
-        return np.asarray(np.linalg.lstsq(full, residual, rcond=1e-10)[0])
+        return np.asarray(np.linalg.lstsq(full, residual, rcond=smallest)[0])
     from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
 
     return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])
+
+
+def guesses(coordinates: Coordinates, b: np.ndarray, first: np.ndarray) -> Iterator[np.ndarray]:
+    """Free coordinates from which an assembly is searched: a guess, then ones with bodies rotated at random, more and more.
+
+    From bodies that are placed on one line Newton's method cannot leave the line, where an assembly aside of it exists.
+    """
+    yield first
+    natural, random = np.asarray(coordinates.matrix @ np.append(first, b)), np.random.default_rng(0)
+    bodies = [p + 2 for name, p in coordinates.natural.offsets.items() if coordinates.natural.rotates(name)]
+    for size in ROTATIONS:
+        for _ in range(TRIES):
+            moved = natural.copy()
+            for d, angle in zip(bodies, size * random.standard_normal(len(bodies)), strict=True):
+                (x, y), cos, sin = natural[d : d + 2], np.cos(angle), np.sin(angle)
+                moved[d : d + 2] = cos * x - sin * y, sin * x + cos * y
+            yield coordinates.nearest(b, moved)

@@ -29,7 +29,7 @@ from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
-from scissordyn.plan.redundancy import independent
+from scissordyn.plan.redundancy import assembled_near_placed, independent
 
 __all__ = ["body_inertia", "eliminated", "origins", "reduced"]
 
@@ -45,8 +45,27 @@ def reduced(mechanism: Mechanism) -> Coordinates:
     InputError
         If the joints and drives contradict each other.
     """
+    return _reduced(mechanism, parallel_bodies(mechanism, lambda: _assembled_angles(mechanism)))
+
+
+def _assembled_angles(mechanism: Mechanism) -> dict[str, float] | None:
+    """The angles of the rotating bodies in the assembly near where they are placed, parallelograms as quadrilaterals."""
+    coordinates = _reduced(mechanism, [])
+    natural = assembled_near_placed(coordinates, _angles_of_drives(mechanism, coordinates.natural))
+    if natural is None:
+        return None
+    return {body.name: coordinates.natural.angle_of(body.name, natural) for body in mechanism.bodies}
+
+
+def _angles_of_drives(mechanism: Mechanism, natural: Natural) -> np.ndarray:
+    """At t = 0 [rad]."""
+    return np.array([function_start(drive.motion, natural.angle(drive.body)) for drive in mechanism.drives], float)
+
+
+def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Coordinates:
+    """The same with these pairs of bodies kept parallel."""
     natural, size, basis = natural_coordinates(mechanism), mechanism.size, 1 + 2 * len(mechanism.drives)
-    elimination, (start, columns, values) = eliminated(mechanism, natural)
+    elimination, (start, columns, values) = eliminated(mechanism, natural, parallel)
     total = natural.total
     is_free = elimination.solved_at[:total] < 0
     free = int(np.sum(is_free))
@@ -65,12 +84,11 @@ def reduced(mechanism: Mechanism) -> Coordinates:
         raise _lost_inertia(mechanism) from None
     bare = Coordinates(natural, free, basis, matrix, mass, size)
     constraints = order_constraints(free, quadratic_constraints(mechanism, bare, elimination))
-    angles = [function_start(drive.motion, natural.angle(drive.body)) for drive in mechanism.drives]
-    return independent(bare.with_constraints(constraints), np.array(angles, float))
+    return independent(bare.with_constraints(constraints), _angles_of_drives(mechanism, natural))
 
 
 def eliminated(
-    mechanism: Mechanism, natural: Natural, *, every_branch: bool = False
+    mechanism: Mechanism, natural: Natural, parallel: list[tuple[str, str, float]]
 ) -> tuple[Elimination, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """All linear constraints solved, origins in units of the size, and the natural coordinates in what is left, by rows.
 
@@ -78,12 +96,12 @@ def eliminated(
     ----------
     mechanism : Mechanism
     natural : Natural
-    every_branch : bool
-        Leave out that opposite bars of a parallelogram stay parallel, which holds on one branch of the assembly only.
+    parallel : list
+        See `parallel_bodies`; empty for equations that hold on every branch of the assembly.
     """
     # origins are eliminated before directions: lengths then stay short expressions
     elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
-    _impose_all(mechanism, natural, elimination, [] if every_branch else parallel_bodies(mechanism))
+    _impose_all(mechanism, natural, elimination, parallel)
     return elimination, elimination.rows()
 
 

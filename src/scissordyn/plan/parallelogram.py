@@ -1,20 +1,77 @@
-"""Parallelograms of ideal joints: opposite bars keep their relative direction, one more linear constraint."""
+"""Parallelograms of ideal joints: opposite bars keep their relative direction, one more linear constraint.
+
+Elimination with that constraint is an optimisation. It holds only to the accuracy to which opposite sides are equal.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from itertools import combinations
+from typing import NamedTuple
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["parallel_bodies"]
+EQUAL = 1e-14
+"""Sides are equal, and parallel, within this fraction of the mechanism's size and some roundings of their points' coordinates.
 
-CLOSURE = 1e-6
-"""Sides count as equal and parallel within this fraction of their length."""
+The elimination takes a hundred times as much for zero, as its factors and many parallelograms in a row make more of it."""
+
+CLOSED = 1e-6
+"""Sides that miss each other by more of their length, as the bodies are placed, do not say on which branch they assemble."""
+
+Angles = Mapping[str, float]
+"""Angle of each rotating body [rad]."""
 
 
-def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
+class Side(NamedTuple):
+    """Two joints of a body and the vector from one to the other in its frame, with its rounding [m]."""
+
+    body: str
+    vector: Point
+    rounding: float
+
+    @property
+    def length(self) -> float:
+        """[m]."""
+        return math.hypot(*self.vector)
+
+    def equals(self, other: Side, allowed: float) -> bool:
+        """Whether another side is as long, but for rounding and what is allowed [m]."""
+        return abs(self.length - other.length) <= allowed + self.rounding + other.rounding
+
+    def at(self, angles: Angles) -> Point:
+        """The vector in the fixed frame."""
+        angle, (x, y) = 0.0 if self.body == GROUND else angles[self.body], self.vector
+        return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
+
+
+class Quadrilateral(NamedTuple):
+    """Four bodies in a ring with equal opposite sides: `far` goes along with `near`, and `right` with `left`."""
+
+    near: Side
+    far: Side
+    left: Side
+    right: Side
+
+    def gap(self, angles: Angles) -> float:
+        """By how much the ring does not close, as a fraction of its length."""
+        near, far, left, right = (side.at(angles) for side in self)
+        x, y = (near[k] + right[k] - left[k] - far[k] for k in (0, 1))
+        return math.hypot(x, y) / (self.near.length + self.left.length)
+
+    def is_parallel(self, angles: Angles) -> bool:
+        """Whether it is a parallelogram rather than crossed; flat, it may be either and counts as one."""
+        near, far, left, right = (side.at(angles) for side in self)
+        length = self.near.length
+        diagonal, other = [near[k] + right[k] for k in (0, 1)], [left[k] - near[k] for k in (0, 1)]
+        crossed = abs(diagonal[0] * other[1] - diagonal[1] * other[0]) / (length + self.left.length)
+        return math.dist(near, far) <= max(crossed, CLOSED * length)
+
+
+def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None]) -> list[tuple[str, str, float]]:
     """Pairs of rotating bodies, or the ground and one, that a parallelogram of four ideal joints keeps parallel.
 
     A parallelogram could leave this assembly branch only by folding flat; the branch of the start is kept.
@@ -22,12 +79,38 @@ def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
     Parameters
     ----------
     mechanism : Mechanism
+    assemble : callable
+        The angles at which the bodies as placed are assembled without this function's answer; None if they are not.
 
     Returns
     -------
     list of (str, str, float)
         The two bodies, the ground first if it is one of them, and the angle of the second against the first [rad].
     """
+    placed = {body.name: body.angle for body in mechanism.bodies}
+    candidates = list(_quadrilaterals(mechanism))
+    angles: Angles = placed
+    if any(each.gap(placed) > CLOSED for each in candidates):
+        angles = assemble() or placed
+    pairs: dict[tuple[str, str], float] = {}
+    for each in candidates:
+        near, far = each.near, each.far
+        if (far.body, near.body) in pairs or (near.body, far.body) in pairs or not each.is_parallel(angles):
+            continue
+        first, second = (far, near) if far.body == GROUND else (near, far)
+        (ax, ay), (bx, by) = first.at(placed), second.at(placed)
+        between = math.atan2(bx * ay - by * ax, ax * bx + ay * by)  # 0 but for rounding where they are placed parallel
+        turn = _angle(placed, second.body) - _angle(placed, first.body)
+        pairs[first.body, second.body] = turn + (between if abs(between) > EQUAL else 0.0)
+    return [(first, second, turn) for (first, second), turn in pairs.items()]
+
+
+def _angle(angles: Angles, body: str) -> float:
+    return 0.0 if body == GROUND else angles[body]
+
+
+def _quadrilaterals(mechanism: Mechanism) -> Iterator[Quadrilateral]:
+    """Rings of four rotating bodies, or the ground and three, whose opposite sides are equal."""
     local: dict[str, dict[str, Point]] = {}
     for joint in mechanism.ideal_joints:
         for body, point in (joint.journal, joint.bearing):
@@ -41,30 +124,28 @@ def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
         if a in local and b in local:
             neighbours.setdefault(a, []).append((b, joint.name))
             neighbours.setdefault(b, []).append((a, joint.name))
-    found = {}
+
+    def side(body: str, start: str, end: str) -> Side:
+        (ax, ay), (bx, by) = local[body][start], local[body][end]
+        return Side(body, (bx - ax, by - ay), 2.0 * sys.float_info.epsilon * max(map(abs, (ax, ay, bx, by))))
+
+    allowed = EQUAL * mechanism.size
     for body, around in neighbours.items():
         for (left, to_left), (right, to_right) in combinations(around, 2):
             if left == right:
                 continue
+            near = side(body, to_left, to_right)
             for far, left_to_far in neighbours[left]:
+                if far == body:
+                    continue
                 for right_far, right_to_far in neighbours[right]:
-                    if far != right_far or far == body or (far, body) in found or (body, far) in found:
+                    if far != right_far:
                         continue
-                    near_side = _side(mechanism, local, body, to_left, to_right)
-                    far_side = _side(mechanism, local, far, left_to_far, right_to_far)
-                    length = math.hypot(*near_side)
-                    if length > 0.0 and math.dist(near_side, far_side) < CLOSURE * length:
-                        one, other = (far, body) if far == GROUND else (body, far)
-                        found[one, other] = _angle(mechanism, other) - _angle(mechanism, one)
-    return [(one, other, turn) for (one, other), turn in found.items()]
-
-
-def _side(mechanism: Mechanism, local: dict[str, dict[str, Point]], body: str, start: str, end: str) -> Point:
-    """The vector on a body from one joint to another, where the body is placed at the start."""
-    (ax, ay), (bx, by) = local[body][start], local[body][end]
-    cos, sin = math.cos(_angle(mechanism, body)), math.sin(_angle(mechanism, body))
-    return cos * (bx - ax) - sin * (by - ay), sin * (bx - ax) + cos * (by - ay)
-
-
-def _angle(mechanism: Mechanism, body: str) -> float:
-    return 0.0 if body == GROUND else mechanism.body(body).angle
+                    ring = Quadrilateral(
+                        near,
+                        side(far, left_to_far, right_to_far),
+                        side(left, to_left, left_to_far),
+                        side(right, to_right, right_to_far),
+                    )
+                    if near.length > 0.0 and near.equals(ring.far, allowed) and ring.left.equals(ring.right, allowed):
+                        yield ring

@@ -15,6 +15,7 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
+from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.outputs import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import Model, Parameters
@@ -42,6 +43,9 @@ from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import at_rest
 
 __all__ = ["Plan", "plan"]
+
+SAID_MISS = 1e-8
+"""Lengths that contradict each other by more than this fraction are said to do so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +262,18 @@ class Plan:
     def out_of_proportion(self) -> list[str]:
         """Numbers that are far beyond those of the rest, in words."""
         return proportion_warnings(self.mechanism)
+
+    @property
+    def rounded_lengths(self) -> list[str]:
+        """What contradicts the other parts by the rounding of its numbers, and is left to them, in words."""
+        miss = self.coordinates.miss
+        if miss <= SAID_MISS:
+            return []
+        subjects = in_words(list(self.coordinates.redundant))
+        return [
+            f"the lengths given contradict each other by {miss:.1g}, as rounded numbers do: {subjects} keep"
+            f"{'s' if len(self.coordinates.redundant) == 1 else ''} the length that the other parts leave"
+        ]
 
     def body(self, name: str) -> Body:
         """The body of that name."""

@@ -9,19 +9,19 @@ import scipy.sparse as sp
 
 from scissordyn.errors import InputError
 from scissordyn.plan.coordinates import Coordinates
-from scissordyn.plan.gradients import Gradients, least_change
+from scissordyn.plan.gradients import SMALLEST, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
-
-__all__ = ["independent"]
 
 CLOSED = 1e-11
 """Constraints that hold within this are met."""
 
-DEPENDENT = 1e-7
-"""Gradients are dependent when their smallest singular value, each of length one, is below this."""
+EXACT = 1e-7, 1e-8
+"""Gradients of length one are dependent when one is a combination of the others but for a rest below the first number.
 
-FOLLOWS = 1e-8
-"""A constraint that still holds within this after a move that only the others guided follows from them."""
+A constraint that still holds within the second one after a move that only the others guided follows from them."""
+
+ROUNDED = 1e-2, 1e-4
+"""Likewise for lengths and places with few digits, by which parts that hold each other twice contradict each other."""
 
 MOVE = 0.1
 """Size of that move, in maps of the order of one."""
@@ -63,28 +63,60 @@ def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
     x = coordinates.nearest(b, coordinates.placed[0])
     if _beyond_doubt(gradients, np.append(x, b)):
         return coordinates
-    everything = np.arange(len(holding))
-    random = np.random.default_rng(0)
-    x_start = _close(gradients, everything, x, b)
-    moved = None if x_start is None else _move(gradients, everything, x_start, angles, random)
-    if moved is None:
-        return coordinates  # the assembly says why
-    x_near, b_near = moved
-    unit = gradients.unit(np.append(x_near, b_near))
     # rods first: what is left out had better be a length, whose multiplier nobody asks for
     order = np.argsort([not constraint.name for constraint in holding], kind="stable")
-    kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order)
+    left = _redundant(gradients, x, angles, order, *EXACT)
     if not left:
-        return coordinates
-    again = _move(gradients, np.array(kept), x_near, angles, random)
-    if again is None or np.max(np.abs(gradients.residual(np.append(*again))[left])) > FOLLOWS:
+        gradients.value[:] = [constraint.value for constraint in holding]  # the drives are where they start
+        left = _redundant(gradients, x, angles, order, *ROUNDED, rounded=True)
+    if not left:
         return coordinates
     for k in left:
         if holding[k].name:
             raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
     names = tuple(holding[k].subject for k in left)
-    stay = [holding[k] for k in sorted(kept)] + [constraint for constraint in coordinates.constraints if constraint.latch]
-    return coordinates.with_constraints(order_constraints(coordinates.free, stay), names)
+    stay = [constraint for k, constraint in enumerate(holding) if k not in left]
+    stay += [constraint for constraint in coordinates.constraints if constraint.latch]
+    return coordinates.with_constraints(order_constraints(coordinates.free, stay), names, max(left.values()))
+
+
+def _redundant(
+    gradients: Gradients,
+    x: np.ndarray,
+    angles: np.ndarray,
+    order: np.ndarray,
+    dependent: float,
+    follows: float,
+    *,
+    rounded: bool = False,
+) -> dict[int, float]:
+    """Which constraints follow from the others, and by how much they do not; see `independent`."""
+    everything, random = np.arange(gradients.count), np.random.default_rng(0)
+    near = follows if rounded else CLOSED
+    x_start = _close(gradients, everything, x, _basis(angles), near)
+    moved = None if x_start is None else _move(gradients, everything, x_start, angles, random, near)
+    if moved is None:
+        return {}  # the assembly says why
+    unit = gradients.unit(np.append(*moved))
+    kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, dependent)
+    if not left:
+        return {}
+    again = _move(gradients, np.array(kept), moved[0], angles, random, CLOSED)
+    if again is None:
+        return {}
+    errors = np.abs(gradients.residual(np.append(*again))[left])
+    return dict(zip(left, errors.tolist(), strict=True)) if np.max(errors) <= follows else {}
+
+
+def assembled_near_placed(coordinates: Coordinates, angles: np.ndarray) -> np.ndarray | None:
+    """Natural coordinates at which the constraints hold near the bodies as placed, with the drives at some angles."""
+    holding = [constraint for constraint in coordinates.constraints if not constraint.latch]
+    gradients, b = Gradients(coordinates.free, coordinates.basis, holding), _basis(angles)
+    for first in guesses(coordinates, b, coordinates.nearest(b, coordinates.placed[0])):
+        x = _close(gradients, np.arange(len(holding)), first, b)
+        if x is not None:
+            return np.asarray(coordinates.matrix @ np.append(x, b))
+    return None
 
 
 def _basis(angles: np.ndarray) -> np.ndarray:
@@ -109,19 +141,21 @@ def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
     return bool(np.min(pivots) > 10.0 * BEYOND_DOUBT**2)
 
 
-def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray) -> np.ndarray | None:
-    """Free coordinates near x at which some of the constraints hold, or nothing."""
+def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = CLOSED) -> np.ndarray | None:
+    """Free coordinates near x at which some of the constraints hold within `near`, or nothing."""
     for _ in range(50):
         full = np.append(x, b)
         residual = gradients.residual(full)[chosen]
-        if np.max(np.abs(residual)) < CLOSED:
+        if np.max(np.abs(residual)) < near:
             return x
-        x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual)
+        # what contradicts by rounding is not met by large changes
+        cut = SMALLEST if near == CLOSED else ROUNDED[0]
+        x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 
 
 def _move(
-    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, angles: np.ndarray, random: np.random.Generator
+    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, angles: np.ndarray, random: np.random.Generator, near: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """A position some way off at which some of the constraints hold, drives and timed rods moved a little too, with its b."""
     b = _basis(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
@@ -131,11 +165,11 @@ def _move(
     step -= least_change(rows, rows @ step)
     longest = np.max(np.hypot(*np.asarray(gradients.maps[:, : x.size] @ step).reshape(-1, 2).T), initial=0.0)
     step *= MOVE / longest if longest > 1e-9 * math.sqrt(x.size) else 0.0
-    near = _close(gradients, chosen, x + step, b)
-    return None if near is None else (near, b)
+    closed = _close(gradients, chosen, x + step, b, near)
+    return None if closed is None else (closed, b)
 
 
-def _pivots(rows: np.ndarray, order: np.ndarray) -> tuple[list[int], list[int]]:
+def _pivots(rows: np.ndarray, order: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
     """Which rows are independent and which are combinations of them, the first in `order` kept where there is a choice."""
     kept: list[int] = []
     left: list[int] = []
@@ -145,7 +179,7 @@ def _pivots(rows: np.ndarray, order: np.ndarray) -> tuple[list[int], list[int]]:
         rest = rows[k] - found.T @ (found @ rows[k])
         rest -= found.T @ (found @ rest)
         size = float(np.linalg.norm(rest))
-        if size > DEPENDENT:
+        if size > dependent:
             basis[len(kept)] = rest / size
             kept.append(k)
         else:

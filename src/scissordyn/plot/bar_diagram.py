@@ -22,7 +22,7 @@ from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, VERMILION, dress, small
-from scissordyn.run.bars import PARTS
+from scissordyn.run.bars import PARTS, part_names
 from scissordyn.run.internal_forces import bars_of
 from scissordyn.run.placement import Placement
 
@@ -67,6 +67,8 @@ class Quantity:
         Colour of its ordinates; "" where bars themselves are coloured by it.
     needs : tuple of str
         Fields of a bar without which it is not known.
+    whole : str
+        Variable with one value of each part, for elements that have no values at their ends.
     """
 
     unit: str
@@ -74,13 +76,14 @@ class Quantity:
     last: str
     tone: str = ""
     needs: tuple[str, ...] = ()
+    whole: str = ""
 
 
 MOMENT, AXIAL = "bending moment", "axial force"
 
 QUANTITIES: Mapping[str, Quantity] = {
     MOMENT: Quantity("N m", "beam_start_moment", "beam_end_moment", BLUE),
-    AXIAL: Quantity("N", "beam_axial_force", "beam_axial_force", VERMILION),
+    AXIAL: Quantity("N", "beam_start_axial_force", "beam_end_axial_force", VERMILION, whole="beam_axial_force"),
     "stress": Quantity("Pa", "beam_stress", "beam_stress", needs=("youngs_modulus", "depth")),
     "utilisation": Quantity("1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")),
 }
@@ -222,18 +225,21 @@ def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
     """
     check_quantity(quantity, mechanism)
     one, parts = QUANTITIES[quantity], _parts(mechanism)
-    if one.first not in run:
+    if "beam" not in run:
         raise InputError(f"{quantity} of a run without bars that bend", "the run of this mechanism")
-    ends = [run[name].sel(beam=parts).transpose("time", "beam").values for name in (one.first, one.last)]
+    ends = []
+    for name in (one.first, one.last):
+        value = run[name if name in run else one.whole]
+        value = value.fillna(run[one.whole]) if one.whole else value
+        ends.append(value.sel(beam=parts).transpose("time", "beam").values)
     values = np.stack(ends, axis=-1)
     return Diagram(quantity, tuple(parts), values, float(np.max(np.abs(values))) or 1.0)
 
 
 def _parts(mechanism: Mechanism) -> list[str]:
     """Names of the beam elements and of the parts of flexible bars."""
-    return [beam.name for beam in beams_of(mechanism)] + [
-        f"{bar.name} {k + 1}" for bar in flexible_bars(mechanism) for k in range(PARTS * (len(bar.sections) - 1))
-    ]
+    parts = (name for bar in flexible_bars(mechanism) for name in part_names(bar))
+    return [*(beam.name for beam in beams_of(mechanism)), *parts]
 
 
 def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:

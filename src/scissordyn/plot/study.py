@@ -140,6 +140,7 @@ def feasibility_map(
             one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
     else:
         drawn = _scattered(one, (a, b, c), (sx, sy, sc), look, field, bounds)
+    _without_number(one, a, b, np.isinf(c))
     _disagreement(one, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
     if _is_logarithmic(points[x].values):
         one.set_xscale("log")
@@ -166,6 +167,13 @@ def _few_ticks(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _without_number(one: Axes, a: np.ndarray, b: np.ndarray, marked: np.ndarray) -> None:
+    """Crosses at points that do not meet a requirement for want of a number."""
+    if marked.any():
+        one.plot(a[marked], b[marked], "x", color=BLACK, markersize=4.0, zorder=3.0, label="not reached: not met")
+        _legend([one])
 
 
 def _disagreement(

@@ -36,10 +36,10 @@ class BarAnswer(Words):
     deflection, deflected : float, str
         The largest deflection of any bar [m], and of which one.
     buckling : float
-        The least ratio of the critical load of a span between two points, pi^2 EI/l^2, and the compression in it; NaN without
+        The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
         compression.
     buckled : str
-        Of which bar; empty without one.
+        Which bar takes part in that and is compressed; empty without one.
     """
 
     bar: str
@@ -61,7 +61,7 @@ class BarAnswer(Words):
             said += f", {self.utilisation:.3g} of its yield strength"
         said += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
         if math.isfinite(self.buckling):
-            said += f"; buckling load at least {self.buckling:.3g} times the compression ({printable(self.buckled)})"
+            said += f"; buckles, drives locked, at {self.buckling:.3g} times its axial forces ({printable(self.buckled)})"
         return f"{said}."
 
 

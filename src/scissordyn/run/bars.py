@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,8 +17,11 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.rail import rail_axes, shapes_beyond
 
 __all__ = ["PARTS", "bar_motions", "bar_variables", "marks_of", "mode_warnings", "part_names", "shape_forces"]
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 SHARE = 0.1
 """Part of the largest force of a run that a contact has to reach for its duration to count: slighter touches excite little."""
@@ -30,7 +34,11 @@ VARIABLES = (
     ("axial_force", "N", "axial force, tension positive (beam)"),
     ("start_moment", "N m", "bending moment at the start (beam)"),
     ("end_moment", "N m", "bending moment at the end (beam)"),
-    ("shear_force", "N", "mean shear force, by the change of the bending moment (beam)"),
+    ("shear_force", "N", "shear force in the middle, minus the change of the bending moment over the length (beam)"),
+    ("start_axial_force", "N", "axial force at the start, tension positive (beam)"),
+    ("end_axial_force", "N", "axial force at the end, tension positive (beam)"),
+    ("start_shear_force", "N", "shear force at the start (beam)"),
+    ("end_shear_force", "N", "shear force at the end (beam)"),
     ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
     ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
     ("utilisation", "1", "that stress over the yield strength, 0 if it is unknown (beam)"),
@@ -40,30 +48,15 @@ VARIABLES = (
 """Name, unit and meaning of what parts of bars carry."""
 
 
-@dataclass(frozen=True)
-class Carried:
-    """What the parts of a bar carry, each of shape (nt, parts).
+class Resultants(NamedTuple):
+    """What the part of a bar beyond each place exerts on the part before it, shape (nt, places).
 
-    Parameters
-    ----------
-    axial_force : ndarray
-        In the middle of each [N].
-    start_moment, end_moment : ndarray
-        [N m]
-    energy : ndarray
-        [J]
-    deflection : ndarray
-        Of the end of each, across the line between the ends of the bar [m].
-    length : ndarray, shape (parts,)
-        [m]
+    Each twice, before and after what acts at the place itself: axial and shear force [N], bending moment [N m].
     """
 
-    axial_force: np.ndarray
-    start_moment: np.ndarray
-    end_moment: np.ndarray
-    energy: np.ndarray
-    deflection: np.ndarray
-    length: np.ndarray
+    axial: tuple[np.ndarray, np.ndarray]
+    shear: tuple[np.ndarray, np.ndarray]
+    moment: tuple[np.ndarray, np.ndarray]
 
 
 def marks_of(bar: FlexibleBar) -> np.ndarray:
@@ -73,25 +66,53 @@ def marks_of(bar: FlexibleBar) -> np.ndarray:
     return np.append(np.concatenate(inside), places[-1])
 
 
-def part_names(axis: Axis) -> list[str]:
+def part_names(bar: FlexibleBar) -> list[str]:
     """Names of the parts of a bar."""
-    return [f"{axis.bar.name} {k + 1}" for k in range(PARTS * (len(axis.bar.sections) - 1))]
+    return [f"{bar.name} {k + 1}" for k in range(PARTS * (len(bar.sections) - 1))]
 
 
 @dataclass(frozen=True)
 class BarMotion:
-    """Of a bar at some instants: vectors of its shapes and their rates, factor of its temperatures."""
+    """Of a bar at some instants.
+
+    Parameters
+    ----------
+    vectors, rates, accelerations : ndarray, shape (nt, count, 2)
+        Of its shapes; accelerations less gravity.
+    factor : ndarray, shape (nt,)
+        Of its temperatures.
+    running : tuple of (ndarray, ndarray)
+        Of what runs along it: places, shape (nt,) [m], and the forces that it exerts there, shape (nt, 2) [N].
+    """
 
     vectors: np.ndarray
     rates: np.ndarray
+    accelerations: np.ndarray
     factor: np.ndarray
+    running: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
 
 
 def bar_motions(plan: Plan, found: Record, time: np.ndarray) -> list[BarMotion]:
     """Motion of each flexible bar at the instants of a record."""
     matrix, axes = plan.coordinates.matrix, plan.coordinates.natural.axes
-    position, velocity = (np.asarray((matrix @ part.T).T) if axes else part for part in (found.X, found.V))
-    return [BarMotion(axis.vectors(position), axis.vectors(velocity), _warmth(axis.bar, time)) for axis in axes]
+    if not axes:
+        return []
+    position, velocity, acceleration = (np.asarray((matrix @ part.T).T) for part in (found.X, found.V, found.A))
+    acceleration -= plan.coordinates.natural.uniform(plan.gravity_vector)
+    running: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
+    for i, axis in rail_axes(axes, plan.acting).items():
+        force = -found.wrench[:, len(plan.contacts) + i, :2]
+        running.setdefault(id(axis), []).append((found.coordinate[:, i, 1], force))
+    return [
+        BarMotion(
+            axis.vectors(position),
+            axis.vectors(velocity),
+            axis.vectors(acceleration),
+            _warmth(axis.bar, time),
+            tuple(running.get(id(axis), ())),
+        )
+        for axis in axes
+    ]
 
 
 def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
@@ -116,53 +137,63 @@ def _strain(axis: Axis, motion: BarMotion, places: np.ndarray) -> tuple[np.ndarr
     return slope, size - 1.0 - motion.factor[:, None] * thermal_loads(axis.bar)[0], damped, tangent
 
 
-def _curvature(axis: Axis, motion: BarMotion, places: np.ndarray) -> np.ndarray:
-    """The curvature that has a stress, with that of damping."""
-    first, second = axis.shapes.at(places, 1), axis.shapes.at(places, 2)
-    a, b = first @ motion.vectors, second @ motion.vectors
-    found = _cross(a, b) / (a[..., 0] ** 2 + a[..., 1] ** 2) - motion.factor[:, None] * thermal_loads(axis.bar)[1]
-    if axis.bar.damping > 0.0:
-        found += axis.bar.damping * (_cross(first @ motion.rates, b) + _cross(a, second @ motion.rates))
-    return np.asarray(found)
-
-
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
-def carried(axis: Axis, motion: BarMotion) -> Carried:
-    """What a bar carries at some instants.
+def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
+    """What all but the bar itself, its weight and its inertia exerts on the vectors of its shapes, shape (nt, count, 2) [N].
 
-    Parameters
-    ----------
-    axis : Axis
-    motion : BarMotion
-
-    Returns
-    -------
-    Carried
+    Of the points these are forces at the cross-sections, of directions d the parts of a couple d x force; what runs along the
+    bar is left out.
     """
-    shapes, bar = axis.shapes, axis.bar
-    ends = marks_of(bar)
-    length = np.diff(ends)
-    points, weights = shapes.quadrature
-    _, elastic, damped, _ = _strain(axis, motion, points)
-    force = bar.axial_stiffness * (elastic + damped)
-    axial = np.zeros((motion.factor.size, length.size))
-    for k, (a, b) in enumerate(zip(shapes.places, shapes.places[1:], strict=False)):
-        # where bending shortens the axis the strain is that of its points of quadrature: a line through them in each span
-        inside, parts = (points > a) & (points < b), slice(PARTS * k, PARTS * (k + 1))
-        own, w, mid = points[inside] - 0.5 * (a + b), weights[inside], ends[:-1][parts] + 0.5 * length[parts] - 0.5 * (a + b)
-        mean, slope = force[:, inside] @ w / (b - a), force[:, inside] @ (w * own) * 12.0 / (b - a) ** 3
-        axial[:, parts] = mean[:, None] + slope[:, None] * mid
-    moment = bar.bending_stiffness * _curvature(axis, motion, ends)
-    within = bar.bending_stiffness * _curvature(axis, motion, ends[:-1] + 0.5 * length)
-    squares = (moment[:, :-1] ** 2 + 4.0 * within**2 + moment[:, 1:] ** 2) / 6.0
-    energy = 0.5 * length * (axial**2 / bar.axial_stiffness + squares / bar.bending_stiffness)
-    where = shapes.at(ends) @ motion.vectors
-    chord = where[:, -1:] - where[:, :1]
-    across = _cross(chord, where - where[:, :1]) / np.linalg.norm(chord, axis=-1)
-    return Carried(axial, moment[:, :-1], moment[:, 1:], energy, across[:, 1:], length)
+    force = axis.bar.mass_per_length * (axis.shapes.mass @ motion.accelerations) - shape_forces(axis, motion)
+    for places, exerted in motion.running:
+        force -= shapes_beyond(axis, places)[..., None] * exerted[:, None]
+    return np.asarray(force)
+
+
+def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
+    """Internal forces of a bar at some places, increasing from its first end, by equilibrium of the part before each.
+
+    With the forces R_i and couples C_i on cross-sections, f = mu (r'' - g) and sums over those up to s:
+
+        F(s) = int_0^s f ds - sum R_i,  M(s) = int_0^s (r - r(s)) x f ds - sum ((r_i - r(s)) x R_i + C_i).
+
+    Both are exact for any stiffness, since the shapes hold all motions of a rigid bar.
+    """
+    shapes, count = axis.shapes, len(axis.bar.sections)
+    outside = outside_forces(axis, motion)
+    where, slope = (shapes.at(places, k) @ motion.vectors for k in (0, 1))
+    tangent = slope / np.linalg.norm(slope, axis=-1, keepdims=True)
+    half = 0.5 * np.diff(places)
+    inside = (places[:-1, None] + half[:, None] * (1.0 + _POINTS)).ravel()
+    weight = axis.bar.mass_per_length * np.outer(half, _WEIGHTS).ravel()
+    table = shapes.at(inside)
+    load = weight[:, None] * (table @ motion.accelerations)
+    turning = _cross(table @ motion.vectors, load)
+    force, moment = (
+        np.add.accumulate(np.add.reduceat(part, range(0, inside.size, _POINTS.size), axis=1), axis=1)
+        for part in (load, turning)
+    )
+    force, moment = np.pad(force, ((0, 0), (1, 0), (0, 0))), np.pad(moment, ((0, 0), (1, 0)))
+    points = np.array(shapes.places)
+    arms = motion.vectors[:, :count]
+    couples = np.zeros((motion.factor.size, count))
+    for row, k in enumerate(shapes.clamped, count):
+        couples[:, k] = _cross(motion.vectors[:, row], outside[:, row])
+    couples += _cross(arms, outside[:, :count])
+    tables = [
+        (force - past @ outside[:, :count], moment - couples @ past.T)
+        for past in (points < places[:, None], points <= places[:, None])
+    ]
+    for at, exerted in motion.running:
+        arm = np.einsum("tk,tka->ta", shapes_beyond(axis, at), motion.vectors)
+        for (sum_of_forces, sum_of_moments), past in zip(tables, (at[:, None] < places, at[:, None] <= places), strict=True):
+            sum_of_forces -= past[..., None] * exerted[:, None]
+            sum_of_moments -= past * _cross(arm, exerted)[:, None]
+    first, second = ((np.sum(f * tangent, axis=-1), _cross(tangent, f), m - _cross(where, f)) for f, m in tables)
+    return Resultants(*zip(first, second, strict=True))
 
 
 def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
@@ -186,8 +217,8 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
         return {}
     elements = [part for part in plan.components if isinstance(part, Beam)]
     motions = bar_motions(plan, found, time)
-    carried_by = [_table(axis.bar, carried(axis, motion)) for axis, motion in zip(axes, motions, strict=True)]
-    names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis)]
+    tables = [_table(axis, motion) for axis, motion in zip(axes, motions, strict=True)]
+    names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis.bar)]
     variables = {"beam": xr.Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
     further = len(names) - len(elements)
     for name, variable in known.items():
@@ -195,7 +226,7 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
             missing = {"beam": (0, further)}
             variables[name] = variable.pad(missing, constant_values=np.nan)
     for name, unit, text in VARIABLES:
-        parts = [table[name] for table in carried_by]
+        parts = [table[name] for table in tables]
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
             parts.insert(0, known[f"beam_{name}"].values if f"beam_{name}" in known else none)
@@ -217,20 +248,41 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
     return variables | {name: xr.Variable(("flexible_bar",), values, attributes) for name, (values, attributes) in bars.items()}
 
 
-def _table(bar: FlexibleBar, has: Carried) -> dict[str, np.ndarray]:
-    largest = np.maximum(np.abs(has.start_moment), np.abs(has.end_moment))
-    strain = np.abs(has.axial_force) / bar.axial_stiffness + 0.5 * bar.depth * largest / bar.bending_stiffness
+def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
+    """`VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
+    bar, ends = axis.bar, marks_of(axis.bar)
+    length, places = np.diff(ends), np.insert(ends, np.arange(1, ends.size), 0.5 * (ends[1:] + ends[:-1]))
+    carried = resultants(axis, motion, places)
+    axial, shear, moment = ((part[1][:, :-1:2], part[0][:, 1::2], part[0][:, 2::2]) for part in carried)
+    strain = np.maximum(
+        *(np.abs(axial[k]) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(moment[k]) / bar.bending_stiffness for k in (0, 2))
+    )
+    squares = ((part[0] ** 2 + 4.0 * part[1] ** 2 + part[2] ** 2) / 6.0 for part in (axial, moment))
+    where = axis.shapes.at(ends) @ motion.vectors
+    chord = where[:, -1:] - where[:, :1]
+    across = _cross(chord, where - where[:, :1]) / np.linalg.norm(chord, axis=-1)
     return {
-        "axial_force": has.axial_force,
-        "start_moment": has.start_moment,
-        "end_moment": has.end_moment,
-        "shear_force": (has.start_moment - has.end_moment) / has.length,
+        "axial_force": axial[1],
+        "start_moment": moment[0],
+        "end_moment": moment[2],
+        "shear_force": shear[1],
+        "start_axial_force": axial[0],
+        "end_axial_force": axial[2],
+        "start_shear_force": shear[0],
+        "end_shear_force": shear[2],
         "fibre_strain": strain,
         "stress": bar.youngs_modulus * strain,
         "utilisation": bar.youngs_modulus * strain / bar.yield_strength if bar.yield_strength else 0.0 * strain,
-        "energy": has.energy,
-        "deflection": has.deflection,
+        "energy": 0.5
+        * length
+        * sum(square / k for square, k in zip(squares, (bar.axial_stiffness, bar.bending_stiffness), strict=True)),
+        "deflection": across[:, 1:],
     }
+
+
+def axial_force_at_points(axis: Axis, motion: BarMotion) -> np.ndarray:
+    """Elastic axial forces times weights at the points of quadrature, as in the equations of motion, shape (nt, points)."""
+    return np.asarray(axis.bar.axial_stiffness * (_strain(axis, motion, axis.shapes.quadrature[0])[1] @ axis.stretching))
 
 
 def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:

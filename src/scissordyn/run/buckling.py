@@ -16,13 +16,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
 from scissordyn.plan.rest import at_rest
+from scissordyn.run.geometric_stiffness import ROUNDING, geometric_stiffness
 from scissordyn.run.small_motion import placed, stiffness
 from scissordyn.units import Quantity, checked
 
 __all__ = ["buckling"]
-
-SMALL = 1e-2
-"""Part of the loads at which the change of the stiffness is taken."""
 
 
 @checked
@@ -31,8 +29,9 @@ def buckling(
 ) -> xr.Dataset:
     """Factors of gravity, forces and torques at which a mechanism with locked drives buckles.
 
-    Linear buckling: with K the stiffness at a part h of the loads in static equilibrium, (K(0) + factor (K(h) - K(0))/h) a = 0.
-    Clearance joints are taken as ideal. Where deflections before buckling are large the factor is an estimate only; a position
+    Linear buckling: (K + factor G) a = 0 with the stiffness K without loads, bars straight, and the geometric stiffness G of
+    what the loads cause there by K: axial forces of bars, forces of springs, bushings and rollers, reactions. Clearance joints
+    are taken as ideal. Deflections before buckling are left out: where they are large a mechanism fails at less. A position
     without loads must be stable, which bars that bend, springs or drives see to.
 
     Parameters
@@ -40,7 +39,7 @@ def buckling(
     mechanism : Mechanism
         With bars that bend.
     count : int
-        Number of factors, from the smallest; fewer if the loads make the mechanism stiffer.
+        Number of factors, from the smallest; fewer, or none, if the loads compress nothing.
 
     Returns
     -------
@@ -59,13 +58,16 @@ def buckling(
     ideal = with_mode_counts(mechanism).ideal()
     if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
         raise InputError("the buckling of a mechanism without loads", "gravity, forces or torques")
-    (first, allowed), (second, _) = (_stiffness(ideal, factor) for factor in (0.0, SMALL))
-    rest, change = (allowed.T @ each @ allowed for each in (first, (second - first) / SMALL))
+    at, _ = placed(plan(at_rest(_loaded(ideal, 0.0))), "concentric", None)
+    slopes, allowed = stiffness(at)
+    rest = allowed.T @ slopes @ allowed
     if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
         raise InputError("the buckling of a mechanism that is not stable without loads", "a drive, springs or bars that bend")
+    loads = placed(plan(at_rest(_loaded(ideal, 1.0))), "concentric", None)[0]
+    change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
     # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
     inverse = sl.eigh(change, rest, eigvals_only=True)
-    factors = np.sort(-1.0 / inverse[inverse < 0.0])[:count]
+    factors = np.sort(-1.0 / inverse[inverse < -ROUNDING * np.max(np.abs(inverse))])[:count]
     described = {"units": "1", "long_name": "factor of the loads at which the mechanism buckles"}
     return xr.Dataset({"load_factor": ("mode", factors, described)}, {"mode": np.arange(1, factors.size + 1)})
 
@@ -81,9 +83,3 @@ def _loaded(mechanism: Mechanism, factor: float) -> Mechanism:
     return dataclasses.replace(
         mechanism, gravity=factor * mechanism.gravity, components=tuple(scaled(part) for part in mechanism.components)
     )
-
-
-def _stiffness(mechanism: Mechanism, factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness in equilibrium with the loads times a factor, and the motions that constraints allow."""
-    at, _ = placed(plan(at_rest(_loaded(mechanism, factor))), "static" if factor else "concentric", None)
-    return stiffness(at)

@@ -32,6 +32,7 @@ from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import RESULTS
 from scissordyn.plan.plan import Plan
 from scissordyn.run.bars import bar_variables
+from scissordyn.run.buckling_ratio import buckling_ratios
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.distributed import with_distributed_mass
@@ -99,7 +100,8 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
     for name in components.keys() & variables.keys():
         raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
     variables |= components
-    variables |= largest_variables(plan.mechanism, variables, path.samples.time)
+    ratios = buckling_ratios(plan, path.samples, found, variables)
+    variables |= largest_variables(plan.mechanism, variables, path.samples.time, ratios)
     attributes = {
         "title": TITLE,
         "status": path.status,
@@ -133,7 +135,8 @@ def largest_along_bars(path: Trajectory, found: Record) -> Variables:
         **_motion_variables(plan, path, found),
         **_component_variables(plan, path, found),
     }
-    return largest_variables(plan.mechanism, variables, path.samples.time)
+    ratios = buckling_ratios(plan, path.samples, found, variables)
+    return largest_variables(plan.mechanism, variables, path.samples.time, ratios)
 
 
 @lru_cache(256)

@@ -7,7 +7,7 @@ import numpy as np
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.plan import Plan
-from scissordyn.plan.rail import rail_axes, shapes_beyond
+from scissordyn.plan.rail import shapes_beyond
 from scissordyn.run.bars import bar_motions, shape_forces
 
 __all__ = ["with_distributed_mass"]
@@ -27,9 +27,8 @@ def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record
     inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
     for axis, motion in zip(coordinates.natural.axes, bar_motions(plan, found, time), strict=True):
         axis.added(-shape_forces(axis, motion), inertia)
-    for i, axis in rail_axes(coordinates.natural.axes, plan.acting).items():
-        shares = shapes_beyond(axis, found.coordinate[:, i, 1])
-        axis.added(shares[..., None] * found.wrench[:, None, len(plan.contacts) + i, :2], inertia)
+        for places, exerted in motion.running:
+            axis.added(-shapes_beyond(axis, places)[..., None] * exerted[:, None], inertia)
     load = found.load.copy()
     for b, body in enumerate(plan.bodies):
         p = coordinates.natural.offsets[body.name]

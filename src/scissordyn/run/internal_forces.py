@@ -14,12 +14,11 @@ from numpy.typing import ArrayLike
 from scissordyn.component.beam import Beam
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
-from scissordyn.model.bending import NODE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
-from scissordyn.run.bars import PARTS, marks_of
+from scissordyn.run.bars import PARTS, marks_of, part_names
 from scissordyn.run.configuration import read_configuration
 
 __all__ = ["Bar", "bars_of", "internal_forces", "largest_variables"]
@@ -37,7 +36,10 @@ QUANTITIES = {
     "bending_moment": ("N m", "bending moment, positive where it curves the bar towards +y"),
     "stress": ("Pa", "stress in the extreme fibre, 0 if the material is unknown"),
     "utilisation": ("1", "that stress over the yield strength, 0 if it is unknown"),
-    "buckling_ratio": ("1", "compression over pi^2 EI/l^2 of the span between two points"),
+    "buckling_ratio": (
+        "1",
+        "compression over that at which the mechanism buckles, drives locked, if all axial forces grow alike",
+    ),
 }
 
 
@@ -84,9 +86,8 @@ def internal_forces(
 ) -> xr.Dataset:
     """Deflection, internal forces and stress along bars that bend.
 
-    Within an element they follow from equilibrium with what acts at its end, and with its weight and inertia. Along a flexible
-    bar they are interpolated between the ends of the parts of which a run has moments and deflections, by polynomials in each
-    span between cross-sections.
+    They follow from equilibrium with what acts at the end of an element or on the cross-sections of a flexible bar, with weight
+    and inertia. Along a flexible bar they are interpolated between start, middle and end of the parts that a run reports.
 
     Parameters
     ----------
@@ -123,6 +124,8 @@ def internal_forces(
     chosen = [bar for bar in known if bars == "all" or bar.name in matching("bar", bars, names)]
     read = _Read(run, described)
     found = [_along(bar, read, at) for bar in chosen]
+    for bar, along in zip(chosen, found, strict=True):
+        along["buckling_ratio"] = _compression(along) / float(run["bar_buckling_load"][names.index(bar.name)])
     over = ("time", "bar", "place")
     variables: dict[str, Any] = {
         name: (over, np.stack([one[name] for one in found], axis=1), {"units": unit, "long_name": text})
@@ -141,10 +144,17 @@ def internal_forces(
     return xr.Dataset(variables, coordinates, {"title": "scissordyn internal forces"})
 
 
-def largest_variables(mechanism: Mechanism, variables: dict[str, xr.Variable], time: np.ndarray) -> dict[str, xr.Variable]:
+def _compression(found: dict[str, np.ndarray]) -> np.ndarray:
+    return np.asarray(np.maximum(-found["axial_force"], 0.0))
+
+
+def largest_variables(
+    mechanism: Mechanism, variables: dict[str, xr.Variable], time: np.ndarray, ratios: np.ndarray
+) -> dict[str, xr.Variable]:
     """The largest size of each quantity along each bar, with instant and distance from its first end.
 
-    Among the samples, at the quarters of each element.
+    Among the samples, at the quarters of each element. `bar_buckling_load` is the largest compression of each bar over its
+    largest buckling ratio.
 
     Parameters
     ----------
@@ -153,6 +163,8 @@ def largest_variables(mechanism: Mechanism, variables: dict[str, xr.Variable], t
         Of a run: bodies' places and the outputs of beams.
     time : ndarray, shape (samples,)
         [s]
+    ratios : ndarray, shape (bars,)
+        See `buckling_ratios`.
 
     Returns
     -------
@@ -164,16 +176,23 @@ def largest_variables(mechanism: Mechanism, variables: dict[str, xr.Variable], t
         return {}
     read = _Read(variables, mechanism)
     largest = {name: np.zeros((3, len(bars))) for name in QUANTITIES}
+    loads = np.full(len(bars), np.inf)
     for b, bar in enumerate(bars):
         ends = marks_of(bar.whole) if bar.whole else np.cumsum([0.0, *(beam.length for beam in bar.beams)])
         within = ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, INSIDE, endpoint=False)
         at = np.append(within.ravel() / ends[-1], 1.0)
         found = _along(bar, read, at)
+        compression = _compression(found)
+        if ratios[b] > 0.0 and compression.any():
+            loads[b] = float(compression.max()) / ratios[b]
+        found["buckling_ratio"] = compression / loads[b]
         for name, kept in largest.items():
             size = np.abs(found[name])
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
             kept[:, b] = found[name][row, column], time[row], at[column] * ends[-1]
-    made = {"bar": xr.Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
+    about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
+    made = {"bar_buckling_load": xr.Variable(("bar",), loads, {"units": "N", "long_name": about})}
+    made |= {"bar": xr.Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
     for name, (unit, text) in QUANTITIES.items():
         for k, (suffix, units, about) in enumerate(
             (
@@ -223,8 +242,10 @@ class _Read:
 
 def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     """All quantities at parts of a bar's length, shape (samples, places)."""
-    if bar.whole:
-        return _along_whole(bar.whole, read, at * bar.length)
+    return _along_whole(bar.whole, read, at * bar.length) if bar.whole else _along_elements(bar, read, at)
+
+
+def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     ends = np.cumsum([0.0, *(beam.length for beam in bar.beams)])
     which = np.clip(np.searchsorted(ends, at * ends[-1], side="right") - 1, 0, len(bar.beams) - 1)
     parts = []
@@ -235,8 +256,6 @@ def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     found = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
     order = np.argsort(np.argsort(which, kind="stable"), kind="stable")
     found = {name: values[:, order] for name, values in found.items()}
-    critical = np.array([beam.bending_stiffness for beam in bar.beams]) * (math.pi / _spans(bar)) ** 2
-    found["buckling_ratio"] = np.maximum(-found["axial_force"], 0.0) / critical[which]
     first, last = read.pose(bar.beams[0].start[0])[0], read.pose(bar.beams[-1].end[0])[0]
     line = last - first
     line /= np.hypot(*line.T)[:, None]
@@ -245,31 +264,36 @@ def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
     return found
 
 
-def _spans(bar: Bar) -> np.ndarray:
-    """Length of the span between two points that each element of a bar is in [m]."""
-    length = np.array([beam.length for beam in bar.beams])
-    first = [beam.start[1] != NODE for beam in bar.beams]
-    span = np.cumsum([True, *first[1:]]) - 1
-    return np.asarray(np.bincount(span, length)[span])
-
-
 def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
     """All quantities at distances from the first end of a flexible bar, shape (samples, places)."""
     places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
-    names = [f"{bar.name} {k + 1}" for k in range(marks.size - 1)]
-    outputs = ("start_moment", "end_moment", "axial_force", "deflection")
-    start, end, axial, away = (np.stack([read.beam(output, name) for name in names], axis=1) for output in outputs)
-    moments, away = np.hstack([start, end[:, -1:]]), np.hstack([np.zeros_like(away[:, :1]), away])
-    middles = 0.5 * (marks[1:] + marks[:-1])
-    samples = len(start)
-    bending, shear, normal, deflection = np.zeros((4, samples, distance.size))
+    names = part_names(bar)
+    start, end, away = (
+        np.stack([read.beam(output, name) for name in names], axis=1) for output in ("start_moment", "end_moment", "deflection")
+    )
+    away = np.hstack([np.zeros_like(away[:, :1]), away])
+    part = np.clip(np.searchsorted(marks, distance, side="right") - 1, 0, marks.size - 2)
+    length = np.diff(marks)[part]
+    xi = (distance - marks[part]) / length
+    # through start, middle and end of each part; the moment has the slopes that the shear force is
+    three = np.array([(1.0 - xi) * (1.0 - 2.0 * xi), 4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)])
+    normal, shear = (
+        sum(
+            weight * np.stack([read.beam(f"{at}{kind}", names[k]) for k in part], axis=1)
+            for weight, at in zip(three, ("start_", "", "end_"), strict=True)
+        )
+        for kind in ("axial_force", "shear_force")
+    )
+    slopes = (-length * np.stack([read.beam(f"{at}_shear_force", names[k]) for k in part], axis=1) for at in ("start", "end"))
+    bending = sum(
+        weight * value
+        for weight, value in zip(_hermite(xi)[[0, 2, 1, 3]], (start[:, part], end[:, part], *slopes), strict=True)
+    )
+    deflection = np.zeros((len(start), distance.size))
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
-        inside, own, parts = span == k, slice(PARTS * k, PARTS * (k + 1) + 1), slice(PARTS * k, PARTS * (k + 1))
-        value, slope = _through(marks[own], distance[inside])
-        bending[:, inside], deflection[:, inside] = moments[:, own] @ value, away[:, own] @ value
-        shear[:, inside] = -moments[:, own] @ slope
-        normal[:, inside] = axial[:, parts][:, [0, -1]] @ _through(middles[parts][[0, -1]], distance[inside])[0]
+        inside, own = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
+        deflection[:, inside] = away[:, own] @ _through(marks[own], distance[inside])
     strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
     points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
     line = points[:, -1] - points[:, 0]
@@ -279,7 +303,6 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     normal_line = np.stack([-line[:, 1], line[:, 0]], axis=1)
     position = points[:, :1] + along[..., None] * line[:, None] + deflection[..., None] * normal_line[:, None]
     stress = bar.youngs_modulus * strain
-    critical = bar.bending_stiffness * (math.pi / np.diff(places)) ** 2
     return {
         "position": position,
         "deflection": deflection,
@@ -288,17 +311,14 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
         "bending_moment": bending,
         "stress": stress,
         "utilisation": stress / bar.yield_strength if bar.yield_strength else 0.0 * stress,
-        "buckling_ratio": np.maximum(-normal, 0.0) / critical[span],
     }
 
 
-def _through(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The polynomial through values at nodes, and its derivative, at some places: by the values, shape (nodes, places)."""
+def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """The polynomial through values at nodes at some places: by the values, shape (nodes, places)."""
     middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
-    powers, x = np.arange(nodes.size), (at - middle) / half
-    coefficients = np.linalg.inv(np.vander((nodes - middle) / half, increasing=True))
-    slopes = np.where(powers > 0, powers, 0) * x[:, None] ** np.maximum(powers - 1, 0) / half
-    return (np.vander(x, nodes.size, increasing=True) @ coefficients).T, (slopes @ coefficients).T
+    table = np.vander((at - middle) / half, nodes.size, increasing=True)
+    return np.asarray(np.linalg.solve(np.vander((nodes - middle) / half, increasing=True).T, table.T))
 
 
 def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:

@@ -93,19 +93,23 @@ class Ended:
         """Over the time up to now."""
         return np.asarray(np.sqrt(self.driver.peak["square"][self.rows(kind)] / self.time))
 
+    def at_end(self, kind: int) -> np.ndarray:
+        """One kind of monitored quantity now."""
+        return np.asarray(self.driver.state.monitored[self.rows(kind), 0])
+
     def settled(self) -> np.ndarray:
         """From when on the tracked points stay within their tolerances [s]."""
         guards = self.driver.state.mode.size
         return settling_times(self.plan, self.driver.band[self.rows(TRACK_DEVIATION) - guards], self.time)
 
     def deployed(self) -> float:
-        """When the last latch has locked [s]; NaN while one is open, and without latches."""
+        """When the last latch has locked [s]; infinite while one is open, NaN without latches."""
         log = self.driver.log
         locked = [
-            float(log["time"][log["guard"] == guard][-1]) if self.driver.state.mode[guard] == 1 else math.nan
+            float(log["time"][log["guard"] == guard][-1]) if self.driver.state.mode[guard] == 1 else math.inf
             for guard in self._latches
         ]
-        return max(locked) if locked and not any(map(math.isnan, locked)) else math.nan
+        return max(locked, default=math.nan)
 
     @cached_property
     def accounts(self) -> np.ndarray:
@@ -196,7 +200,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "1", "fraction of the time in contact", _JOINT, lambda e: e.per_joint(lambda own: sum(map(e.lasting, own))) / e.time
         ),
         "first_contact": Measure(
-            "s", "start of the first contact", _JOINT, lambda e: e.per_joint(lambda own: own[0].start if own else math.nan)
+            "s", "start of the first contact", _JOINT, lambda e: e.per_joint(lambda own: own[0].start if own else math.inf)
         ),
         "impulse": Measure(
             "N s", "impulse of the normal forces", _JOINT, lambda e: e.per_joint(lambda own: sum(c.impulse for c in own))
@@ -216,6 +220,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "rms_track_deviation": Measure(
             "m", f"root mean square {_APART}", _TRACK, lambda e: e.root_mean_squares(TRACK_DEVIATION), True
         ),
+        "end_track_deviation": Measure("m", f"{_APART} at the end", _TRACK, lambda e: e.at_end(TRACK_DEVIATION), True),
         "settling_time": Measure("s", SETTLING, _TRACK, lambda e: e.settled(), True),
         "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
         "peak_component_force": Measure(
@@ -224,7 +229,9 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_bar_stress": _of_bars("Pa", "stress", "stress in the extreme fibre"),
         "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
         "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
-        "peak_buckling_ratio": _of_bars("1", "buckling_ratio", "compression over the critical load of a span"),
+        "peak_buckling_ratio": _of_bars(
+            "1", "buckling_ratio", "compression over that at which the mechanism buckles, drives locked"
+        ),
         **{name: _energy(name) for name in POWERS},
         "mass": Measure("kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies))),
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),

@@ -26,8 +26,8 @@ def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
     Returns
     -------
     ndarray, shape (tracks,)
-        0 for one that never leaves its tolerance; NaN for one without a tolerance, or not within it at the end.
+        0 for one that never leaves its tolerance, infinite for one that is not within it at the end; NaN without a tolerance.
     """
     found = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
-    found[found >= end * (1.0 - 1e-12)] = math.nan
+    found[found >= end * (1.0 - 1e-12)] = math.inf
     return np.where([track.tolerance is None for track in plan.tracks], math.nan, found)

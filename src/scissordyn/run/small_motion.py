@@ -16,7 +16,7 @@ from scissordyn.run.driver import make_system
 from scissordyn.run.rest import count_turns, equilibrium, touch_closed, turns
 from scissordyn.run.start import assembled_near, prepare_start, rest_with_clearances
 
-__all__ = ["At", "Place", "Position", "placed", "released", "stiffness"]
+__all__ = ["At", "Place", "Position", "constraint_slopes", "force_slopes", "placed", "released", "stiffness"]
 
 INDEPENDENT = 1e-9
 """Singular values of the constraints' gradients below this part of the largest count as zero."""
@@ -136,6 +136,16 @@ def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
     stiffness : ndarray, shape (n, n)
     allowed : ndarray, shape (n, n - rank of the constraints)
     """
+    found = force_slopes(at)
+    gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
+    found += curved
+    _, sizes, basis = np.linalg.svd(gradients)
+    rank = int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0)))
+    return 0.5 * (found + found.T), basis[rank:].T
+
+
+def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
+    """Minus the derivatives of the forces by the free coordinates; evaluates everything at the position."""
     content = at.system.content
     model, work, n = content.model, content.work, content.model.n
     contacts = content.parameters.contact.size
@@ -143,7 +153,7 @@ def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
     y[n : 2 * n] = 0.0
     rate, by_time = np.zeros(y.size), np.zeros(y.size)
     functions.activate(at.system.address)
-    functions.linearise(0.0, y, at.system.address, rate, by_time)
+    functions.linearise(time, y, at.system.address, rate, by_time)
     found = np.zeros((n, n))
     for e in range(model.element_start.size - 1):
         if e < contacts and content.state.mode[e] != 1:
@@ -153,15 +163,18 @@ def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
         block = work.block_x[model.block_start[e] : model.block_start[e + 1]].reshape(last - first, last - first)
         free = columns < n
         found[np.ix_(columns[free], columns[free])] -= block[np.ix_(free, free)]
-    gradients = np.zeros((work.multiplier.size, n))
+    return found
+
+
+def constraint_slopes(at: At, multiplier: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the constraints at a position that has been evaluated, and the stiffness of some multipliers of theirs."""
+    model, work, n = at.system.content.model, at.system.content.work, at.system.content.model.n
+    gradients, curved = np.zeros((multiplier.size, n)), np.zeros((n, n))
     for p in range(model.part_constraint.size):
         first, last = model.part_start[p], model.part_start[p + 1]
         k, columns = model.part_constraint[p], model.constraint_column[first:last]
         free = columns < n
         rows = model.constraint_row[:, first:last][:, free]
-        weight = work.part_weight[p]
-        found[np.ix_(columns[free], columns[free])] += work.multiplier[k] * weight * rows.T @ rows
+        curved[np.ix_(columns[free], columns[free])] += multiplier[k] * work.part_weight[p] * rows.T @ rows
         gradients[k, columns[free]] += work.gradient[first:last][free]
-    _, sizes, basis = np.linalg.svd(gradients)
-    rank = int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0)))
-    return 0.5 * (found + found.T), basis[rank:].T
+    return gradients, curved

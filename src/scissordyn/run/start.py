@@ -104,7 +104,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     warnings += _moved(plan, content, assembled)
     if kind != "static":
         warnings += _changed_velocity(plan, content, start, kind)
-    warnings += plan.out_of_proportion
+    warnings += plan.out_of_proportion + plan.rounded_lengths
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
     events = _touching(system, y, kind)

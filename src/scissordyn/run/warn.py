@@ -93,6 +93,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
     ]
     found += _exceeded(run)
     found += _overstrained(run)
+    found += _buckled(run)
     found += mode_warnings(plan, run)
     found += _off_the_rail(plan, run)
     found += _undetermined(run)
@@ -334,6 +335,21 @@ def _overstrained(run: xr.Dataset) -> list[str]:
             where, when = run["beam"].values[which], float(run["time"].values[at])
             found.append(f"element '{where}' {text.format(values[at, which])} (t = {when:.6g} s)")
     return found
+
+
+def _buckled(run: xr.Dataset) -> list[str]:
+    """The bar that is compressed most beyond what the mechanism bears."""
+    if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
+        return []
+    ratio = run["bar_largest_buckling_ratio"].values
+    b = int(np.argmax(ratio))
+    if not ratio[b] >= 1.0:
+        return []
+    when = float(run["bar_largest_buckling_ratio_time"].values[b])
+    return [
+        f"bar '{run['bar'].values[b]}' is compressed to {ratio[b]:.3g} times the force at which the mechanism buckles with its "
+        f"drives locked (t = {when:.6g} s)"
+    ]
 
 
 def _off_the_rail(plan: Plan, run: xr.Dataset) -> list[str]:

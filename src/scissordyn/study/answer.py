@@ -13,7 +13,7 @@ from scissordyn.errors import command
 from scissordyn.study.description import Study
 from scissordyn.study.grouped import grouped, grouped_lines
 from scissordyn.study.part_unit import whole_responses
-from scissordyn.study.requirement import Response, response_unit, response_values
+from scissordyn.study.requirement import Response, response_unit, response_values, value_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Worst",
     "answered",
     "by_point",
+    "case_values",
     "causes",
     "counts",
     "feasible_fraction",
@@ -73,8 +74,8 @@ class Worst:
     case : int
     requirement : str
     value : float
-    units : str
-        Of the value.
+    text : str
+        The value with its unit, or why there is none.
     margin : float
         As a fraction of the bound; negative where it is not met.
     numbers : dict of str to float or str
@@ -84,7 +85,7 @@ class Worst:
     case: int
     requirement: str
     value: float
-    units: str
+    text: str
     margin: float
     numbers: dict[str, Any] = field(default_factory=dict)
 
@@ -121,6 +122,17 @@ def answered(study: Study, results: xr.Dataset) -> list[Response]:
     return chosen + [one for one in every if (one.measure, response_unit(results, one)) not in covered]
 
 
+def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
+    """A response of all cases, NaN for those that are not complete.
+
+    A complete case without a number of what is required does not meet it: the number counts as infinite, on the wrong side.
+    """
+    values = response_values(results, response)
+    if response in [requirement.response for requirement in study.requirements]:
+        values = np.where(np.isnan(values), -np.inf if response.smallest else np.inf, values)
+    return np.where(results["status"].values == COMPLETE, values, np.nan)
+
+
 def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     """What is known of each point of the design.
 
@@ -145,7 +157,7 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     differs = np.zeros(count, bool)
     for one in answered(study, results):
         name = one.name
-        cells = np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)
+        cells = case_values(study, results, one)[rows].reshape(shape)
         about = {"units": response_unit(results, one), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
         variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), one.smallest), {**about, "role": "worst"})
@@ -167,7 +179,8 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
 
 def _spread(cells: np.ndarray) -> np.ndarray:
     """Largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
-    spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
+    with np.errstate(invalid="ignore"):  # of numbers that are infinite
+        spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
     return _extreme(np.where(np.isnan(spread), 0.0, spread), False)
 
 
@@ -257,19 +270,19 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
     complete = results["status"].values == COMPLETE
     found: dict[int, Worst] = {}
     for requirement in study.requirements:
-        values, units = response_values(results, requirement.response), response_unit(results, requirement.response)
-        margins = np.where(complete & np.isfinite(values), requirement.margin(values), np.inf)
+        values = response_values(results, requirement.response)
+        margins = np.where(complete, requirement.margin(values), np.inf)
         seen = set[int]()
         for case in np.argsort(margins, kind="stable"):
             point = int(case) // apart
-            if not np.isfinite(margins[case]) or len(seen) >= count:
+            if margins[case] == np.inf or len(seen) >= count:
                 break
             if point not in seen:
                 seen.add(point)
                 if point not in found or found[point].margin > margins[case]:
-                    value, margin = float(values[case]), float(margins[case])
+                    value, text = float(values[case]), value_text(results, requirement.response, int(case))
                     numbers = {address: float(results[column(address)][case]) for address in study.addresses}
-                    found[point] = Worst(int(case), requirement.label, value, units, margin, numbers)
+                    found[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
     return sorted(found.values(), key=lambda one: one.margin)[:count]
 
 

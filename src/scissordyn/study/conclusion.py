@@ -11,15 +11,16 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.study.answer import by_point, feasible_fraction
+from scissordyn.study.answer import answered, by_point, case_values, feasible_fraction
 from scissordyn.study.description import Study
 from scissordyn.study.next_step import next_steps
 from scissordyn.study.recommendation import Recommendation, recommended
 from scissordyn.study.store import column
 from scissordyn.study.summary import Table, meaning
 from scissordyn.study.trend import Need, Trend, needed, trends, with_indicators
+from scissordyn.units import counted
 
-__all__ = ["Conclusion", "conclude", "numbers_text", "trend_table"]
+__all__ = ["Conclusion", "conclude", "margin_text", "numbers_text", "trend_table"]
 
 NEGLIGIBLE = 0.05
 """Change of a response over the whole range of a number, as a fraction, that is not worth a word."""
@@ -71,8 +72,9 @@ def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
     needs: list[Need] = []
     if one is not None:
         numbers = {**one.numbers, **{each.name: _middle(results, each.name) for each in study.uncertain}}
-        needs = needed(study, found, with_indicators(study, numbers))
+        needs = needed(study, results, found, with_indicators(study, numbers))
     sentences = [_trend_sentence(results, both[0], study) for both in found.values()]
+    sentences += _without_number(study, results)
     sentences += [_need_sentence(results, study, need, found) for need in needs]
     steps = next_steps(study, results, address, one, needs)
     said = () if one is None else (_verdict(study, results), *_point(study, results, one))
@@ -169,15 +171,18 @@ def _value(results: xr.Dataset, study: Study, address: str, value: float | str) 
     return value if isinstance(value, str) else _scale(results, study, address, value).said(value)
 
 
+def margin_text(margin: float) -> str:
+    """A margin as a fraction of the bound."""
+    return f"{margin:+.1%}" if math.isfinite(margin) else "not met" if margin < 0.0 else "met"
+
+
 def _margins(study: Study, results: xr.Dataset, one: Recommendation) -> Table:
     rows = []
     meanings = {each.label: meaning(results, each) for each in study.requirements}
     explained = any(meanings.values())
     for each in one.margins:
-        scale = scale_of(xr.DataArray(each.value, attrs={"units": each.units}))
-        value = scale.cell(each.value) if math.isfinite(each.value) else "no value"
-        margin = f"{each.margin:+.1%}" if math.isfinite(each.margin) else "not met"
-        rows.append((each.requirement, *((meanings[each.requirement],) if explained else ()), value, margin))
+        means = (meanings[each.requirement],) if explained else ()
+        rows.append((each.requirement, *means, each.text, margin_text(each.margin)))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     head = ("requirement", *(("meaning",) if explained else ()), "value there", "margin")
     return Table(head, rows, f"Point {one.point}", (note,))
@@ -194,6 +199,20 @@ def _trend_sentence(results: xr.Dataset, trend: Trend, study: Study) -> str:
     said = ", ".join(words(trend, int(k)) for k in order) or "nearly constant"
     little = f"; hardly depends on {_listed(tuple(rest))}" if rest and order else ""
     return f"{trend.response}: {said}{little} ({quality})."
+
+
+def _without_number(study: Study, results: xr.Dataset) -> list[str]:
+    """Responses that have no trend because some cases have no number of them."""
+    said = []
+    for response in answered(study, results):
+        values = case_values(study, results, response)
+        missing, complete = np.isinf(values), int(np.sum(~np.isnan(values)))
+        if missing.any():
+            said.append(
+                f"{response.name}: no number in {int(missing.sum())} of {counted(complete, 'case')}, which count as not met; "
+                f"no trend is fitted to the others."
+            )
+    return said
 
 
 def _typical(trend: Trend) -> float:
@@ -244,13 +263,18 @@ def _need_sentence(results: xr.Dataset, study: Study, need: Need, found: dict[st
     scale = _scale(results, study, need.number, float(low), float(high))
     unit = f" {scale.unit}" if scale.unit else ""
     if math.isnan(need.value):
-        said = f"{need.requirement}: by this trend no value of {need.number} is enough"
+        if need.everywhere:
+            said = f"{need.requirement}: by this trend met at every {need.number} of the range"
+        else:
+            said = f"{need.requirement}: by this trend no {need.number} in or near the range is enough"
     else:
         said = (
             f"{need.requirement} needs {need.number} of {_side(study, need, trend)} about {_rounded(scale, need.value)}{unit}"
         )
     others = ", the other numbers as at the point above" if len(study.addresses) > 1 else ""
-    if not need.extrapolated:
+    if need.failing:
+        others += f"; cases miss it at {need.failing} of {counted(need.points, 'point')} on that side"
+    if not need.extrapolated or math.isnan(need.value):
         return f"{said}{others}."
     beyond = f"extrapolated: the data reach from {scale.text(float(low), 3)} to {scale.text(float(high), 3)}{unit}"
     other = ""

@@ -12,7 +12,7 @@ from scipy import stats
 from scissordyn.study.answer import CONFIDENCE, meets_all
 from scissordyn.study.description import Study
 from scissordyn.study.optimise import candidates
-from scissordyn.study.requirement import response_unit, response_values
+from scissordyn.study.requirement import response_values, value_text
 from scissordyn.study.store import COMPLETE, PENDING, column
 
 __all__ = ["Margin", "Recommendation", "numbers_of", "recommended", "recommended_point"]
@@ -27,15 +27,15 @@ class Margin:
     requirement : str
     value : float
         Of the worst case; NaN if a case has none.
-    units : str
-        Of the value.
+    text : str
+        The value with its unit, or why there is none.
     margin : float
         As a fraction of the bound; negative where the requirement is not met.
     """
 
     requirement: str
     value: float
-    units: str
+    text: str
     margin: float
 
 
@@ -100,10 +100,10 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     margins = []
     for one in study.requirements:
         values = response_values(here, one.response)[done.ravel()]
-        worst = int(np.argmin(np.where(np.isnan(values), -np.inf, one.margin(values))))
-        value = float(values[worst])
-        least = float(one.margin(values)[worst]) if np.isfinite(value) else -np.inf
-        margins.append(Margin(one.label, value, response_unit(here, one.response), least))
+        margin = one.margin(values)
+        worst = int(np.argmin(margin))
+        text = value_text(here, one.response, int(np.flatnonzero(done)[worst]))
+        margins.append(Margin(one.label, float(values[worst]), text, float(margin[worst])))
     return Recommendation(
         place,
         numbers_of(study, results, place),
@@ -155,7 +155,7 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
     met = meets_all(study, results)[rows].reshape(shape).sum(axis=1) / np.maximum(done, 1)
     margins = [one.margin(response_values(results, one.response))[rows].reshape(shape) for one in study.requirements]
     each = np.where(status == PENDING, np.inf, np.min(margins, axis=0))
-    least = np.where(np.isnan(each), -np.inf, each).min(axis=1)
+    least = each.min(axis=1)
     least = np.where((status == COMPLETE).any(axis=1), least, -np.inf)
     first = np.flatnonzero((met == met.max()) & (done > 0))
     return int(first[np.argmax(least[first])])

@@ -20,7 +20,7 @@ from scissordyn.file.pdf import printed
 from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
-from scissordyn.study.conclusion import conclude, numbers_text, trend_table
+from scissordyn.study.conclusion import conclude, margin_text, numbers_text, trend_table
 from scissordyn.study.description import Study
 from scissordyn.study.fidelity import confirmed, fidelity_text
 from scissordyn.study.indices import sensitivity
@@ -38,7 +38,6 @@ from scissordyn.study.summary import (
     response_ranges,
     sensitivities,
     varied_numbers,
-    worst_value,
 )
 from scissordyn.study.surface import Surfaces, map_extras
 
@@ -218,7 +217,7 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
     yield _table(varied_numbers(study, results))
     if said := agreement(study, points):
         yield f"<p>{_text(said)}</p>"
-    ranges = response_ranges(study, points)
+    ranges = response_ranges(study, results, points)
     if 0 < len(ranges.rows) <= MOST_RESPONSES:
         yield _table(ranges)
     fractions = requirement_fractions(study, results)
@@ -285,8 +284,8 @@ def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     worst = [
         (
             one.requirement,
-            worst_value(one),
-            f"{one.margin:+.1%}",
+            one.text,
+            margin_text(one.margin),
             numbers_text(study, results, one.numbers),
             replay_command(address, one.case),
         )

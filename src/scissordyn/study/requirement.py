@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,18 +12,20 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plot.scale import engineering
+from scissordyn.plot.scale import engineering, scale_of
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES
 
 __all__ = [
     "BY_COMPONENT",
     "KINDS",
+    "SHORTFALL",
     "Requirement",
     "Response",
     "read_response",
     "response_unit",
     "response_values",
     "units_of_parts",
+    "value_text",
 ]
 
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
@@ -33,8 +36,11 @@ BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.d
 KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
 """What a component exerts, by its unit."""
 
-ALIASES = {"error": "peak_track_deviation"}
+ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
+SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at the end")}
+"""Measures of what may not happen, with the measure that says how far it is from happening, and how that is printed."""
 
 
 @dataclass(frozen=True)
@@ -111,9 +117,9 @@ class Requirement:
         return f"{self.response.name} {self.sign} {scale.said(self.bound, 6)}"
 
     def margin(self, values: np.ndarray) -> np.ndarray:
-        """How far values are on the right side of the bound, as a fraction of it; negative where they are on the wrong one."""
+        """How far values are on the right side of the bound, as a fraction of it; negative on the wrong one, and for NaN."""
         distance = self.bound - values if self.sign.startswith("<") else values - self.bound
-        return np.asarray(distance / (abs(self.bound) or 1.0))
+        return np.asarray(np.where(np.isnan(values), -np.inf, distance / (abs(self.bound) or 1.0)))
 
     def met(self, values: np.ndarray) -> np.ndarray:
         """Whether values meet it; not where they are NaN."""
@@ -188,6 +194,18 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
     reduced = np.min(np.where(np.isnan(values), np.inf, values), axis=1) if response.smallest else None
     reduced = np.max(np.where(np.isnan(values), -np.inf, values), axis=1) if reduced is None else reduced
     return np.where(nothing, np.nan, reduced)
+
+
+def value_text(results: xr.Dataset, response: Response, case: int) -> str:
+    """A response of a case with its unit; where it has no number, why and how far it is from one."""
+    value = float(response_values(results.isel(case=[case]), response)[0])
+    if math.isfinite(value):
+        return scale_of(xr.DataArray(value, attrs={"units": response_unit(results, response)})).cell(value)
+    measure, words = SHORTFALL.get(response.measure, ("", ""))
+    if measure not in results or not math.isinf(value):
+        return "not reached" if math.isinf(value) else "no value"
+    off = float(response_values(results.isel(case=[case]), Response(measure, response.part))[0])
+    return words.format(engineering(MEASURES[measure].units, off).cell(off))
 
 
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:

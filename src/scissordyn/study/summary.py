@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,11 +11,11 @@ import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.measure import MEASURES
-from scissordyn.study.answer import AGREEMENT, Worst, feasible_fraction
+from scissordyn.study.answer import AGREEMENT, answered, case_values, feasible_fraction
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Beta, Interval, Levels, LogNormal, Names, Normal, Uniform, Weibull
 from scissordyn.study.optimise import candidates
-from scissordyn.study.requirement import Requirement
+from scissordyn.study.requirement import Requirement, response_unit
 from scissordyn.study.store import column
 from scissordyn.units import counted
 
@@ -29,7 +30,6 @@ __all__ = [
     "response_ranges",
     "sensitivities",
     "varied_numbers",
-    "worst_value",
 ]
 
 SHOWN = 6
@@ -137,22 +137,26 @@ def agreement(study: Study, points: xr.Dataset) -> str:
     return said
 
 
-def response_ranges(study: Study, points: xr.Dataset) -> Table:
-    """Smallest, median and largest value of each response over the points, and how far members differ.
+def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Table:
+    """Smallest, median and largest value of each response over the complete cases, and how far members differ.
 
     Parameters
     ----------
     study : Study
+    results : Dataset
+        From `Store.results`.
     points : Dataset
         Of `answer.by_point`.
     """
     rows = []
-    for name, variable in points.data_vars.items():
-        if variable.attrs.get("role") == "response" and bool(np.isfinite(variable.values).any()):
-            scale = scale_of(variable)
-            shown = scale.cells(*np.nanquantile(variable.values, [0.0, 0.5, 1.0]))
-            spread = [_percent(float(np.nanmax(points[f"spread {name}"].values)))] if study.members > 1 else []
-            rows.append((str(name), *shown, scale.unit or "1", *spread))
+    for one in answered(study, results):
+        values = case_values(study, results, one)
+        if np.isfinite(values).any():
+            ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")
+            scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, one)}))
+            shown = [text if math.isfinite(end) else "none" for end, text in zip(ends, scale.cells(*ends), strict=True)]
+            spread = [_percent(float(np.nanmax(points[f"spread {one.name}"].values)))] if study.members > 1 else []
+            rows.append((one.name, *shown, scale.unit or "1", *spread))
     members = ("largest spread of members",) if study.members > 1 else ()
     return Table(("response", "smallest", "median", "largest", "unit", *members), rows)
 
@@ -248,12 +252,6 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
         notes.append("No point meets all requirements; this is the one that violates them least.")
     head = ("point", *(scales[name].label(name) for name in names))
     return Table(head, shown, "Pareto front" if found.best < 0 else "Best point", tuple(notes))
-
-
-def worst_value(one: Worst) -> str:
-    """The response of a case with its unit."""
-    scale = scale_of(xr.DataArray(one.value, attrs={"units": one.units}))
-    return scale.cell(one.value)
 
 
 def _percent(fraction: float) -> str:

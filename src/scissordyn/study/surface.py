@@ -110,6 +110,8 @@ class Surfaces:
         if any(factor.labels for factor in self._study.factors):  # between names there is nothing
             return None
         table, values = self._table(), self._points[response].values
+        if np.isinf(values).any():  # points without a number would read as if the others went on there
+            return None
         known = np.isfinite(values) & np.all(np.isfinite(table), axis=1)
         sizes = [np.unique(table[known, place]).size for place in range(table.shape[1])]
         if not max(LEAST, 2 * len(self._names) + 2) <= known.sum() <= MOST or min(sizes) < 2 or np.ptp(values[known]) == 0.0:

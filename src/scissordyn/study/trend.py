@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from scissordyn.study.answer import CONFIDENCE, answered
+from scissordyn.study.answer import CONFIDENCE, answered, case_values
 from scissordyn.study.description import Study
-from scissordyn.study.requirement import response_unit, response_values
+from scissordyn.study.requirement import Requirement, response_unit, response_values
 from scissordyn.study.store import COMPLETE, column
 
 __all__ = ["CLEAR", "Need", "Trend", "fitted", "needed", "trends", "with_indicators"]
@@ -26,6 +26,9 @@ EXTRA = 2
 
 ALIKE = 0.05
 """Difference of the predicted shares of two forms that fit equally well."""
+
+FAR = 10.0
+"""A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,7 @@ class Trend:
     @property
     def effects(self) -> np.ndarray:
         """Change of the response over the range of each number: of its logarithm for a power law."""
-        terms = [self._term(k, high) - self._term(k, low) for k, (low, high) in enumerate(self.ranges)]
+        terms = [self.term(k, high) - self.term(k, low) for k, (low, high) in enumerate(self.ranges)]
         return np.asarray(self.slopes * np.array(terms))
 
     @property
@@ -90,13 +93,14 @@ class Trend:
         """Whether the interval of each slope excludes 0."""
         return np.asarray(np.abs(self.slopes) > self.intervals)
 
-    def _term(self, k: int, value: float) -> float:
+    def term(self, k: int, value: float) -> float:
+        """How a number enters: its logarithm or itself."""
         return math.log(value) if self.logarithmic[k] else float(value)
 
     def value(self, numbers: dict[str, float]) -> float:
         """The response at given numbers in SI."""
         total = self.constant + sum(
-            slope * self._term(k, numbers[name]) for k, (name, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
+            slope * self.term(k, numbers[name]) for k, (name, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
         )
         return math.exp(total) if self.form == "power" else total
 
@@ -105,7 +109,7 @@ class Trend:
         k = self.numbers.index(name)
         wanted = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
         rest = self.constant + sum(
-            slope * self._term(j, numbers[other])
+            slope * self.term(j, numbers[other])
             for j, (other, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
             if j != k
         )
@@ -123,9 +127,13 @@ class Need:
     requirement : str
     number : str
     value : float
-        In SI; NaN if the trend reaches the bound nowhere.
+        In SI; NaN if the trend reaches the bound nowhere near the data.
     extrapolated : bool
         Whether it is beyond the data.
+    failing, points : int
+        Points on its right side that have a case that does not meet the requirement, and all that are there.
+    everywhere : bool
+        Whether the trend meets the bound over the whole range of the number.
     other : float or None
         What the other form of trend gives, where it fits as well and the value is extrapolated.
     """
@@ -134,6 +142,9 @@ class Need:
     number: str
     value: float
     extrapolated: bool
+    failing: int = 0
+    points: int = 0
+    everywhere: bool = False
     other: float | None = None
 
 
@@ -153,7 +164,6 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     """
     per_point, members = study.per_point, study.members
     rows = (results.sizes["case"] // per_point) * per_point
-    complete = (results["status"].values[:rows] == COMPLETE).reshape(-1, members)
     numbers = with_indicators(
         study, {name: results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.addresses}
     )
@@ -161,8 +171,10 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
     found = {}
     for one in answered(study, results):
-        cells = np.where(complete, response_values(results, one)[:rows].reshape(-1, members), np.nan)
+        cells = case_values(study, results, one)[:rows].reshape(-1, members)
         known = np.isfinite(cells)
+        if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
+            continue
         if np.isin(cells[known], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
             continue
         values = np.where(known, cells, 0.0).sum(axis=1) / np.where(known.any(axis=1), known.sum(axis=1), np.nan)
@@ -257,12 +269,14 @@ def _jackknife(
     return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
 
 
-def needed(study: Study, found: dict[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Need]:
+def needed(study: Study, results: xr.Dataset, found: dict[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Need]:
     """What each requirement needs of the number that is chosen and on which its response depends most.
 
     Parameters
     ----------
     study : Study
+    results : Dataset
+        From `Store.results`.
     found : dict of str to tuple of Trend
         Of `trends`.
     numbers : dict of str to float
@@ -286,13 +300,35 @@ def needed(study: Study, found: dict[str, tuple[Trend, ...]], numbers: dict[str,
         name, (low, high) = best.numbers[k], best.ranges[k]
         value = _reached(best, name, requirement.bound, numbers)
         beyond = not low <= value <= high
+        failing, points = _failing(study, results, requirement, best, k, value)
+        ends = np.array([best.value({**numbers, name: end}) for end in (low, high)])
+        everywhere = bool(requirement.met(ends).all())
         other = next((one for one in others if best.predicted - one.predicted < ALIKE), None) if beyond else None
         second = None if other is None else _reached(other, name, requirement.bound, numbers)
-        needs.append(Need(requirement.label, name, value, beyond, second))
+        needs.append(Need(requirement.label, name, value, beyond, failing, points, everywhere, second))
     return needs
 
 
+def _failing(
+    study: Study, results: xr.Dataset, requirement: Requirement, trend: Trend, k: int, value: float
+) -> tuple[int, int]:
+    """Points on the right side of what a requirement needs of a number that have a case that misses it, and all there."""
+    name = trend.numbers[k]
+    if name not in study.addresses or not math.isfinite(value):
+        return 0, 0
+    upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
+    numbers, complete = results[column(name)].values, results["status"].values == COMPLETE
+    there = complete & ((numbers <= value) if upper else (numbers >= value))
+    point = np.arange(numbers.size) // study.per_point
+    missed = there & ~requirement.met(response_values(results, requirement.response))
+    return int(np.unique(point[missed]).size), int(np.unique(point[there]).size)
+
+
 def _reached(trend: Trend, name: str, bound: float, numbers: dict[str, float]) -> float:
-    """Where a trend reaches a bound; NaN beyond 0, where numbers that are positive in the data end."""
+    """Where a trend reaches a bound; NaN where it does not near the data, or only beyond 0, where positive numbers end."""
     value, k = trend.inverse(name, bound, numbers), trend.numbers.index(name)
-    return math.nan if not math.isfinite(value) or (trend.ranges[k, 0] > 0.0 >= value) else value
+    if not math.isfinite(value) or (trend.ranges[k, 0] > 0.0 >= value):
+        return math.nan
+    place, (low, high) = trend.term(k, value), (trend.term(k, end) for end in trend.ranges[k])
+    reach = max(high - low, math.log(FAR) if trend.logarithmic[k] else 0.0)
+    return value if low - reach <= place <= high + reach else math.nan

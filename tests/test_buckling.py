@@ -1,0 +1,146 @@
+"""Linear buckling of bars that bend: closed forms, an independent frame program, and loads raised to the limit."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+import scissordyn as sd
+from reference.frame import Frame
+from scissordyn.errors import InputError
+
+LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 42743.0, 7.5e7
+KINDS = {"modes": 8}, {"elements": 8}
+
+
+def column(angle: float, *parts: Any, gravity: float = 0.0, rigidity: float = RIGIDITY, **kind: Any) -> sd.Mechanism:
+    """A bar clamped at its start, at an angle."""
+    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+    body, ground = sd.bar("bar", length=LENGTH, mass=MASS, angle=angle), (("O", (0.0, 0.0)),)
+    made = sd.Mechanism((body,), (pin,), ground=ground, gravity=gravity, input_body="bar", components=parts)
+    return made.with_bending(**{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
+
+
+def portal(load: float, **kind: Any) -> sd.Mechanism:
+    """Two clamped columns of 2 m and a beam of 2 m welded to both, a force down on each corner."""
+    left = sd.bar("left", length=LENGTH, mass=MASS, angle=0.5 * math.pi)
+    right = sd.bar("right", length=LENGTH, mass=MASS, angle=0.5 * math.pi, position=(LENGTH, 0.0))
+    beam = sd.bar("beam", length=LENGTH, mass=MASS, position=(0.0, LENGTH))
+    welds = (
+        sd.Weld("foot 1", ("left", "start"), ("ground", "O")),
+        sd.Weld("foot 2", ("right", "start"), ("ground", "E")),
+        sd.Weld("corner 1", ("left", "end"), ("beam", "start")),
+        sd.Weld("corner 2", ("right", "end"), ("beam", "end")),
+    )
+    pushes = tuple(sd.Force(f"push {name}", (name, "end"), (0.0, -load)) for name in ("left", "right"))
+    ground = (("O", (0.0, 0.0)), ("E", (LENGTH, 0.0)))
+    made = sd.Mechanism((left, right, beam), (), welds=welds, ground=ground, gravity=0.0, components=pushes)
+    return made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_force_across_buckles_nothing(kind: dict[str, int]) -> None:
+    """Closed form: a cantilever with a force across its tip has no factor, whatever EA."""
+    for axial in (1e5, 1e9):
+        push = sd.Force("push", ("bar", "end"), (0.0, 1.0))
+        assert sd.buckling(column(0.0, push, axial_stiffness=axial, rigidity=100.0, **kind))["load_factor"].size == 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("leaning", [0.0, 5.0, 30.0, 60.0])
+def test_a_leaning_column_buckles_by_the_part_of_the_load_along_it(kind: dict[str, int], leaning: float) -> None:
+    """Closed form: pi^2 EI/(4 L^2) over P cos(angle)."""
+    push = sd.Force("push", ("bar", "end"), (0.0, -1000.0))
+    found = sd.buckling(column(math.radians(90.0 - leaning), push, **kind), count=2)["load_factor"].values
+    first = math.pi**2 * RIGIDITY / (4.0 * LENGTH**2) / (1000.0 * math.cos(math.radians(leaning)))
+    assert found == pytest.approx([first, 9.0 * first], rel=2e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_columns_between_pins_and_under_their_weight(kind: dict[str, int]) -> None:
+    """Closed forms: pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
+    critical = math.pi**2 * RIGIDITY / LENGTH**2
+    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+    made = sd.Mechanism(
+        (sd.bar("bar", length=LENGTH, mass=MASS),),
+        (pin,),
+        guides=(sd.Guide("end", ("bar", "end")),),
+        ground=(("O", (0.0, 0.0)),),
+        gravity=0.0,
+    )
+    made = made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
+    with pytest.raises(InputError, match="without loads"):
+        sd.buckling(made)
+    push = sd.Force("load", (made.bodies[-1].name, "end"), (-0.25 * critical, 0.0))
+    found = sd.buckling(made.with_parts({"components": (*made.components, push)}), count=2)
+    assert found["load_factor"].values == pytest.approx([4.0, 16.0], rel=1e-3)
+    tall = column(0.5 * math.pi, gravity=9.81, rigidity=20.0, axial_stiffness=1e7, **kind)
+    expected = 7.83735 * 20.0 / (MASS * 9.81 * LENGTH**2)
+    assert float(sd.buckling(tall)["load_factor"][0]) == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
+    """Second formulation: a portal frame that sways, and an array of two units under its weight, clamped by its drive."""
+    frame = Frame(AXIAL, RIGIDITY)
+    corners = ("O", (0.0, 0.0)), ("A", (0.0, LENGTH)), ("B", (LENGTH, LENGTH)), ("E", (LENGTH, 0.0))
+    for one, other in ((0, 1), (3, 2), (1, 2)):
+        frame.member([corners[one], corners[other]])
+    frame.fixed |= {*frame.nodes["O"], *frame.nodes["E"]}
+    frame.loads |= {frame.nodes["A"][1]: -1e4, frame.nodes["B"][1]: -1e4}
+    assert sd.buckling(portal(1e4, **kind), count=2)["load_factor"].values == pytest.approx(frame.factors(2), rel=1e-3)
+
+    arm = sd.scissor(units=2, bar_length=LENGTH, bar_mass=MASS)
+    made = arm.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind).driven(speed=0.0)
+    frame = Frame(AXIAL, RIGIDITY)
+    for body in arm.bodies[:-1]:
+        cos, sin, (x, y) = math.cos(body.angle), math.sin(body.angle), body.position
+        places = [(x + cos * at, y + sin * at) for at in (0.0, 0.5 * LENGTH, LENGTH)]
+        rotations = frame.member([(f"{a:.6f} {b:.6f}", (a, b)) for a, b in places], pinned=True, weight=MASS / LENGTH * 9.81)
+        if body is arm.bodies[0]:
+            clamp = f"{x:.6f} {y:.6f}"
+            frame.fixed |= {*frame.nodes[clamp][:2], rotations[clamp]}
+    slider = arm.body("slider")
+    across, along, _ = frame.nodes["{:.6f} {:.6f}".format(*slider.position)]
+    frame.fixed.add(across)
+    frame.loads[along] -= slider.mass * 9.81
+    assert sd.buckling(made, count=2)["load_factor"].values == pytest.approx(frame.factors(2), rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_static_start_loses_stability_at_the_load_of_buckling(kind: dict[str, int]) -> None:
+    """Cross-check: the square of the lowest frequency of a symmetric frame in equilibrium falls to zero as its loads grow."""
+    load = 1e4 * float(sd.buckling(portal(1e4, **kind))["load_factor"][0])
+    signs = [float(sd.modes(portal(part * load, **kind), count=1)["angular_frequency"][0]) for part in (0.99, 1.01)]
+    assert signs[0] > 0.0 > signs[1]
+
+
+def test_rigid_parts_springs_and_rollers_buckle() -> None:
+    """Closed forms: m g h/2 = c with a torsion spring c, P = k L with a spring across the tip, F^2 = c k of a point that rolls.
+
+    The force on a bar that turns by an angle has the part F angle along the motion of the point, whose shift has the arm F.
+    """
+    upright = sd.bar("bar", length=LENGTH, mass=MASS, angle=0.5 * math.pi)
+    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+    ground = ("O", (0.0, 0.0)), ("far", (-50.0, LENGTH)), ("level", (-50.0, 0.0))
+    made = sd.Mechanism((upright,), (pin,), ground=ground, gravity=9.81)
+    held = made.with_parts({"components": (sd.TorsionSpring("c", "bar", stiffness=1e3, free_angle=0.5 * math.pi),)})
+    assert sd.buckling(held)["load_factor"].values == pytest.approx([1e3 / (MASS * 9.81 * 0.5 * LENGTH)])
+    parts = (
+        sd.Spring("k", ("bar", "end"), ("ground", "far"), stiffness=1e3, free_length=50.0),
+        sd.Force("P", ("bar", "end"), (0.0, -1e3)),
+    )
+    tied = sd.Mechanism((upright,), (pin,), ground=ground, gravity=0.0, components=parts)
+    assert sd.buckling(tied)["load_factor"].values == pytest.approx([1e3 * LENGTH / 1e3])
+    car = sd.point_mass("car", mass=1.0, position=(1.0, 0.0))
+    parts = (
+        sd.Roller("wheel", ("car", "centre"), "bar", stiffness=1e7),
+        sd.TorsionSpring("c", "bar", stiffness=400.0, free_angle=0.0),
+        sd.Spring("k", ("car", "centre"), ("ground", "level"), stiffness=1e3, free_length=51.0),
+        sd.Force("F", ("car", "centre"), (0.0, -10.0)),
+    )
+    rolling = sd.Mechanism((sd.bar("bar", length=LENGTH, mass=MASS), car), (pin,), ground=ground, gravity=0.0, components=parts)
+    stiff = rolling.with_bending("bar", bending_stiffness=1e9, axial_stiffness=1e9, modes=2)
+    assert float(sd.buckling(stiff)["load_factor"][0]) == pytest.approx(math.sqrt(400.0 * 1e3) / 10.0, rel=1e-3)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.jit import Handle
+from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import basis_at_start
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan

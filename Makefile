@@ -18,9 +18,9 @@ test: .venv/.dev
 slow: .venv/.dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 -m slow
 
-# kernels with numba's check of every index, compiled anew into a cache of their own: 112 s of one processor, 61 tests
+# kernels in Python, where every index is checked: 5 min of one processor
 bounds: .venv/.dev
-	NUMBA_BOUNDSCHECK=1 SCISSORDYN_CACHE=$(CURDIR)/out/bounds $(BIN)/pytest -q tests/integrate tests/mechanics/test_linearisation.py \
+	SCISSORDYN_ENGINE=python $(BIN)/pytest -q tests/integrate tests/mechanics/test_linearisation.py \
 		tests/mechanics/test_plane_contact.py tests/control/test_torque.py
 
 check: .venv/.dev

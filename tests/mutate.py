@@ -5,7 +5,7 @@ Run by hand: ``python tests/mutate.py [FILE ...] [--write]``, and ``python tests
 The first multiplies numbers by 1.01, for every law, controller and component: every float but zero, every exponent, every
 parameter that a kernel reads (p[k], or by its name in a component) and every number that a law hands to its kernel, in the
 files of `TARGETS`. The second draws changes of other kinds (`mutators.KINDS`) at random from the rooms of `ROOMS`. Each is made
-alone: a kernel in a copy of the package, whose kernels run as plain Python, what is above them with the kernels that are kept.
+alone: a kernel in a copy of the package, whose kernels run as plain Python, what is above them with the library.
 Every change of a number has to be noticed or to stand in
 `EQUIVALENT` with a reason, and all but `MOST_ALIVE` of those drawn; otherwise the script ends with status 1. ``--write`` keeps
 its part of the page in docs/decisions/measured. A run that was stopped goes on where it was, as far as sources are the same.
@@ -28,12 +28,12 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-# kernels run as plain Python unless a target says that its tests need the compiler; numba reads this when it is imported
-os.environ["NUMBA_DISABLE_JIT"] = "1"
+# kernels run as plain Python unless a target says that its tests need the compiler
+os.environ["SCISSORDYN_ENGINE"] = "python"
 import pytest
 
 # imported once, before the processes that try the mutations are forked
-for _library in ("numba", "scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spatial", "xarray"):
+for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spatial", "xarray"):
     importlib.import_module(_library)
 
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
@@ -241,21 +241,19 @@ def start(copy: Path, job: Job) -> int:
             os.dup2(output.fileno(), 1)
             os.dup2(output.fileno(), 2)
         os.chdir(HERE.parent)
-        os.environ |= {"PYTHONPATH": str(copy), "SCISSORDYN_CACHE": str(copy / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+        os.environ |= {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
         options = ["-x", "-q", "-p", "no:cacheprovider", *(str(HERE / test) for test in job.tests)]
         options += ["-k", job.chosen] if job.chosen else []
         if job.in_place and job.mutation:
-            # the package itself, with the kernels that are kept
+            # the package itself, with its library
             altered = PACKAGE / job.mutation.file, copy / "scissordyn" / job.mutation.file
             os.environ |= dict(zip(("ALTERED", "ALTERED_FROM"), map(str, altered), strict=True))
             options += ["-p", "tests.altered"]
         if job.in_place:
             os.environ["PYTHONPATH"] = str(PACKAGE.parent)
-            del os.environ["SCISSORDYN_CACHE"]
         if job.compiled or job.in_place:
-            os.environ["NUMBA_DISABLE_JIT"] = "0"
+            os.environ["SCISSORDYN_ENGINE"] = ""
             os.execv(sys.executable, [sys.executable, "-m", "pytest", *options])
-        options += ["-p", "tests.plain"]
         sys.dont_write_bytecode = True
         sys.path[:0] = [str(copy), str(HERE.parent)]
         status = int(pytest.main(options))

@@ -54,7 +54,7 @@ def test_what_it_would_take_is_said(
 ) -> None:
     """Limit: status 2 in one line with memory, time and what this machine has; nothing is computed or left behind."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("scissordyn.cli.compiling.compile_kernels", None)
+    monkeypatch.setattr("scissordyn.run.driver.advance_together", None)
     monkeypatch.setattr(demand, "machine_memory", lambda: 10**9)
     assert status_of(command) == 2
     said = capfd.readouterr().err

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -36,28 +33,10 @@ def test_declared_position_is_the_assembled_one(path: Path) -> None:
     assert np.abs(apart).max() < GUESSED.get(path.stem, 1e-12)
 
 
-def test_first_drawing_needs_no_kernel(tmp_path: Path) -> None:
-    """Limit: with no kernel on the disk the mechanism is drawn and none is compiled; its motion is left out."""
-    cache, case = tmp_path / "cache", tmp_path / "case.toml"
-    case.write_text(CASE)
-    script = (
-        "import sys, pathlib, json\n"
-        "from scissordyn.explore.case import open_case\n"
-        "from scissordyn.explore.early import early_motion, early_script\n"
-        "case = open_case(pathlib.Path(sys.argv[1]))\n"
-        "print(json.dumps([early_motion(case), 'const FIRST = ' in early_script(case)]))\n"
-    )
-    environment = {**os.environ, "SCISSORDYN_CACHE": str(cache)}
-    said = subprocess.run([sys.executable, "-c", script, case], env=environment, capture_output=True, text=True, timeout=120)
-    assert json.loads(said.stdout) == ["", True], said.stderr
-    assert not [*cache.rglob("*.nbi")]
-
-
 def test_first_drawing_moves_with_ideal_joints(tmp_path: Path) -> None:
     """Identity: the scene of the motion is that of the run with ideal joints; that of a saved run is the run."""
     (tmp_path / "case.toml").write_text(CASE)
     case = open_case(tmp_path / "case.toml")
-    sd.simulate(case.mechanism.ideal(), until=case.options.until, samples=2)  # which has the kernels on the disk
     scene = json.loads(early_motion(case))
     assert (scene["note"], scene["joints"]) == ("ideal joints", [])
     case.saved = sd.simulate(case.mechanism, until=case.options.until, samples=21)

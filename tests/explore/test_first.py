@@ -215,28 +215,3 @@ def test_saved_run_is_shown_without_computing(case: FileCase, gate: tuple[thread
     assert session.good.number > 1
     assert float(session.good.run["time"][-1]) == pytest.approx(7e-3)
     session.close()
-
-
-def test_compiling_is_said_until_the_first_step(case: FileCase, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: without kernels on disk a session compiles until its run advances, and never again."""
-    monkeypatch.setattr("scissordyn.run.compiled.loop_is_on_disk", lambda: False)
-    seen: list[tuple[bool, bool]] = []
-    session: Session | None = None
-
-    def held(mechanism: Mechanism, **named: Any) -> xr.Dataset:
-        assert session is not None
-        before = session.compiling
-        run = simulate(mechanism, **named)
-        seen.append((before, session.compiling))
-        return run
-
-    monkeypatch.setattr("scissordyn.run.simulate.simulate", held)
-    worker_may_begin = threading.Event()
-    monkeypatch.setattr("scissordyn.explore.worker._ideal", lambda case: worker_may_begin.wait(PATIENCE) and None)
-    session = Session(case, lambda what: None)
-    worker_may_begin.set()
-    until(lambda: bool(seen))
-    session.change("drive.speed", "120 rpm")
-    until(lambda: len(seen) == 2)
-    assert seen == [(True, False), (False, False)]
-    session.close()

@@ -9,12 +9,10 @@ from html.parser import HTMLParser
 
 import pytest
 
-from scissordyn.cli import compiling
 from scissordyn.cli import paper as command
 from scissordyn.cli.where import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.run import compiled
 from scissordyn.study import engine
 from scissordyn.study.engine import Threads
 from scissordyn_paper import controlled, periodic
@@ -177,18 +175,6 @@ def test_processes_are_the_default(monkeypatch, processors, options, expected):
     """Limit: one for each processor; threads where they are asked for, for one figure, on one processor."""
     monkeypatch.setattr(engine, "processors", lambda: processors)
     assert command._where(*options) == expected
-
-
-def test_workers_find_the_kernels_compiled(monkeypatch):
-    """Identity: what is not on disk is compiled before the workers start, and only then."""
-    made = []
-    monkeypatch.setattr(compiling, "compile_kernels", lambda: made.append(True))
-    monkeypatch.setattr(compiled, "loop_is_on_disk", lambda: True)
-    command._compile_for_workers()
-    assert made == []
-    monkeypatch.setattr(compiled, "loop_is_on_disk", lambda: False)
-    command._compile_for_workers()
-    assert made == [True]
 
 
 def test_the_command_shows_the_answers(report, capsys, monkeypatch):

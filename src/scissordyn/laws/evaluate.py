@@ -8,7 +8,19 @@ from scissordyn.jit import kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 from scissordyn.plugin.address import call_at
 
-__all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_states", "normal_force"]
+__all__ = [
+    "APPROACH_FLOOR",
+    "elastic_energy",
+    "elastic_force",
+    "friction_force",
+    "friction_limit",
+    "friction_states",
+    "normal_force",
+    "rate_in_range",
+]
+
+APPROACH_FLOOR = 1e-6
+"""Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
 
 
 @kernel()
@@ -27,10 +39,24 @@ def elastic_energy(address, force_address, delta, p):
     return call_at(address, (delta,), (), (), (), p, ())
 
 
+@kernel(inline=True)
+def rate_in_range(rate, approach):
+    """Rate of the indentation [m/s] that the damping law of a contact is evaluated at.
+
+    A damping factor is derived for rates up to the speed v at which the contact began. Of a contact that is closed from rest
+    `approach` is -v, with v next to nothing: its damping is at most that of the rate v.
+    """
+    if approach >= 0.0:
+        return rate
+    over = rate / approach
+    return rate / math.sqrt(1.0 + over * over)
+
+
 @kernel()
 def normal_force(address, elastic, delta, rate, approach, p):
-    """Normal force [N] from an elastic part; never negative."""
-    force: float = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())
+    """Normal force [N] from an elastic part; never negative. For `approach` see `rate_in_range`."""
+    rate = rate_in_range(rate, approach)
+    force: float = call_at(address, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 

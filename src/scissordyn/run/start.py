@@ -19,10 +19,13 @@ from scissordyn.kinematics.assembly import (
     natural_state,
     placed_start,
 )
+from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
@@ -107,7 +110,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     warnings += plan.out_of_proportion + plan.rounded_lengths
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
-    events = _touching(system, y, kind)
+    events = _touching(plan, system, y, kind)
     _store_energy(plan, system, y)
     return Prepared(y, tuple(events), tuple(warnings))
 
@@ -244,7 +247,7 @@ def _indentation(system: System, j: int, force: float) -> float:
     return high
 
 
-def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
     """Let everything act that is past its gap at the start; returns the rows of the event log.
 
     A concentric start has no contacts, whatever round-off says; stops and cables may act.
@@ -261,7 +264,14 @@ def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float
         functions.touch(0.0, y, guard, system.address, data)
         row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+        if guard in plan.compliant_places and data[0] <= APPROACH_FLOOR and _has_range(plan.contacts[guard].clearance):
+            content.state.memory[guard] = -APPROACH_FLOOR  # see `rate_in_range`
     return rows
+
+
+def _has_range(clearance: Clearance | GuideClearance | None) -> bool:
+    """Whether the damping of a contact is a factor, derived for rates up to the speed at which the contact began."""
+    return clearance is not None and isinstance(clearance.damping, DampingFactor)
 
 
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:

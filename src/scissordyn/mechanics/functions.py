@@ -57,7 +57,7 @@ def solve(r, address):
 
 @kernel()
 def accept(t, y, address, answer):
-    """Project the state, count turns; writes whether y changed, and how long the next step may be."""
+    """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation."""
     S = open_system(address)
     answer[0] = 1.0 if _project(t, y, S) else 0.0
     fastest = count_turns(S)
@@ -78,6 +78,8 @@ def accept(t, y, address, answer):
         S.work.instant[0] = math.nan
     S.work.segment[0], S.work.segment[1] = reached, following
     answer[1] = longest
+    if answer.size > 2:
+        answer[2] = fastest
 
 
 @kernel()

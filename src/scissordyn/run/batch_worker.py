@@ -24,7 +24,7 @@ from scissordyn.run.options import Options
 from scissordyn.run.slice import FIRST
 from scissordyn.run.start import prepare_start
 from scissordyn.run.tolerance import error_weights
-from scissordyn.run.trajectory import broken_off, crosses, overlapping
+from scissordyn.run.trajectory import broken_off, crosses, model_failure
 
 __all__ = ["Cases", "Worker"]
 
@@ -134,9 +134,9 @@ class Worker:
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None
-        too_long = overlapping(driver) if status == loop.FINISHED else ""
-        if too_long:
-            self.cases.failed(case, too_long)
+        failure = model_failure(driver) if status == loop.FINISHED else ""
+        if failure:
+            self.cases.failed(case, failure)
             return None
         if status == loop.FINISHED:
             return seconds + clocks.perf_counter() - began
@@ -191,7 +191,7 @@ class _Slot:
         choice = choose_method(self.plan, self.system, y, options, tolerances)
         driver, across = self.driver, crosses(self.plan, options)
         if driver is not None and driver.method == choice.method:
-            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events, step=choice.step)
+            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events, choice=choice)
             return driver
         made = Driver(
             self.plan,

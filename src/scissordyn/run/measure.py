@@ -71,14 +71,13 @@ class Ended:
         return found
 
     def estimated_forces(self) -> np.ndarray:
-        """Largest force of the compliant law at the impacts of each hard contact [N]; NaN for compliant ones."""
+        """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
         found = np.full(len(self.plan.contacts), math.nan)
         for j in self.plan.hard_places:
             own, clearance = self.by_joint[j], self.plan.contacts[j].clearance
             assert clearance is not None
-            numbers = np.array([(c.approach_speed, c.effective_mass) for c in own]).reshape(-1, 2)
-            forces = peak_forces(clearance, numbers[:, 0], numbers[:, 1])
-            found[j] = np.max(forces[np.isfinite(forces)], initial=0.0)
+            numbers = np.array([(c.struck, c.peak_force) for c in own]).reshape(-1, 2)
+            found[j] = np.max(np.fmax(peak_forces(clearance, numbers[:, 0]), numbers[:, 1]), initial=0.0)
         return found
 
     def lasting(self, contact: Contact) -> float:
@@ -185,7 +184,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         ),
         "peak_force_estimate": Measure(
             "N",
-            "largest normal force that the compliant law would have in a hard contact, an estimate; NaN for compliant ones",
+            "estimated largest normal force in a hard contact; NaN for compliant ones",
             _JOINT,
             lambda e: e.estimated_forces(),
         ),

@@ -59,6 +59,9 @@ PARTS, PARTS_OF_A_FALL = 5000, 5
 OSCILLATION_STEP = 0.5
 """Step of time stepping times the fastest angular frequency of components, at most."""
 
+SPIN_GAIN = 1e-6
+"""Part of its energy that a body that rotates freely gains in a run, at most, by steps that were not asked for. At omega a step
+adds the part (3/4) (omega h)^4; a sample within it, on the chord, misses (omega h)^2/4."""
 
 DECAY_STEP, FINEST = 0.5, 10
 """Step of time stepping times the fastest decay of components, as of a servo with derivative gain, at most; but it is not made
@@ -75,11 +78,15 @@ class Choice:
     reason : str
     step : float
         Of time stepping [s]; 0 for a method with error control.
+    turn : tuple of float
+        Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
+        infinite if the step was asked for.
     """
 
     method: str
     reason: str
     step: float = 0.0
+    turn: tuple[float, float] = (math.inf, math.inf)
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
@@ -107,7 +114,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
         step, why = time_step(plan, system, y, options, tolerances)
         if plan.compliant_places:
             why += ", and shorter ones the vibration of compliant contacts that are closed"
-        return Choice(TIME_STEPPING, f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}", step)
+        why = f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}"
+        return Choice(TIME_STEPPING, why, step, longest_turn(options))
     if options.method != "auto":
         return Choice(options.method, "asked for")
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
@@ -212,6 +220,10 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
     if options.step is not None:
         return options.step, "the step was asked for"
     step, why = options.until / PARTS, f"the step is 1/{PARTS} of the run"
+    answer = np.zeros(3)
+    functions.accept(0.0, y.copy(), system.address, answer)
+    gain, turn = longest_turn(options)
+    spin = min(gain * answer[2] ** (-4.0 / 3.0), turn / answer[2]) if answer[2] > 0.0 else math.inf
     if tolerances.time_scale / PARTS_OF_A_FALL < step:
         step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
     if plan.components and y.size <= MOST_EIGENVALUES:
@@ -224,7 +236,16 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
             step, why = max(DECAY_STEP / decay, step / FINEST), f"the step resolves the fastest decay, {decay:.3g} 1/s"
         if oscillation * step > OSCILLATION_STEP:
             step, why = OSCILLATION_STEP / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
+    if spin < step:
+        step, why = spin, f"the step resolves the fastest rotation, {answer[2]:.3g} rad/s"
     return step, why
+
+
+def longest_turn(options: Options) -> tuple[float, float]:
+    """See `Choice.turn`: (3/4) omega (omega h)^3 T, and what a sample on a chord misses, are at most `SPIN_GAIN`."""
+    if options.step is not None:
+        return math.inf, math.inf
+    return (SPIN_GAIN / (0.75 * options.until)) ** (1.0 / 3.0), 2.0 * math.sqrt(SPIN_GAIN)
 
 
 def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> float:

@@ -29,7 +29,7 @@ from scissordyn.run.painleve import painleve_warnings
 from scissordyn.run.predictability import compared, predictability
 from scissordyn.run.state_scale import scale_warnings
 from scissordyn.run.track import deviation_variables
-from scissordyn.run.trajectory import Trajectory, compute
+from scissordyn.run.trajectory import FAILED, Trajectory, compute
 from scissordyn.run.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
@@ -211,7 +211,8 @@ def _computed(
     found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
     found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":
-        run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
+        failures = contact_failures(plan, run)
+        run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
     if ideal is not None:
         run = run.assign(deviation_variables(run, path, ideal))
         found += ideal.warnings

@@ -334,15 +334,10 @@ def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float
     if not np.isnan(peaks).all():
         highest = int(np.nanargmax(peaks))
         return float(peaks[highest]), float(start[highest] + here["peak_time"].values[highest]), False
-    force, when = math.nan, math.nan
-    if "peak_force_estimate" in here and not np.isnan(estimates := here["peak_force_estimate"].values).all():
-        highest = int(np.nanargmax(estimates))
-        force, when = float(estimates[highest]), float(start[highest])
-    if joint in run["joint"].values and run.sizes["time"]:
-        lasting = run["normal_force"].sel(joint=joint).values
-        if not np.isnan(lasting).all() and not float(np.nanmax(lasting)) <= force:
-            force, when = float(np.nanmax(lasting)), float(run["time"].values[int(np.nanargmax(lasting))])
-    return force, when, True
+    if "peak_force_estimate" not in here or np.isnan(estimates := here["peak_force_estimate"].values).all():
+        return math.nan, math.nan, True
+    highest = int(np.nanargmax(estimates))
+    return float(estimates[highest]), float(start[highest] + here["peak_force_estimate_time"].values[highest]), True
 
 
 def summary_of(run: xr.Dataset) -> Summary:

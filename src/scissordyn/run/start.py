@@ -35,7 +35,7 @@ from scissordyn.run.cause import check_springs, full_coordinates
 from scissordyn.run.driver import make_system
 from scissordyn.run.options import StartKind
 from scissordyn.run.reaction import ideal_reactions
-from scissordyn.run.rest import count_turns, equilibrium, turns
+from scissordyn.run.rest import Rest, count_turns, equilibrium, turns
 
 __all__ = ["Prepared", "assembled_near", "prepare_start", "rest_with_clearances"]
 
@@ -98,7 +98,11 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
             assembled = _concentric(plan, content, guess, held)
             start = _resting(plan, content, assembled, held)
         case "static":
-            place, turned = _resting_place(plan)
+            place, turned, growth = _resting_place(plan)
+            if growth > 0.0:
+                warnings.append(
+                    f"start = 'static' is an unstable equilibrium: a small motion grows by e in {1.0 / growth:.3g} s"
+                )
             count_turns(plan, content, turned)
             assembled = _concentric(plan, content, guess, held)
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
@@ -160,20 +164,20 @@ def _held_at(plan: Plan, system: System, place: np.ndarray) -> Held:
     return held
 
 
-def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float]]:
-    """Free coordinates and turns of static equilibrium: of the ideal mechanism, then near it of the one with clearances."""
+def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
+    """Free coordinates, turns and growth of equilibrium: of the ideal mechanism, then near it of that with clearances."""
     still = plan.at_rest
     ideal = still.ideal
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
-    place, load = equilibrium(ideal, system, first.position)
+    rest = equilibrium(ideal, system, first.position)
     if not plan.contacts:
-        return place, turns(ideal, system.content)
-    handle, place = rest_with_clearances(still, system, place, load)
-    return place, turns(still, handle.content)
+        return rest.position, turns(ideal, system.content), rest.growth
+    handle, rest = rest_with_clearances(still, system, rest.position, rest.load)
+    return rest.position, turns(still, handle.content), rest.growth
 
 
-def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, np.ndarray]:
+def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
     """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints.
 
     Parameters
@@ -191,8 +195,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
     -------
     system : Handle
         Of `still`; its contacts are closed where they carry.
-    place : ndarray
-        Its free coordinates.
+    rest : Rest
     """
     ideal, rest = still.ideal, Start(place, np.zeros_like(place))
     handle = make_system(still)
@@ -207,7 +210,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
         for j, joint in enumerate(still.clearance_joints):
             held.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
         start = assemble(still, handle.content, start, held)
-    return handle, equilibrium(still, handle, start.position, load)[0]
+    return handle, equilibrium(still, handle, start.position, load)
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:

@@ -33,8 +33,8 @@ make a problem stiff."""
 OVERDAMPED = 0.7
 """Modes with at least this damping ratio are forgotten rather than resolved."""
 
-MOST_EIGENVALUES = 400
-"""Above this number of states the modes are not computed, and what declares itself stiff decides."""
+MOST_EIGENVALUES, PRODUCTS = 400, 60
+"""Above this number of states the fastest modes are estimated by so many products with the Jacobian (Arnoldi 1951)."""
 
 
 FILM_STEPS = 30.0
@@ -146,10 +146,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     if not plan.components:
         return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
-    if y.size > MOST_EIGENVALUES:
-        if oiled:
-            return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
-        return Choice(EXPLICIT, f"more than {MOST_EIGENVALUES} states: stiffness is not estimated")
+    if oiled and y.size > MOST_EIGENVALUES:
+        return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
     decay, oscillation = fastest_modes(plan, system, y, tolerances)
     resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
     if decay / STABLE > resolved:
@@ -226,7 +224,7 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
     spin = min(gain * answer[2] ** (-4.0 / 3.0), turn / answer[2]) if answer[2] > 0.0 else math.inf
     if tolerances.time_scale / PARTS_OF_A_FALL < step:
         step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
-    if plan.components and y.size <= MOST_EIGENVALUES:
+    if plan.components:
         modes = system.content.state.mode
         closed = modes[plan.compliant_places]
         modes[plan.compliant_places] = 0  # steps adapt to these
@@ -298,7 +296,7 @@ def fastest_modes(plan: Plan, system: Handle, y: np.ndarray, tolerances: Toleran
         for i in guards:
             if plan.components and i < len(plan.components):
                 state.mode[content.model.component_guard[i]] = active
-        matrix = jacobian(system, y)
+        matrix = jacobian(system, y) if y.size <= MOST_EIGENVALUES else projected_jacobian(system, y)
         if not np.all(np.isfinite(matrix)):
             continue
         values = np.linalg.eigvals(matrix)
@@ -322,3 +320,26 @@ def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
         functions.rate(0.0, moved, system.address, down)
         matrix[:, k] = (up - down) / (2.0 * h)
     return matrix
+
+
+def projected_jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
+    """The Jacobian on a Krylov space, whose largest eigenvalues are those of the whole one nearly, by Arnoldi's method."""
+    scale = np.maximum(np.abs(y), 1e-3)
+    up, down, count = np.zeros(y.size), np.zeros(y.size), min(PRODUCTS, y.size)
+    basis, small = np.zeros((count + 1, y.size)), np.zeros((count + 1, count))
+    basis[0] = np.random.default_rng(0).standard_normal(y.size)
+    basis[0] /= np.linalg.norm(basis[0])
+    for k in range(count):
+        h = 1e-6 / float(np.max(np.abs(basis[k])))
+        functions.rate(0.0, y + h * scale * basis[k], system.address, up)
+        functions.rate(0.0, y - h * scale * basis[k], system.address, down)
+        vector = (up - down) / (2.0 * h * scale)
+        for _ in range(2):  # orthogonal to rounding
+            parts = basis[: k + 1] @ vector
+            small[: k + 1, k] += parts
+            vector = vector - parts @ basis[: k + 1]
+        small[k + 1, k] = float(np.linalg.norm(vector))
+        if not small[k + 1, k] > 0.0:
+            return small[: k + 1, : k + 1]
+        basis[k + 1] = vector / small[k + 1, k]
+    return small[:count]

@@ -202,7 +202,7 @@ def test_task_of_one_unit_goes_from_new_to_a_design(
     others = describe_task(tmp_path, monkeypatch, capsys, "structure.units=1", "drive.cycloidal.duration=0.3 s")
     for path in tmp_path.glob("*.toml"):
         text = re.sub(r"^samples = \d+$", "samples = 1", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
-        path.write_text(text.replace("points = 16", "points = 2"), encoding="utf-8")
+        path.write_text(text.replace("points = 16", "points = 8"), encoding="utf-8")
     said = {}
     for words in others:
         assert status_of(words[1:]) == 0, words

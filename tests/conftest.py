@@ -1,6 +1,7 @@
 """Cases that many tests share."""
 
 import sys
+from collections import Counter
 
 import pytest
 
@@ -61,3 +62,11 @@ def clearance_run(clearance_array):
 def frictional_run(frictional_array):
     """50 ms of the array with friction at default tolerance."""
     return simulate(frictional_array, until=0.05)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """One line of how many tests were left out, and for want of what."""
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in terminalreporter.stats.get("skipped", []))
+    if reasons:
+        parts = ", ".join(f"{count} ({reason})" for reason, count in reasons.most_common())
+        terminalreporter.write_line(f"left out: {sum(reasons.values())} tests: {parts}")

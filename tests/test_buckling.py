@@ -111,10 +111,17 @@ def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_static_start_loses_stability_at_the_load_of_buckling(kind: dict[str, int]) -> None:
-    """Cross-check: the square of the lowest frequency of a symmetric frame in equilibrium falls to zero as its loads grow."""
+    """Cross-check: a symmetric frame in equilibrium is straight and stable below its load of buckling, and not beyond it."""
     load = 1e4 * float(sd.buckling(portal(1e4, **kind))["load_factor"][0])
-    signs = [float(sd.modes(portal(part * load, **kind), count=1)["angular_frequency"][0]) for part in (0.99, 1.01)]
-    assert signs[0] > 0.0 > signs[1]
+    square, sway = [], []
+    for part in (0.99, 1.01):
+        made = portal(part * load, **kind)
+        square.append(float(sd.modes(made, count=1)["angular_frequency"][0]))
+        run = sd.simulate(made, until=1e-6, samples=2, start="static")
+        sway.append(abs(float(run["position"].sel(body="beam", axis="x")[0])))
+    assert square[0] > 0.0
+    assert sway[0] < 1e-6
+    assert square[1] < 0.0 or sway[1] > 0.1  # unstable, or beside the straight position
 
 
 def test_rigid_parts_springs_and_rollers_buckle() -> None:
@@ -144,3 +151,50 @@ def test_rigid_parts_springs_and_rollers_buckle() -> None:
     rolling = sd.Mechanism((sd.bar("bar", length=LENGTH, mass=MASS), car), (pin,), ground=ground, gravity=0.0, components=parts)
     stiff = rolling.with_bending("bar", bending_stiffness=1e9, axial_stiffness=1e9, modes=2)
     assert float(sd.buckling(stiff)["load_factor"][0]) == pytest.approx(math.sqrt(400.0 * 1e3) / 10.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("part", "across"), [(1.05, 1e-4), (1.2, 1e-3), (0.95, 1e-3)])
+def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind: dict[str, int], part: float, across: float) -> None:
+    """Identity: a strut beyond Euler's load, pushed down a little, bends down; frequencies about the start are real."""
+    critical = math.pi**2 * RIGIDITY / LENGTH**2
+    pin, guide = sd.Revolute("O", ("bar", "start"), ("ground", "O")), sd.Guide("end", ("bar", "end"))
+    loads = (
+        sd.Force("P", ("bar", "end"), (-part * critical, 0.0)),
+        sd.Force("q", ("bar", "middle"), (0.0, -across * part * critical)),
+    )
+    body, ground = sd.bar("bar", length=LENGTH, mass=MASS), (("O", (0.0, 0.0)),)
+    strut = sd.Mechanism((body,), (pin,), guides=(guide,), ground=ground, gravity=0.0, components=loads)
+    made = strut.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
+    run = sd.simulate(made, until=1e-6, samples=2, start="static")
+    middle = next(name for name, point in (("bar/1", "middle"), ("bar/4", "middle")) if point in made.body(name).points)
+    down = -float(run["position"].sel(body=middle, axis="y")[0])
+    # of second order in the deflection: a^2 = 8 (L/pi)^2 (P/P_E - 1) beyond Euler's load, q L^3/(48 EI (1 - P/P_E)) before it
+    expected = (
+        math.sqrt(8.0 * (part - 1.0)) * LENGTH / math.pi
+        if part > 1.0
+        else across * part * math.pi**2 * LENGTH / 48.0 / (1.0 - part)
+    )
+    assert down == pytest.approx(expected, rel=0.2)
+    assert float(sd.modes(made, count=1)["angular_frequency"][0]) > 0.0
+    assert "unstable" not in run.attrs["warnings"]
+
+
+def test_a_static_start_that_is_not_stable_is_said() -> None:
+    """Contract: nothing decides for a side of a straight strut beyond Euler's load, which stays straight."""
+    run = sd.simulate(portal(2e5, modes=4), until=1e-6, samples=2, start="static")
+    assert "unstable equilibrium" in run.attrs["warnings"]
+
+
+@pytest.mark.parametrize("thinness", [1e-7, 1e-8])
+def test_thin_strips_are_bent_by_a_moment(thinness: float) -> None:
+    """Closed form: half a circle under the moment pi EI/L, its end 2 L/pi above the clamp."""
+    pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+    strip = sd.Mechanism(
+        (sd.bar("bar", length=1.0, mass=1.0),), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, input_body="bar"
+    )
+    bent = strip.with_bending(bending_stiffness=1.0, axial_stiffness=1.0 / thinness, modes=6)
+    bent = bent.with_parts({"components": (*bent.components, sd.Torque("M", "bar/2", torque=math.pi))}).driven(speed=0.0)
+    run = sd.simulate(bent, until=1e-8, samples=2, start="static")
+    assert run["position"].sel(body="bar/2")[0].values == pytest.approx([0.0, 2.0 / math.pi], abs=5e-4)
+    assert float(run["angle"].sel(body="bar/2")[0]) == pytest.approx(math.pi, rel=5e-4)

@@ -41,9 +41,10 @@ def test_nobody_reads(command: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("to", ["2> /dev/full", "2>&-"])
-def test_no_room_for_an_error(to: str, tmp_path: Path) -> None:
-    """Identity: the status says it."""
-    assert shell(f"{PROGRAM} check nothing.toml {to}", tmp_path).returncode == 2
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_no_room_for_an_error(to: str, unbuffered: str, tmp_path: Path) -> None:
+    """Identity: the status says it, whether Python keeps what could not be written or not."""
+    assert shell(f"{PROGRAM} check nothing.toml {to}", tmp_path, PYTHONUNBUFFERED=unbuffered).returncode == 2
 
 
 @pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, ASCII])

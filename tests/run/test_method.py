@@ -12,7 +12,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.plan.plan import plan
-from scissordyn.run.method import STABLE, film_steps
+from scissordyn.run import method
+from scissordyn.run.method import STABLE, fastest_modes, film_steps
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.tolerance import error_weights
 from scissordyn.run.trajectory import make_driver
@@ -110,3 +111,22 @@ def test_steps_through_a_film() -> None:
     decay = np.where(moving, force / np.where(moving, speed, 1.0) / mass, 0.0)
     expected = float(np.trapezoid(decay, run["time"].values)) / STABLE
     assert 0.5 * expected < found < 2.0 * expected
+
+
+@pytest.mark.parametrize("modes", [4, 16])
+def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cross-check: by products with the Jacobian as by all of its eigenvalues; a servo on a bar that bends is stiff."""
+    bent = (
+        sd.scissor(units=2).with_clearance("all", sd.Clearance(1e-4, friction=FRICTIONLESS)).with_bending(**TUBE, modes=modes)
+    )
+    servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(2))
+    options = Options(1e-3)
+    found = {}
+    for most in (10**6, 0):
+        monkeypatch.setattr(method, "MOST_EIGENVALUES", most)
+        driver, prepared, choice = make_driver(plan(servo), options)
+        assert choice.method == "rodas5p"
+        weights = error_weights(driver.plan, driver.system, prepared.y, rtol=options.rtol, atol=options.atol)
+        found[most] = fastest_modes(driver.plan, driver.system, prepared.y, weights)
+    assert found[0][0] == pytest.approx(found[10**6][0], rel=1e-5)
+    assert found[0][1] == pytest.approx(found[10**6][1], rel=0.05)

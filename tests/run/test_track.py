@@ -8,9 +8,11 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
+from scissordyn.model.commanded import rigid
 from scissordyn.plan.plan import plan
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.options import Options
+from scissordyn.units import short
 
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
 
@@ -54,6 +56,43 @@ def test_the_largest_deviation_is_located() -> None:
     outside = time[apart > 0.9e-3]
     assert 0.0 < outside[-1] < 0.02 - 1e-6
     assert 0.0 <= float(coarse["settling_time"][0]) - outside[-1] <= 2e-7
+
+
+@pytest.mark.parametrize("loose", [False, True])
+def test_bars_that_bend_and_servos_leave_the_commanded_path(loose: bool) -> None:
+    """Cross-check: the deviation is from a run of the rigid ideal mechanism with a drive; parts add up to it."""
+    motion = sd.Cycloidal(0.8, 0.5, 0.2)
+    made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end", 1e-6)
+    servo = made.controlled(sd.PID(3e4, 0.0, 3e3), reference=motion)
+    bending = servo.with_bending(bending_stiffness=4e5, axial_stiffness=7e8, modes=1)
+    bending = bending.with_clearance("A", sd.Clearance(1e-6)) if loose else bending
+    run, path = (sd.simulate(each, until=0.2) for each in (bending, made.driven(motion)))
+    difference = (run["track_position"] - path["track_position"]).sel(track="tip").transpose("time", "axis").values
+    np.testing.assert_allclose(run["track_deviation"].sel(track="tip"), np.hypot(*difference.T), atol=1e-9)
+    parts = run["deviation_part"].sel(track="tip").transpose("part", "time", "axis")
+    np.testing.assert_allclose(parts.sum("part"), difference, atol=1e-9)
+    stiff = sd.simulate(servo, until=0.2)
+    alone = (stiff["track_position"] - path["track_position"]).sel(track="tip").transpose("time", "axis").values
+    np.testing.assert_allclose(parts.sel(part="servo"), alone, atol=1e-7)
+    assert bool(np.any(parts.sel(part="clearance") != 0.0)) is loose
+    assert float(run["peak_track_deviation"][0]) > 1e-4
+    point = run.scissordyn.summary().points[0]
+    assert list(point.parts) == ["servo", "bending", "clearance"][: 2 + loose]
+    assert f"bending {short(point.parts['bending'], 'm')}" in str(point)
+    measures = ("end_track_deviation", "bending_deviation", "end_servo_deviation")
+    batch = sd.simulate_many(bending, {"gravity": [9.81]}, until=0.2, measures=measures).isel(case=0, track=0)
+    assert float(batch["end_track_deviation"]) == pytest.approx(point.at_end, rel=1e-9)
+    assert float(batch["bending_deviation"]) == pytest.approx(point.parts["bending"], rel=1e-9)
+    assert float(batch["end_servo_deviation"]) == pytest.approx(point.parts_at_end["servo"], rel=1e-6)
+
+
+@pytest.mark.parametrize("how", [{"modes": 2}, {"elements": 3}])
+def test_rigid_bars_in_place_of_those_that_bend(how: dict[str, int]) -> None:
+    """Identity: bars made to bend and rigid again have the mass and inertia of the uniform bars: the torque is the same."""
+    again = rigid(ARM.with_bending(bending_stiffness=4e5, axial_stiffness=7e8, **how))
+    torques = [sd.simulate(made, until=0.05, samples=11)["drive_torque"].values for made in (ARM, again)]
+    np.testing.assert_allclose(torques[1], torques[0], rtol=1e-6)
+    assert rigid(ARM) is ARM
 
 
 def test_settling_of_points_without_end() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import shlex
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from scissordyn.study.conclusion import conclude, trend_table
 from scissordyn.study.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Uniform
+from scissordyn.study.ranking import ranked, rankings
 from scissordyn.study.recommendation import recommended
 from scissordyn.study.report import write_report
 from scissordyn.study.requirement import Requirement
@@ -175,6 +177,33 @@ def test_extrapolations_without_sense_are_not_said() -> None:
         text = " ".join(conclude(described, found, "a.zarr").trends)
         assert words in text
         assert "about 2.5e" not in text
+
+
+def test_joints_are_ranked_from_any_sampling() -> None:
+    """Closed form: of 19 numbers in 16 samples the one that acts is first and beyond chance; in noise 5 % have any."""
+    rng = np.random.default_rng(5)
+    numbers = rng.random((16, 19))
+    known, order, first, chance = ranked(numbers, np.where(numbers[:, 7] > 0.9, np.inf, numbers[:, 7]))
+    assert order[0] == 7
+    assert known[7] == pytest.approx(1.0, abs=0.05)
+    assert first[7] > 0.9
+    assert np.all(np.abs(known[order[1:]]) < known[7])
+    # independent: Student's t of a correlation at the level of one among 19
+    t = chance[0] * math.sqrt(14.0 / (1.0 - chance[0] ** 2))
+    assert 2.0 * stats.t.sf(t, 14) == pytest.approx(1.0 - 0.95 ** (1.0 / 19.0), rel=1e-9)
+    beyond = 0
+    for _ in range(400):
+        x, y = stats.rankdata(rng.random((16, 19)), axis=0), np.arange(16.0)
+        beyond += bool(np.max(np.abs(np.corrcoef(x.T, y)[-1, :-1])) > chance[0])
+    assert 0.02 * 400 <= beyond <= 0.09 * 400
+    uncertain = tuple(Factor(name, Uniform(0.1, 0.9)) for name in ("gravity", "body.slider.mass"))
+    described = study(
+        uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 6), measures=("peak_force",)
+    )
+    found = made_up(described, described.numbers(np.arange(6)).values["A.clearance"])
+    table = rankings(described, found)[0]
+    assert table.rows[0][:2] == ("A.clearance", "+1.00")
+    assert "6 samples of 4 numbers" in table.notes[0]
 
 
 def test_where_they_are_met_is_said() -> None:

@@ -25,6 +25,7 @@ ROWS = 12
 def show_answers(result: StudyResult) -> None:
     """Print counts, what the study says, fractions, sensitivity, the best points and the worst cases."""
     from scissordyn.study.indices import sensitivity
+    from scissordyn.study.ranking import rankings
     from scissordyn.study.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
 
     study, results = result.study, result.dataset
@@ -39,6 +40,8 @@ def show_answers(result: StudyResult) -> None:
         console().print(said, markup=False)
     indices, left_out = sensitivity(study, results)
     for table in sensitivities(indices):
+        _show(table)
+    for table in rankings(study, results):
         _show(table)
     for name, why in left_out.items():
         print(f"No indices of {name}: {printable(why)}")

@@ -37,7 +37,7 @@ from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.schema import schema
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
-from scissordyn.cli.streams import give_up_stdout, prepare_streams
+from scissordyn.cli.streams import give_up, prepare_streams
 from scissordyn.cli.study import study
 from scissordyn.cli.sweep import sweep
 from scissordyn.cli.zoo import zoo
@@ -176,10 +176,27 @@ def run() -> None:
     gc.freeze()
     if status == INTERRUPTED and received():
         status = 128 + received()
+<<<<<<< HEAD
     try:
         sys.stdout.flush()
     except OSError:  # said already, or the pipe is closed
         give_up_stdout()
+=======
+    if received():
+        # everything is written; the interpreter would wait for threads that have something to compute yet, and free what the
+        # compiler has half made, which may be a segmentation fault
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
+            atexit._run_exitfuncs()
+        os._exit(status)
+    for name in ("stdout", "stderr"):
+        try:
+            getattr(sys, name).flush()
+        except OSError:  # the error is printed already, there is no room for it, or the pipe is closed
+            give_up(name)
+>>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
     sys.exit(status)
 
 
@@ -210,7 +227,7 @@ def status_of(arguments: Sequence[str]) -> int:
     except (NothingComputedError, KeyboardInterrupt):
         return _complain(STOPPED, INTERRUPTED)
     except (ClosedPipeError, BrokenPipeError, SystemExit):  # typer's own answer to it, while it prints a help, is to exit
-        give_up_stdout()
+        give_up("stdout")
         return DONE
     except OSError as error:  # a full standard output, a name that is too long, a folder that may not be read
         return _complain(_refused(error), BAD_INPUT)
@@ -237,7 +254,7 @@ def _refused(error: OSError) -> str:
     """What the operating system has refused; without a name it was to write what the command prints."""
     reason = error.strerror or str(error)
     if error.filename is None:
-        give_up_stdout()
+        give_up("stdout")
         return f"cannot write what is printed: {reason}; allowed: a terminal, a pipe, a file on a disk with room"
     return f"cannot use '{os.fsdecode(error.filename)}': {reason}; allowed: a name that the system takes, in a place it may use"
 

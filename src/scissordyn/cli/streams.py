@@ -8,7 +8,7 @@ import os
 import sys
 import unicodedata
 
-__all__ = ["give_up_stdout", "prepare_streams"]
+__all__ = ["give_up", "prepare_streams"]
 
 WRITTEN = "scissordyn"
 """Name of the error handler of encodings."""
@@ -41,10 +41,10 @@ def _written(error: UnicodeError) -> tuple[bytes, int]:
     return found, error.end
 
 
-def give_up_stdout() -> None:
-    """Send what is still to be printed nowhere; the interpreter would try again when it ends, and fail."""
+def give_up(name: str) -> None:
+    """Send what "stdout" or "stderr" has still to print nowhere; the interpreter would try again when it ends, and fail."""
     try:
-        number = sys.stdout.fileno()
+        number = getattr(sys, name).fileno()
     except (OSError, ValueError):  # a test's own stream
         return
     nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -29,6 +29,7 @@ __all__ = [
     "RESET_DATA",
     "RISE",
     "SPARE_ROWS",
+    "STRUCK",
     "TIME",
     "WHEN",
     "Integration",
@@ -62,12 +63,15 @@ ENDED = DATA + RESET_DATA
 """Columns of the event log: when, which guard, its new mode; from `DATA` on what the reset wrote, from `ENDED` on the peak."""
 
 LARGEST, WHEN, INTEGRAL = range(3)
-"""Columns of `State.peak`: the largest value, when, and from `INTEGRAL` on the integrals."""
+STRUCK = INTEGRAL + MONITORED
+PEAK_COLUMNS = STRUCK + 2
+"""Columns of `State.peak`: the largest value, when, the integrals from `INTEGRAL` on, and where the state jumps the largest
+impact, and when."""
 
 LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)
 """Columns of `State.band`."""
 
-LOG_COLUMNS = ENDED + INTEGRAL + MONITORED
+LOG_COLUMNS = ENDED + PEAK_COLUMNS
 
 NO_EVENT, FALL, RISE = -1, 0, 1
 """Kinds of events; a rise ends in mode 1, a fall in mode 0."""
@@ -129,7 +133,7 @@ class State(NamedTuple):
     reference: F1  # angles counted so far
     total: F1  # (quadratures,)
     monitored: F2  # (rows, MONITORED) at the present instant
-    peak: F2  # (rows, INTEGRAL + MONITORED) since the last rise
+    peak: F2  # (rows, PEAK_COLUMNS) since the last rise
     band: F2  # (rows - guards, 3)
     history: F2  # (steps, 2 + signals * coefficients), see `history`
     history_length: I1  # (1,)
@@ -181,7 +185,7 @@ class Work(NamedTuple):
     reads: I1
     delays: F1  # (delays,) steps end on their multiples
     signals: F2  # (nodes, signals)
-    accepted: F1  # (2,) whether `accept` changed the state, and the longest step from there
+    accepted: F1  # (3,) whether `accept` changed the state, the longest step from there, the fastest rotation [1/s]
     scaling: I1  # (1,) how time runs inside the present step: see `step_scaling`
     has_dense: I1  # (1,) whether the dense output of the present step is there
 
@@ -245,7 +249,7 @@ def make_state(
         reference=reference,
         total=np.zeros(quadratures),
         monitored=np.zeros((rows, MONITORED)),
-        peak=np.zeros((rows, INTEGRAL + MONITORED)),
+        peak=np.zeros((rows, PEAK_COLUMNS)),
         band=limits,
         history=np.zeros((0, 2)) if history is None else history,
         history_length=np.zeros(1, np.int64) if history_length is None else history_length,
@@ -328,7 +332,7 @@ def make_work(
         reads=listed,
         delays=np.array(delays, float),
         signals=np.zeros((NODES.size, (state.history.shape[1] - 2) // NODES.size)),
-        accepted=np.zeros(2),
+        accepted=np.zeros(3),
         scaling=np.zeros(1, np.int64),
         has_dense=np.zeros(1, np.int64),
     )

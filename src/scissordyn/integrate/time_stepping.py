@@ -34,6 +34,7 @@ from scissordyn.integrate.integration import (
     LIMIT,
     MODE,
     RISE,
+    STRUCK,
     TIME,
     WHEN,
     open_integration,
@@ -42,7 +43,7 @@ from scissordyn.kernel import F1, F2, I1, kernel, opener
 
 __all__ = ["Jumps", "Touching", "advance_jumps"]
 
-ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
+ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK_NOW = range(10)
 """Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
 
 SHORTEST = 1.0 / 64.0
@@ -83,6 +84,7 @@ class Touching(NamedTuple):
     size: F1  # (1,) of a step
     ending: F1  # (k,) indentations at the end of the step
     longest: F1  # (1,) step that compliant contacts allow [s]
+    turn: F1  # (2,) the longest step at a fastest rotation of 1/s, which falls with its power -4/3, and the longest turn [rad]
     sudden: I1  # (guards,) whether velocities may jump as it is crossed
     smooth: I1  # (1,) leading coordinates of the state that do not jump: positions, beside drives that move on
 
@@ -177,29 +179,40 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         keep_linear(problem.record, t, h, s, w, S)
     if clock.monitors == 1:
         jumps.monitor(t + 0.5 * h, h, s.y, S, H, w.power[0], w.monitored[0])
-        follow(t, h, s, w)
+        follow(t, h, s, w, K)
     write_between(t, now, s, w, K, r.samples)
     if clock.monitors == 1:
         for q in range(s.total.size):
             s.total[q] += h * w.power[0, q]
     for i in range(K.which.size):
         fall(t + 0.5 * h, i, s, w, K, r.log)
-    problem.accept(now, w.new, S, w.accepted)
+    longest = take_over(problem, now, w.new, w, S, K)
     for i in range(s.y.size):
         s.y[i] = w.new[i]
-    clock.time, clock.longest = now, w.accepted[1]
+    clock.time, clock.longest = now, longest
     clock.stalled = clock.stalled + 1 if now <= t else 0
     if strikes:
         take_impacts(jumps, now, s, w, S, H, K, r.log)
-        problem.accept(now, s.y, S, w.accepted)
-        clock.longest = w.accepted[1]
+        clock.longest = take_over(problem, now, s.y, w, S, K)
     if r.steps.time.size > 0:
         record_step(now, s, r.steps)
     if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed: what touches answers at once
         take_impacts(jumps, now, s, w, S, H, K, r.log)
-        problem.accept(now, s.y, S, w.accepted)
-        clock.longest = w.accepted[1]
+        clock.longest = take_over(problem, now, s.y, w, S, K)
     return STUCK if clock.stalled > 1000 else ADVANCING
+
+
+@kernel
+def take_over(problem, now, y, w, S, K):
+    """Take a state over as the end of a step; returns how long the next one may be.
+
+    Of a body that rotates at omega a step gains the part (3/8) (omega h)^4 of the speed.
+    """
+    problem.accept(now, y, S, w.accepted)
+    longest, fastest = w.accepted[1], w.accepted[2]
+    if fastest > 0.0:
+        longest = min(longest, max(min(K.turn[0] * fastest ** (-4.0 / 3.0), K.turn[1] / fastest), SHORTEST * K.size[0]))
+    return longest
 
 
 @kernel
@@ -294,9 +307,17 @@ def take_impacts(jumps, now, s, w, S, H, K, log):
         peak[INTEGRAL] += out[IMPULSE]
         peak[INTEGRAL + 1] += out[RESTITUTION_LOSS]
         peak[INTEGRAL + 2] += out[FRICTION_LOSS]
+        strike(now, guard, i, s, K)
         s.total[NORMAL_LOSSES] += out[RESTITUTION_LOSS]
         s.total[TANGENTIAL_LOSSES] += out[FRICTION_LOSS]
         fall(now, i, s, w, K, log)
+
+
+@kernel
+def strike(now, guard, i, s, K):
+    """Keep the largest impact of what touches."""
+    if K.result[i, STRUCK_NOW] > s.peak[guard, STRUCK]:
+        s.peak[guard, STRUCK], s.peak[guard, STRUCK + 1] = K.result[i, STRUCK_NOW], now
 
 
 @kernel
@@ -329,17 +350,26 @@ def fall(now, i, s, w, K, log):
 
 
 @kernel
-def follow(t, h, s, w):
-    """Largest values, integrals and limits of what is monitored, from its means over the step, of guards that act in it."""
+def follow(t, h, s, w, K):
+    """Largest values, integrals and limits of what is monitored, from its means over the step, of guards that act in it.
+
+    The largest value of what touches is one without impacts.
+    """
     for row in range(s.peak.shape[0]):
         value = w.monitored[0, row, 0]
-        if row < s.mode.size and s.mode[row] + w.saved_mode[row] == 0:
+        if value != value or not acts_in_step(row, s, w):
             continue
-        if value != value:
+        for q in range(w.monitored.shape[2]):
+            s.peak[row, INTEGRAL + q] += h * w.monitored[0, row, q]
+    for i in range(K.which.size):
+        guard = K.which[i]
+        w.monitored[0, guard, 0] -= K.result[i, SUDDEN] / h
+        strike(t + 0.5 * h, guard, i, s, K)
+    for row in range(s.peak.shape[0]):
+        value = w.monitored[0, row, 0]
+        if value != value or not acts_in_step(row, s, w):
             continue
         peak = s.peak[row]
-        for q in range(w.monitored.shape[2]):
-            peak[INTEGRAL + q] += h * w.monitored[0, row, q]
         if value > peak[LARGEST]:
             peak[LARGEST], peak[WHEN] = value, t + 0.5 * h
         if row >= s.mode.size:
@@ -350,6 +380,12 @@ def follow(t, h, s, w):
                 band[FIRST_WITHIN] = t + 0.5 * h
         for q in range(s.monitored.shape[1]):
             s.monitored[row, q] = w.monitored[0, row, q]
+
+
+@kernel
+def acts_in_step(row, s, w):
+    """Whether a row is of a guard that acts in the step just made, or of what is monitored throughout."""
+    return row >= s.mode.size or s.mode[row] + w.saved_mode[row] > 0
 
 
 @kernel

@@ -7,7 +7,19 @@ import math
 from scissordyn.kernel import F1, call_at, entry
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
-__all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_states", "normal_force"]
+__all__ = [
+    "APPROACH_FLOOR",
+    "elastic_energy",
+    "elastic_force",
+    "friction_force",
+    "friction_limit",
+    "friction_states",
+    "normal_force",
+    "rate_in_range",
+]
+
+APPROACH_FLOOR = 1e-6
+"""Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
 
 
 @entry
@@ -26,10 +38,31 @@ def elastic_energy(address: int, force_address: int, delta: float, p: F1) -> flo
     return call_at(address, (delta,), (), (), (), p, ())
 
 
+<<<<<<< HEAD
 @entry
 def normal_force(address: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
     """Normal force [N] from an elastic part; never negative."""
     force = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())
+=======
+@kernel
+def rate_in_range(rate, approach):
+    """Rate of the indentation [m/s] that the damping law of a contact is evaluated at.
+
+    A damping factor is derived for rates up to the speed v at which the contact began. Of a contact that is closed from rest
+    `approach` is -v, with v next to nothing: its damping is at most that of the rate v.
+    """
+    if approach >= 0.0:
+        return rate
+    over = rate / approach
+    return rate / math.sqrt(1.0 + over * over)
+
+
+@kernel
+def normal_force(address, elastic, delta, rate, approach, p):
+    """Normal force [N] from an elastic part; never negative. For `approach` see `rate_in_range`."""
+    rate = rate_in_range(rate, approach)
+    force: float = call_at(address, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
+>>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 

@@ -13,8 +13,13 @@ from __future__ import annotations
 
 import math
 
+<<<<<<< HEAD
 from scissordyn.kernel import call_at, kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force
+=======
+from scissordyn.kernel import kernel
+from scissordyn.laws.evaluate import elastic_force, friction_force, rate_in_range
+>>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
@@ -45,9 +50,9 @@ def normal_at(i, delta, rate, S, H):
         force, _ = law_at(i, delta, H)
         return force
     elastic = elastic_force(H.law[i], delta, H.elastic[i])
-    return call_at(
-        S.parameters.law[j].damping, (elastic, delta, rate, S.state.memory[j]), (), (), (), S.parameters.damping[j], ()
-    )
+    memory = S.state.memory[j]
+    arguments = elastic, delta, rate_in_range(rate, memory), abs(memory)
+    return call_at(S.parameters.law[j].damping, arguments, (), (), (), S.parameters.damping[j], ())
 
 
 @kernel
@@ -92,7 +97,7 @@ def later_part(stiff):
 @kernel
 def normal_slopes(i, delta, rate, S, H):
     """Derivatives of the normal force by indentation [N/m] and rate [N s/m]."""
-    small, slow = DIFFERENCE * max(delta, H.floor[i]), DIFFERENCE * (abs(rate) + S.state.memory[H.which[i]])
+    small, slow = DIFFERENCE * max(delta, H.floor[i]), DIFFERENCE * (abs(rate) + abs(S.state.memory[H.which[i]]))
     by_depth = (normal_at(i, delta + small, rate, S, H) - normal_at(i, delta - small, rate, S, H)) / (2.0 * small)
     by_rate = (normal_at(i, delta, rate + slow, S, H) - normal_at(i, delta, rate - slow, S, H)) / (2.0 * slow)
     return by_depth, max(by_rate, 0.0)

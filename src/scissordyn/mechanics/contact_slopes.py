@@ -31,7 +31,7 @@ def law_slopes(j, S, z, dz, up, down, by_state):
         high = normal_force(damping, high, delta + h, rate, C.memory[j], P.damping[j])
         low = normal_force(damping, low, delta - h, rate, C.memory[j], P.damping[j])
         n_by_delta = (high - low) / (2.0 * h)
-        h = 1e-5 * (abs(rate) + C.memory[j])
+        h = 1e-5 * (abs(rate) + abs(C.memory[j]))
         high = normal_force(damping, found.elastic, delta, rate + h, C.memory[j], P.damping[j])
         low = normal_force(damping, found.elastic, delta, rate - h, C.memory[j], P.damping[j])
         n_by_rate = (high - low) / (2.0 * h)

@@ -7,7 +7,18 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
-from scissordyn.mechanics.hard_result import ANGLE, APPROACH, CLOSED, FRICTION_LOSS, IMPULSE, MASS, REBOUND, RESTITUTION_LOSS
+from scissordyn.mechanics.hard_result import (
+    ANGLE,
+    APPROACH,
+    CLOSED,
+    FRICTION_LOSS,
+    IMPULSE,
+    MASS,
+    REBOUND,
+    RESTITUTION_LOSS,
+    STRUCK,
+    impact_energy,
+)
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
@@ -105,6 +116,7 @@ def take_impacts(h, y, S, H):
             H.ahead[1] = min(H.ahead[1], back)
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)
+        out[STRUCK] = impact_energy(i, p_n, S, H)
 
 
 @kernel

@@ -17,15 +17,19 @@ __all__ = [
     "REBOUND",
     "RESTITUTION_LOSS",
     "RESULTS",
+    "STRUCK",
+    "SUDDEN",
+    "impact_energy",
     "share_of_force",
     "take_results",
 ]
 
-ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED = range(8)
+ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK = range(10)
 """Columns of `HardContacts.result`: angle of n [rad], approach speed [m/s], effective mass [kg], impulse [N s], energy lost by
-restitution and by friction [J], delta' after the step [m/s], whether the contact goes on."""
+restitution and by friction [J], delta' after the step [m/s], whether the contact goes on, the part of
+the impulse that is an impact's [N s], and the impact, see `impact_energy` [J]."""
 
-RESULTS = 8
+RESULTS = 10
 
 RESTING = 1e-9
 """Approach speeds below this fraction of the step's change of velocity are round-off."""
@@ -59,8 +63,40 @@ def take_results(h, S, H):
             H.impact[0] = 1
         near = RESTING * (abs(before) + H.turn[i])
         out[CLOSED] = 1.0 if after - H.turn[i] <= max(by_force, near) else 0.0
+        out[SUDDEN] = p_n - lasting_part(i, a, H) * p_n
         if H.was[i] == 0:
             out[MASS] = effective_mass(i, S, H)
+    for i in range(H.which.size):
+        if H.closed[i] == 0 or H.compliant[i] == 1:
+            continue
+        sudden = H.result[i, SUDDEN]
+        if H.yields[i] == 1 and H.impact[0] == 1:  # an impact elsewhere goes through it
+            sudden = H.result[i, IMPULSE] - h * H.load[i]
+        H.result[i, STRUCK] = impact_energy(i, sudden, S, H)
+
+
+@kernel
+def impact_energy(i, impulse, S, H):
+    """M v^2 [J] of the single impact of effective mass m that has an impulse m v (1 + e); 0 if that is no new largest one."""
+    if H.was[i] == 0:
+        H.struck[i] = 0.0
+    a = H.place[S.work.multiplier.size + 2 * i]
+    square = impulse / (1.0 + H.rebound[i])
+    square *= square
+    # 1/m is at most G_NN, which is known
+    if not (impulse > 0.0 and square * H.gram[a, H.reach[0]] > H.struck[i]):
+        return 0.0
+    energy = square / effective_mass(i, S, H)
+    H.struck[i] = max(H.struck[i], energy)
+    return energy
+
+
+@kernel
+def lasting_part(i, a, H):
+    """Part of the normal impulse of a contact that forces ask for, not an impact."""
+    impulsive = max(-H.before[a] - H.turn[i], 0.0) * (1.0 + H.rebound[i])
+    by_force = max(H.before[a] - H.free[a] + 2.0 * H.turn[i], 0.0)
+    return by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
 
 
 @kernel
@@ -68,11 +104,7 @@ def share_of_force(i, j, h, new, S, H):
     """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
     m, found = S.work.multiplier.size, S.work.contact[j]
     a = H.place[m + 2 * i]
-    impulsive = max(-H.before[a] - H.turn[i], 0.0) * (1.0 + H.rebound[i])
-    by_force = max(H.before[a] - H.free[a] + 2.0 * H.turn[i], 0.0)
-    share = by_force / (by_force + impulsive) if by_force > 0.0 else 0.0
-    if H.yields[i] == 1:
-        share = 1.0
+    share = 1.0 if H.yields[i] == 1 else lasting_part(i, a, H)
     found.elastic = 0.0
     found.normal = share * H.impulse[a] / h
     found.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h

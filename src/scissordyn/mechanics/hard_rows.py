@@ -41,6 +41,13 @@ OPEN, STICK, SLIP = range(3)
 """Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N."""
 
 
+ROUND_OFF = 1e-24
+"""Square of the velocity along N for a unit impulse, over the largest one of a step, that is round-off."""
+
+IMMOBILE = 1e-12
+"""What a contact yields along T at least, over what it does along N, for the same impulse."""
+
+
 class HardContacts(NamedTuple):
     """Hard contacts of a mechanism, their numbers, and scratch of a thread."""
 
@@ -71,6 +78,7 @@ class HardContacts(NamedTuple):
     weight: F1  # (k,) and what it is less for U+ [s]
     faster: F1  # (k,) f, 0 where its vibration is resolved, 1 where it is far faster than the step
     compliance: F1  # (k,) speed for P_N [1/kg]
+    struck: F1  # (k,) largest impact since it closed [J]
     size: F1  # (1,) of the present step [s]
     damped: I1  # (c,) components whose forces depend on their speeds, each as often as it may have rows
     damped_axis: I1  # (c,) which of these
@@ -244,6 +252,34 @@ def assemble(h, S, H):
     for c in range(H.damped.size):
         if H.damping[c] == 1 and h > 0.0:
             H.gram[H.place[first + c], reach] += 2.0 / h
+    hold_immobile(m, H)
+
+
+@kernel
+def hold_immobile(m, H):
+    """Let a contact that cannot move along T yield by next to nothing there; leave out one that cannot along N."""
+    reach, largest = H.reach[0], 0.0
+    for i in range(H.which.size):
+        if H.closed[i] == 1:
+            a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+            largest = max(largest, H.gram[a, reach], H.gram[b, reach])
+    for i in range(H.which.size):
+        if H.closed[i] == 0:
+            continue
+        a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        if H.compliant[i] == 1:  # its law gives the force
+            H.gram[a, reach] = max(H.gram[a, reach], IMMOBILE * largest)
+        if H.gram[a, reach] <= ROUND_OFF * largest:
+            H.closed[i], H.mode[i], H.stuck[i] = 0, OPEN, 0
+            for k in range(2 * reach + 1):
+                H.gram[a, k] = H.gram[b, k] = 0.0
+            for k in range(H.place.size):
+                if abs(a - k) <= reach:
+                    H.gram[k, a - k + reach] = 0.0
+                if abs(b - k) <= reach:
+                    H.gram[k, b - k + reach] = 0.0
+        else:
+            H.gram[b, reach] = max(H.gram[b, reach], IMMOBILE * H.gram[a, reach])
 
 
 @kernel

@@ -13,7 +13,12 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+<<<<<<< HEAD
 from scissordyn.kernel import F1, F2, I1, I2, ArrayType, opener
+=======
+from scissordyn.kernel import F1, F2, I1, I2, opener
+from scissordyn.laws.evaluate import APPROACH_FLOOR
+>>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
 
 __all__ = [
     "APPROACH_FLOOR",
@@ -28,9 +33,6 @@ __all__ = [
     "Workspace",
     "open_system",
 ]
-
-APPROACH_FLOOR = 1e-6
-"""Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
 
 CONTACT = np.dtype(
     [
@@ -163,7 +165,7 @@ class MechanismState(NamedTuple):
     """What is needed to go on beside coordinates and rates; a guard is a contact or belongs to a component."""
 
     mode: I1  # (guards,) 0 open, 1 in contact, locked or taut
-    memory: F1  # (guards,) rate of the guard's value when its mode became 1; NaN for a latch that could not lock
+    memory: F1  # (guards,) rate of its value when its mode became 1, see `rate_in_range`; NaN: a latch that could not lock
     reference: F1  # angles of rotations, then of components, at the end of the last step
     history: F2  # (steps, 2 + signals * coefficients) of the steps made: start, size, each signal's polynomial in -1 .. 1
     history_length: I1  # (1,)

@@ -404,7 +404,7 @@ class Mechanism:
 
     @checked
     def track(self, name: str, body: str, point: str | Point, tolerance: float | None = None) -> Mechanism:
-        """The same mechanism with one more tracked point: its motion, and its deviation from the ideal mechanism, are recorded.
+        """The same mechanism with one more tracked point: its motion, and its deviation from the commanded path, are recorded.
 
         Parameters
         ----------

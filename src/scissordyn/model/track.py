@@ -14,7 +14,7 @@ __all__ = ["Track"]
 
 @dataclass(frozen=True)
 class Track:
-    """A point of a body whose position, velocity, acceleration and deviation from the ideal mechanism are recorded.
+    """A point of a body whose position, velocity, acceleration and deviation from the commanded path are recorded.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def consistent(system: Handle, state: Snapshot) -> Snapshot:
         clock=clock,
         y=y,
         mode=live.mode,
-        memory=np.maximum(live.memory, APPROACH_FLOOR),
+        memory=np.where(live.memory < 0.0, live.memory, np.maximum(live.memory, APPROACH_FLOOR)),
         reference=live.reference,
     )
 

@@ -23,7 +23,7 @@ CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 NUMBERS = (
     *("restitution", "kinetic", "static", "rebound", "bias", "turn", "load", "turning_mass", "lag", "offset", "floor"),
     *("pressed", "reached", "weight", "faster", "compliance", "later", "later_slip", "rubbed"),
-    *("friction", "depth", "ending", "overlap", "stick"),
+    *("friction", "depth", "ending", "overlap", "stick", "struck"),
 )
 CHOICES = (
     "law",
@@ -136,7 +136,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
             made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
         made.law[i], made.energy[i], made.elastic[i] = elastic_law(clearance)
         made.floor[i] = FLOOR * clearance.clearance
-    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap):
+    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap, made.struck):
         part[:] = 0
     made.ahead[:] = -np.inf, np.inf
     made.longest[:] = np.inf

@@ -1,4 +1,4 @@
-"""How far the tracked points are from where they are in the ideal mechanism, against their tolerances."""
+"""How far the tracked points are from their commanded paths, against their tolerances."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def has_tracks(run: xr.Dataset) -> bool:
 
 
 def track(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
-    """Deviation of the tracked points from the ideal mechanism, with the located maximum and the tolerance; one panel for each.
+    """Deviation of tracked points from their commanded paths, with the located maximum and the tolerance; one panel for each.
 
     Where a point is outside its tolerance the panel is shaded.
 

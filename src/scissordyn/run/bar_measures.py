@@ -27,7 +27,7 @@ NEEDED = {"peak_bar_stress": "youngs_modulus", "peak_utilisation": "yield_streng
 def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
     """Raise `InputError` for a measure of bars that bend where none does, or where one lacks a number."""
     bars = bars_of(mechanism)
-    for name in (name for name, measure in measures.items() if measure.sampled):
+    for name in (name for name, measure in measures.items() if measure.dims == ("bar",)):
         if not bars:
             raise InputError(f"measure '{name}' of a mechanism without bars that bend", "bars that bend", "with_bending(...)")
         needed = NEEDED.get(name, "")

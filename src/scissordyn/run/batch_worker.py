@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Protocol
 
@@ -16,7 +17,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
 from scissordyn.run.hard_contact import step_unused, stepping_warnings
-from scissordyn.run.ideal_path import IdealPath, ideal_path
+from scissordyn.run.ideal_path import IdealPath, ideal_path, stages
 from scissordyn.run.measure import Ended
 from scissordyn.run.method import choose_method
 from scissordyn.run.numbers import put_numbers
@@ -24,7 +25,7 @@ from scissordyn.run.options import Options
 from scissordyn.run.slice import FIRST
 from scissordyn.run.start import prepare_start
 from scissordyn.run.tolerance import error_weights
-from scissordyn.run.trajectory import broken_off, crosses, overlapping
+from scissordyn.run.trajectory import broken_off, crosses, model_failure
 
 __all__ = ["Cases", "Worker"]
 
@@ -72,7 +73,7 @@ class Worker:
     def __init__(self, base: Plan, options: Options, cases: Cases) -> None:
         self.base, self.options, self.cases = base, options, cases
         self.slots: list[_Slot] = []
-        self.ideal: tuple[Mechanism, IdealPath] | None = None
+        self.path: IdealPath | None = None
         self.seconds, self.slice = 0.0, FIRST
 
     def size(self, cases: int, threads: int) -> int:
@@ -96,7 +97,9 @@ class Worker:
         for case, slot, driver, taken in ended:
             try:
                 if taken is not None:
-                    self.cases.take(case, Ended(driver), taken, [*slot.warned, *_warned(driver, self.options)])
+                    self.cases.take(
+                        case, Ended(driver, slot.path, self.options), taken, [*slot.warned, *_warned(driver, self.options)]
+                    )
             except ScissordynError as error:  # of a measure of the user's
                 self.cases.failed(case, str(error))
         self.seconds = (clocks.perf_counter() - began) / len(group)
@@ -106,7 +109,7 @@ class Worker:
         try:
             driver = slot.started(self.cases.mechanism(case), self.options, partial(self.cases.start, case))
             if self.cases.compares:
-                self._compare(driver)
+                slot.path = self._compare(driver)
             if self.cases.sampled:
                 driver.sample_at(np.linspace(0.0, self.options.until, self.options.count))
         except ScissordynError as error:
@@ -134,9 +137,9 @@ class Worker:
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None
-        too_long = overlapping(driver) if status == loop.FINISHED else ""
-        if too_long:
-            self.cases.failed(case, too_long)
+        failure = model_failure(driver) if status == loop.FINISHED else ""
+        if failure:
+            self.cases.failed(case, failure)
             return None
         if status == loop.FINISHED:
             return seconds + clocks.perf_counter() - began
@@ -145,15 +148,16 @@ class Worker:
         self.cases.failed(case, f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}")
         return None
 
-    def _compare(self, driver: Driver) -> None:
-        """Have the driver compare with the ideal mechanism, which is simulated anew only where it is another one."""
-        ideal = driver.plan.mechanism.ideal()
-        if self.ideal is None or self.ideal[0] != ideal:
-            self.ideal = ideal, ideal_path(driver.plan, self.options)
-        path = self.ideal[1]
+    def _compare(self, driver: Driver) -> IdealPath:
+        """Have the driver compare with the commanded path, which is computed anew only where it is another one."""
+        chosen = stages(driver.plan.mechanism)
+        if self.path is None or self.path.stages[0] != chosen[0]:
+            self.path = ideal_path(driver.plan, self.options)
+        path = replace(self.path, stages=chosen)
         if path.warnings:
             raise ScissordynError(path.warnings[0])
         driver.compare_with(path.table, path.step)
+        return path
 
 
 def _warned(driver: Driver, options: Options) -> list[str]:
@@ -176,6 +180,7 @@ class _Slot:
         self.plan, self.system = plan, make_system(plan)
         self.driver: Driver | None = None
         self.warned: tuple[str, ...] = ()
+        self.path: IdealPath | None = None
 
     def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
         """A driver at the start of a case, in the arrays of the case before if they fit."""
@@ -191,7 +196,7 @@ class _Slot:
         choice = choose_method(self.plan, self.system, y, options, tolerances)
         driver, across = self.driver, crosses(self.plan, options)
         if driver is not None and driver.method == choice.method:
-            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events, step=choice.step)
+            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events, choice=choice)
             return driver
         made = Driver(
             self.plan,

@@ -17,7 +17,8 @@ from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.geometric_stiffness import ROUNDING, geometric_stiffness
-from scissordyn.run.small_motion import placed, stiffness
+from scissordyn.run.small_motion import placed
+from scissordyn.run.stiffness import stiffness
 from scissordyn.units import Quantity, checked
 
 __all__ = ["buckling"]

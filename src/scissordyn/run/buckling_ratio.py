@@ -18,7 +18,7 @@ from scissordyn.run.driver import make_system
 from scissordyn.run.geometric_stiffness import element_form, stiffness_of_bar, stiffness_of_element
 from scissordyn.run.internal_forces import Bar, bars_of
 from scissordyn.run.rest import count_turns, touch_closed
-from scissordyn.run.small_motion import INDEPENDENT, At, constraint_slopes, force_slopes
+from scissordyn.run.stiffness import INDEPENDENT, At, constraint_slopes, force_slopes
 
 INSTANTS = 5
 """At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""

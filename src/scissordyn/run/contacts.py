@@ -11,7 +11,7 @@ from scissordyn.integrate.integration import RISE
 
 __all__ = ["Contact", "contacts"]
 
-LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss")
+LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss", "struck", "struck_time")
 EVENT = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
 
 
@@ -42,6 +42,10 @@ class Contact(NamedTuple):
         Energy dissipated by contact damping, or restitution, and by friction [J].
     effective_mass : float
         Of a hard contact, along the normal at its start [kg]; NaN of a compliant one.
+    struck : float
+        Of a hard contact the largest impact while it lasts, as m v^2 of the single impact of its impulse [J].
+    struck_time : float
+        From the start of the contact to that [s].
     """
 
     joint: int
@@ -56,6 +60,8 @@ class Contact(NamedTuple):
     damping_loss: float
     friction_loss: float
     effective_mass: float = math.nan
+    struck: float = 0.0
+    struck_time: float = 0.0
 
 
 def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
@@ -73,22 +79,21 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
         In order of their starts.
     """
     open_, found = dict[int, tuple[float, float, float, float]](), []
-    for guard, mode, time, rate, angle, mass, force, when, impulse, damping, friction in log[log["guard"] < peak.size][
-        list(EVENT)
-    ].tolist():
+    for guard, mode, time, rate, angle, mass, *ended in log[log["guard"] < peak.size][list(EVENT)].tolist():
         joint = int(guard)
         if mode == RISE:
             open_[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
         elif joint in open_:
             start, approach, direction, moved = open_.pop(joint)
-            lost = impulse, damping, friction
-            duration = time - start
-            found.append(Contact(joint, start, approach, direction, force, when - start, duration, rate, *lost, moved))
+            force, when, impulse, damping, friction, struck, struck_when = ended
+            begun, lost = (joint, start, approach, direction, force, when - start), (impulse, damping, friction)
+            found.append(Contact(*begun, time - start, rate, *lost, moved, struck, struck_when - start))
     for joint, (start, approach, direction, moved) in open_.items():
-        force, when, impulse, damping, friction = peak[list(LARGEST)][joint].tolist()
+        force, when, impulse, damping, friction, struck, struck_when = peak[list(LARGEST)][joint].tolist()
         found.append(
             Contact(
-                joint, start, approach, direction, force, when - start, math.nan, math.nan, impulse, damping, friction, moved
+                *(joint, start, approach, direction, force, when - start, math.nan, math.nan),
+                *(impulse, damping, friction, moved, struck, struck_when - start),
             )
         )
     return sorted(found, key=lambda contact: contact.start)

@@ -430,16 +430,19 @@ def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
     hard = plan.hard_places
     if not hard:
         return {}
-    estimate = np.full(table["joint"].size, np.nan)
+    estimate, when = np.full((2, table["joint"].size), np.nan)
     for j in hard:
         own, clearance = table["joint"] == j, plan.contacts[j].clearance
         assert clearance is not None
-        estimate[own] = peak_forces(clearance, table["approach_speed"][own], table["effective_mass"][own])
+        struck, lasting = peak_forces(clearance, table["struck"][own]), table["peak_force"][own]
+        estimate[own] = np.fmax(struck, lasting)
+        when[own] = np.where(struck >= lasting, table["struck_time"][own], table["peak_time"][own])
         table["peak_force"][own] = table["peak_time"][own] = np.nan
-    text = "estimated largest normal force of the compliant law in a hard contact"
+    text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
     mass = "effective mass along the normal at the start of a hard contact"
     return {
         "peak_force_estimate": _described(("contact",), estimate, "N", text),
+        "peak_force_estimate_time": _described(("contact",), when, "s", "time from the start to that force"),
         "effective_mass": _described(("contact",), table["effective_mass"], "kg", mass),
     }
 

@@ -178,7 +178,7 @@ class Driver:
         if method.step > 0.0:
             from scissordyn.run.stepping import Stepping  # loads the kernels of hard contact
 
-            self.stepping = Stepping(plan, method.step, located=not crosses)
+            self.stepping = Stepping(plan, method.step, method.turn, located=not crosses)
         self._begin(initial_events)
 
     def restart(
@@ -189,7 +189,7 @@ class Driver:
         *,
         crosses: bool = False,
         initial_events: tuple[list[float], ...] = (),
-        step: float = 0.0,
+        choice: Choice | None = None,
     ) -> None:
         """Begin another case of the same model without delays, whose numbers `put_numbers` has put in place.
 
@@ -200,12 +200,12 @@ class Driver:
         tolerances : Tolerances
         crosses : bool
         initial_events : tuple of rows of the event log
-        step : float
-            Of time stepping [s].
+        choice : Choice, optional
+            With the step of time stepping.
         """
         self.plan = plan
-        if self.stepping is not None:
-            self.stepping.restart(plan, step)
+        if self.stepping is not None and choice is not None:
+            self.stepping.restart(plan, choice.step, choice.turn)
         content = self.integration.content
         work = content.work
         work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)

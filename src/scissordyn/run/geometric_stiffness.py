@@ -12,7 +12,7 @@ from scissordyn.component.port import FRAME, LINE
 from scissordyn.plan.flexible import Axis
 from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.run.bars import BarMotion, shape_forces
-from scissordyn.run.small_motion import At, constraint_slopes, force_slopes
+from scissordyn.run.stiffness import At, constraint_slopes, force_slopes
 
 ROUNDING = 1e-9
 """Internal forces below this part of the loads are round-off."""
@@ -188,7 +188,7 @@ def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
     chord, frame = np.hypot(*maps[:2]), _frame_gradients(maps) @ rows
     cos, sin = np.array([[maps[4], maps[5]], [-maps[5], maps[4]]]) @ maps[:2] / chord
     turned = (cos * frame[1] - sin * frame[0]) / chord
-    return element_form(chord, turned, -turned, frame[2] - turned) + _of_turning_force(-cos, -sin, rows)
+    return np.asarray(element_form(chord, turned, -turned, frame[2] - turned) + _of_turning_force(-cos, -sin, rows))
 
 
 def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from scissordyn.kernel import Handle
 from scissordyn.plan.plan import Plan
+from scissordyn.run.contacts import contacts
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory
 
@@ -19,6 +21,10 @@ DEEP = 0.2
 
 JAMMED = 1e-9
 """Speed of all coordinates, as a fraction of the largest in the run, below which the mechanism stands."""
+
+FOLLOWS, NOT_CONVERGED = 3.0, 0.05
+"""Steps within which a contact follows the one before in its joint, so that their sequence is not resolved; and part of all
+that contacts and friction dissipate that such contacts may take by restitution without a warning."""
 
 LASTING = 0.02
 """Part of the run at its end for which a mechanism that has jammed stands."""
@@ -38,7 +44,7 @@ def hard_contact_warnings(path: Trajectory, options: Options) -> list[str]:
     """
     if "step" not in path.statistics:
         return step_unused(options)
-    return stepping_warnings(path.plan, path.system, path.statistics) + _jammed(path)
+    return stepping_warnings(path.plan, path.system, path.statistics) + _not_converged(path) + _jammed(path)
 
 
 def step_unused(options: Options) -> list[str]:
@@ -89,6 +95,25 @@ def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> 
             f"the step of {counts['step']:.3g} s is too long"
         )
     return found
+
+
+def _not_converged(path: Trajectory) -> list[str]:
+    """That the losses of restitution are those of sequences of impacts that the step does not resolve."""
+    size, ends, unresolved = FOLLOWS * path.statistics["step"], dict[int, float](), 0.0
+    hard, own = set(path.plan.hard_places), contacts(path.log, path.peak[: len(path.plan.contacts)])
+    for contact in own:
+        if contact.joint in hard and contact.start < ends.get(contact.joint, -math.inf) + size:
+            unresolved += contact.damping_loss
+        ends[contact.joint] = contact.start + (math.inf if math.isnan(contact.duration) else contact.duration)
+    lost = sum(contact.damping_loss for contact in own if contact.joint in hard)
+    dissipated = sum(contact.damping_loss + contact.friction_loss for contact in own)
+    if path.statistics["impacts_located"] or not unresolved > NOT_CONVERGED * dissipated:
+        return []
+    return [
+        f"the losses of restitution have not converged: {unresolved:.3g} of {lost:.3g} J are those of contacts that follow the "
+        f"one before in their joint within {FOLLOWS:g} steps, and change with the step; compare trust = true, or step = "
+        f"{0.25 * path.statistics['step']:.2g}"
+    ]
 
 
 def _jammed(path: Trajectory) -> list[str]:

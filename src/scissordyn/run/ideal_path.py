@@ -1,4 +1,4 @@
-"""Where the tracked points of a mechanism would be with ideal joints: a table that the loop compares with."""
+"""Where the tracked points of a mechanism would be on the commanded path: a table that the loop compares with."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scissordyn.errors import InputError
 from scissordyn.mechanics.outputs import record
+from scissordyn.model.commanded import commanded, rigid
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan
-from scissordyn.run.options import Options
+from scissordyn.plan.plan import plan as make_plan
+from scissordyn.run.options import Options, StartKind
 from scissordyn.run.trajectory import compute
 
-__all__ = ["IdealPath", "ideal_path"]
+__all__ = ["PARTS", "IdealPath", "deviates", "deviation_parts", "ideal_path", "stages"]
+
+PARTS = ("servo", "bending", "clearance")
+"""What lets tracked points leave the commanded path, in the order in which it is added."""
 
 NODES = 64
 """Intervals of the first table that is tried."""
@@ -34,7 +41,7 @@ TIGHT = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class IdealPath:
-    """Tracked points of the ideal mechanism at equidistant instants.
+    """Tracked points at equidistant instants: joints ideal, bars rigid, servos on their references.
 
     Parameters
     ----------
@@ -44,11 +51,14 @@ class IdealPath:
         Time between two rows [s].
     warnings : tuple of str
         If it ends early, or is not accurate.
+    stages : tuple of Mechanism
+        That of the path; with its servos; with its bars that bend, too. The same where one has nothing of the kind.
     """
 
     table: np.ndarray
     step: float
     warnings: tuple[str, ...]
+    stages: tuple[Mechanism, ...]
 
     @property
     def end(self) -> float:
@@ -67,8 +77,26 @@ class IdealPath:
         return found
 
 
+def stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
+    """The mechanism on its commanded path, with its servos, and with its bars that bend; joints are ideal in all."""
+    bending = mechanism.ideal()
+    stiff = rigid(bending)
+    path = commanded(stiff)
+    if path is not stiff:
+        try:
+            make_plan(path)
+        except InputError:  # servos that contradict each other as drives
+            path = stiff
+    return path, stiff, bending
+
+
+def deviates(mechanism: Mechanism) -> bool:
+    """Whether anything lets a mechanism leave its commanded path."""
+    return any(stage is not mechanism for stage in stages(mechanism))
+
+
 def ideal_path(plan: Plan, options: Options) -> IdealPath:
-    """Simulate the ideal mechanism and tabulate its tracked points, as finely as a quintic between two rows needs.
+    """Simulate the commanded path and tabulate its tracked points, as finely as a quintic between two rows needs.
 
     Parameters
     ----------
@@ -80,7 +108,8 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
     -------
     IdealPath
     """
-    ideal = plan.ideal
+    chosen = stages(plan.mechanism)
+    ideal = make_plan(chosen[0])
     rtol, atol = min(options.rtol, TIGHT), min(options.atol, TIGHT)
     smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
     intervals = NODES
@@ -104,11 +133,50 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         intervals *= FINER
     warnings = []
     if path.status != "complete":
-        warnings.append(f"deviations of tracked points are unknown from t = {path.end:.6g} s: the ideal mechanism {path.cause}")
+        warnings.append(
+            f"deviations of tracked points are unknown from t = {path.end:.6g} s: the rigid ideal mechanism {path.cause}"
+        )
     if error > UNRELIABLE:
         warnings.append(f"deviations of tracked points err by up to {error * ideal.size:.3g} m, where drives move in jerks")
     flat = np.ascontiguousarray(table.reshape(table.shape[0], -1))
-    return IdealPath(flat, step, tuple(warnings))
+    return IdealPath(flat, step, tuple(warnings), chosen)
+
+
+def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, times: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """What servos, bars that bend and clearance add to the deviation, in this order, shape (parts, time, tracks, 2) [m].
+
+    Each is the change of place as its cause is added to the mechanism on its commanded path; their sum is the deviation.
+
+    Parameters
+    ----------
+    path : IdealPath
+    mechanism : Mechanism
+    options : Options
+    times : ndarray
+        Instants [s].
+    at : ndarray, shape (time, tracks, 2)
+        Where the points are.
+    """
+    before, place = path.stages[0], path.at(times)
+    parts = np.zeros((len(PARTS), *place.shape))
+    start: StartKind = "static" if options.start == "static" else "concentric"
+    until = max(float(times[-1]), 1e-12) if times.size else options.until
+    calm = replace(options, start=start, method="auto", trust=False, step=None, samples=2, until=until)
+    for number, stage in enumerate((*path.stages[1:], mechanism)):
+        if stage is before:
+            continue
+        there = at
+        if stage is not mechanism:
+            there = np.full(place.shape, np.nan)
+            run = compute(make_plan(stage), calm, times=times, monitor=False)
+            if run.status == "interrupted":
+                raise KeyboardInterrupt
+            rows = record(run.plan.maps, run.system, run.samples).X
+            maps = [run.plan.coordinates.tracked(track) for track in stage.tracks]
+            there[: rows.shape[0]] = np.stack([each.at(rows) for each in maps], axis=1)
+        parts[number] = there - place
+        before, place = stage, there
+    return parts
 
 
 def _quintic(u: float | np.ndarray, h: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -20,11 +20,21 @@ def _rows(*columns: str | tuple[str, ...]) -> np.dtype[np.void]:
     )
 
 
-_LARGEST = ("largest", "largest_time", ("impulse", "integral"), ("damping_loss", "square", "excess_time"), "friction_loss")
+_LARGEST = (
+    "largest",
+    "largest_time",
+    ("impulse", "integral"),
+    ("damping_loss", "square", "excess_time"),
+    "friction_loss",
+    "struck",
+    "struck_time",
+)
 
 PEAK = _rows(*_LARGEST)
 """Since the last rise of a guard, or over the run: the largest value and when [s]. Of a contact the impulse of its normal force
-[N s] and its losses [J]; of another quantity its integrals over time: itself, its square, or how long it is above a limit."""
+[N s] and its losses [J]; of another quantity its integrals over time: itself, its square, or how
+long it is above a limit. Of a hard contact the largest impact, as m v^2 of the single impact with the same impulse [J], and
+when [s]."""
 
 LOG = _rows("time", "guard", "mode", "rate", ("angle", "loss"), ("drive_work", "mass"), *_LARGEST)
 """An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad],

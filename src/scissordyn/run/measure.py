@@ -21,14 +21,18 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
+from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.bar_measures import along_bars
 from scissordyn.run.contacts import Contact, contacts
 from scissordyn.run.driver import Driver
 from scissordyn.run.events import ACCOUNTS, accounts
+from scissordyn.run.ideal_path import PARTS, IdealPath, deviation_parts
 from scissordyn.run.internal_forces import bars_of
+from scissordyn.run.options import Options
 from scissordyn.run.peak_estimate import peak_forces
 from scissordyn.run.settling import SETTLING, settling_times
+from scissordyn.run.trajectory import reached
 
 __all__ = ["COMPONENT_UNIT", "MEASURES", "Ended", "Measure", "component_units", "parts_of"]
 
@@ -39,10 +43,13 @@ class Ended:
     Parameters
     ----------
     driver : Driver
+    path : IdealPath, optional
+        That tracked points are compared with.
+    options : Options, optional
     """
 
-    def __init__(self, driver: Driver) -> None:
-        self.driver = driver
+    def __init__(self, driver: Driver, path: IdealPath | None = None, options: Options | None = None) -> None:
+        self.driver, self.path, self.options = driver, path, options
         self.plan = driver.plan
         self.mechanism = driver.plan.mechanism
         self.time = driver.time
@@ -71,14 +78,13 @@ class Ended:
         return found
 
     def estimated_forces(self) -> np.ndarray:
-        """Largest force of the compliant law at the impacts of each hard contact [N]; NaN for compliant ones."""
+        """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
         found = np.full(len(self.plan.contacts), math.nan)
         for j in self.plan.hard_places:
             own, clearance = self.by_joint[j], self.plan.contacts[j].clearance
             assert clearance is not None
-            numbers = np.array([(c.approach_speed, c.effective_mass) for c in own]).reshape(-1, 2)
-            forces = peak_forces(clearance, numbers[:, 0], numbers[:, 1])
-            found[j] = np.max(forces[np.isfinite(forces)], initial=0.0)
+            numbers = np.array([(c.struck, c.peak_force) for c in own]).reshape(-1, 2)
+            found[j] = np.max(np.fmax(peak_forces(clearance, numbers[:, 0]), numbers[:, 1]), initial=0.0)
         return found
 
     def lasting(self, contact: Contact) -> float:
@@ -124,6 +130,21 @@ class Ended:
         return along_bars(self.driver)
 
     @cached_property
+    def deviation_parts(self) -> np.ndarray:
+        """Sizes of what servos, bending and clearance add to deviations at the samples, shape (parts, time, tracks) [m]."""
+        if self.path is None or self.options is None:
+            return np.full((len(PARTS), 1, len(self.plan.tracks)), math.nan)
+        state = self.driver.system.content.state
+        before = [part.copy() for part in state]
+        run = reached(self.driver)
+        rows = record(run.plan.maps, run.system, run.samples).X
+        for part, kept in zip(state, before, strict=True):
+            part[...] = kept
+        at = np.stack([run.plan.coordinates.tracked(track).at(rows) for track in self.plan.tracks], axis=1)
+        found = deviation_parts(self.path, self.mechanism, self.options, run.samples.time, at)
+        return np.asarray(np.hypot(found[..., 0], found[..., 1]))
+
+    @cached_property
     def _latches(self) -> list[int]:
         """Guards of the latches."""
         model = self.driver.system.content.model
@@ -146,7 +167,7 @@ class Measure:
     value : callable
         From an `Ended` to a float or an array along the dimension.
     compares : bool
-        Whether it is a deviation from the ideal mechanism, which is then simulated too.
+        Whether it is a deviation from the commanded path, which is then computed too.
     sampled : bool
         Whether it needs equally spaced samples.
     """
@@ -173,7 +194,19 @@ def _energy(name: str) -> Measure:
 
 _JOINT, _TRACK = ("joint",), ("track",)
 
-_APART = "distance of a tracked point from where it is in the ideal mechanism"
+_APART = "distance of a tracked point from where it is on the commanded path of the rigid ideal mechanism"
+
+
+def _of_deviation(number: int, at_end: bool) -> Measure:
+    words = f"what {('servos', 'bars that bend', 'clearance')[number]} add to the deviation of a tracked point"
+
+    def value(ended: Ended) -> np.ndarray:
+        sizes = ended.deviation_parts[number]
+        return np.asarray(sizes[-1] if at_end else sizes.max(axis=0))
+
+    place = ", at the end" if at_end else ", the largest among the samples"
+    return Measure("m", words + place, _TRACK, value, compares=True, sampled=True)
+
 
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
@@ -185,7 +218,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         ),
         "peak_force_estimate": Measure(
             "N",
-            "largest normal force that the compliant law would have in a hard contact, an estimate; NaN for compliant ones",
+            "estimated largest normal force in a hard contact; NaN for compliant ones",
             _JOINT,
             lambda e: e.estimated_forces(),
         ),
@@ -221,6 +254,8 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "m", f"root mean square {_APART}", _TRACK, lambda e: e.root_mean_squares(TRACK_DEVIATION), True
         ),
         "end_track_deviation": Measure("m", f"{_APART} at the end", _TRACK, lambda e: e.at_end(TRACK_DEVIATION), True),
+        **{f"{part}_deviation": _of_deviation(number, False) for number, part in enumerate(PARTS)},
+        **{f"end_{part}_deviation": _of_deviation(number, True) for number, part in enumerate(PARTS)},
         "settling_time": Measure("s", SETTLING, _TRACK, lambda e: e.settled(), True),
         "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
         "peak_component_force": Measure(

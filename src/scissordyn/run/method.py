@@ -33,8 +33,8 @@ make a problem stiff."""
 OVERDAMPED = 0.7
 """Modes with at least this damping ratio are forgotten rather than resolved."""
 
-MOST_EIGENVALUES = 400
-"""Above this number of states the modes are not computed, and what declares itself stiff decides."""
+MOST_EIGENVALUES, PRODUCTS = 400, 60
+"""Above this number of states the fastest modes are estimated by so many products with the Jacobian (Arnoldi 1951)."""
 
 
 FILM_STEPS = 30.0
@@ -59,6 +59,9 @@ PARTS, PARTS_OF_A_FALL = 5000, 5
 OSCILLATION_STEP = 0.5
 """Step of time stepping times the fastest angular frequency of components, at most."""
 
+SPIN_GAIN = 1e-6
+"""Part of its energy that a body that rotates freely gains in a run, at most, by steps that were not asked for. At omega a step
+adds the part (3/4) (omega h)^4; a sample within it, on the chord, misses (omega h)^2/4."""
 
 DECAY_STEP, FINEST = 0.5, 10
 """Step of time stepping times the fastest decay of components, as of a servo with derivative gain, at most; but it is not made
@@ -75,11 +78,15 @@ class Choice:
     reason : str
     step : float
         Of time stepping [s]; 0 for a method with error control.
+    turn : tuple of float
+        Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
+        infinite if the step was asked for.
     """
 
     method: str
     reason: str
     step: float = 0.0
+    turn: tuple[float, float] = (math.inf, math.inf)
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
@@ -107,7 +114,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
         step, why = time_step(plan, system, y, options, tolerances)
         if plan.compliant_places:
             why += ", and shorter ones the vibration of compliant contacts that are closed"
-        return Choice(TIME_STEPPING, f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}", step)
+        why = f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}"
+        return Choice(TIME_STEPPING, why, step, longest_turn(options))
     if options.method != "auto":
         return Choice(options.method, "asked for")
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
@@ -138,10 +146,8 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     if not plan.components:
         return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
     oiled = plan.lubricated[0][0].name if plan.lubricated and bends(plan.mechanism) else ""
-    if y.size > MOST_EIGENVALUES:
-        if oiled:
-            return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
-        return Choice(EXPLICIT, f"more than {MOST_EIGENVALUES} states: stiffness is not estimated")
+    if oiled and y.size > MOST_EIGENVALUES:
+        return Choice(STIFF, f"the film of joint '{oiled}' acts on light cross-sections of bars that bend")
     decay, oscillation = fastest_modes(plan, system, y, tolerances)
     resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
     if decay / STABLE > resolved:
@@ -212,9 +218,13 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
     if options.step is not None:
         return options.step, "the step was asked for"
     step, why = options.until / PARTS, f"the step is 1/{PARTS} of the run"
+    answer = np.zeros(3)
+    functions.accept(0.0, y.copy(), system.address, answer)
+    gain, turn = longest_turn(options)
+    spin = min(gain * answer[2] ** (-4.0 / 3.0), turn / answer[2]) if answer[2] > 0.0 else math.inf
     if tolerances.time_scale / PARTS_OF_A_FALL < step:
         step, why = tolerances.time_scale / PARTS_OF_A_FALL, "the step resolves a fall across the smallest clearance"
-    if plan.components and y.size <= MOST_EIGENVALUES:
+    if plan.components:
         modes = system.content.state.mode
         closed = modes[plan.compliant_places]
         modes[plan.compliant_places] = 0  # steps adapt to these
@@ -224,7 +234,16 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
             step, why = max(DECAY_STEP / decay, step / FINEST), f"the step resolves the fastest decay, {decay:.3g} 1/s"
         if oscillation * step > OSCILLATION_STEP:
             step, why = OSCILLATION_STEP / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
+    if spin < step:
+        step, why = spin, f"the step resolves the fastest rotation, {answer[2]:.3g} rad/s"
     return step, why
+
+
+def longest_turn(options: Options) -> tuple[float, float]:
+    """See `Choice.turn`: (3/4) omega (omega h)^3 T, and what a sample on a chord misses, are at most `SPIN_GAIN`."""
+    if options.step is not None:
+        return math.inf, math.inf
+    return (SPIN_GAIN / (0.75 * options.until)) ** (1.0 / 3.0), 2.0 * math.sqrt(SPIN_GAIN)
 
 
 def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> float:
@@ -277,7 +296,7 @@ def fastest_modes(plan: Plan, system: Handle, y: np.ndarray, tolerances: Toleran
         for i in guards:
             if plan.components and i < len(plan.components):
                 state.mode[content.model.component_guard[i]] = active
-        matrix = jacobian(system, y)
+        matrix = jacobian(system, y) if y.size <= MOST_EIGENVALUES else projected_jacobian(system, y)
         if not np.all(np.isfinite(matrix)):
             continue
         values = np.linalg.eigvals(matrix)
@@ -301,3 +320,26 @@ def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
         functions.rate(0.0, moved, system.address, down)
         matrix[:, k] = (up - down) / (2.0 * h)
     return matrix
+
+
+def projected_jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
+    """The Jacobian on a Krylov space, whose largest eigenvalues are those of the whole one nearly, by Arnoldi's method."""
+    scale = np.maximum(np.abs(y), 1e-3)
+    up, down, count = np.zeros(y.size), np.zeros(y.size), min(PRODUCTS, y.size)
+    basis, small = np.zeros((count + 1, y.size)), np.zeros((count + 1, count))
+    basis[0] = np.random.default_rng(0).standard_normal(y.size)
+    basis[0] /= np.linalg.norm(basis[0])
+    for k in range(count):
+        h = 1e-6 / float(np.max(np.abs(basis[k])))
+        functions.rate(0.0, y + h * scale * basis[k], system.address, up)
+        functions.rate(0.0, y - h * scale * basis[k], system.address, down)
+        vector = (up - down) / (2.0 * h * scale)
+        for _ in range(2):  # orthogonal to rounding
+            parts = basis[: k + 1] @ vector
+            small[: k + 1, k] += parts
+            vector = vector - parts @ basis[: k + 1]
+        small[k + 1, k] = float(np.linalg.norm(vector))
+        if not small[k + 1, k] > 0.0:
+            return small[: k + 1, : k + 1]
+        basis[k + 1] = vector / small[k + 1, k]
+    return small[:count]

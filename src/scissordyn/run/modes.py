@@ -16,7 +16,8 @@ from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.deflection import places
-from scissordyn.run.small_motion import At, Place, Position, placed, released, stiffness
+from scissordyn.run.small_motion import Place, Position, placed, released
+from scissordyn.run.stiffness import At, stiffness
 from scissordyn.units import Quantity, checked
 
 __all__ = ["modes"]

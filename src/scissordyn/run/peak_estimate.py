@@ -1,4 +1,4 @@
-"""The peak force that a compliant law gives for an impact of known approach speed and effective mass: an estimate.
+"""The peak force that a compliant law gives for an impact of known energy m v^2: an estimate.
 
 Of a free body of mass m that comes in at v on F = F_el(delta) (1 + xi delta'/v), with s = delta'/v:
 
@@ -30,22 +30,20 @@ SMALL = 1e-6
 """Damping factors below this are taken as none: the formula would lose its digits."""
 
 
-def peak_forces(clearance: Clearance | GuideClearance, speed: np.ndarray, mass: np.ndarray) -> np.ndarray:
+def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
     """Largest normal forces of impacts by the elastic and the damping law of a joint.
 
     Parameters
     ----------
     clearance : Clearance or GuideClearance
         Its laws, whatever its kind of contact; the damping law has a factor.
-    speed : ndarray, shape (k,)
-        Approach speeds [m/s].
-    mass : ndarray, shape (k,)
-        Effective masses along the normal [kg].
+    struck : ndarray, shape (k,)
+        Effective masses along the normal times squares of approach speeds [J].
 
     Returns
     -------
     ndarray, shape (k,)
-        [N]; NaN where speed or mass is not finite and positive.
+        [N]; NaN where that is not finite and positive.
     """
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping
@@ -56,9 +54,9 @@ def peak_forces(clearance: Clearance | GuideClearance, speed: np.ndarray, mass: 
     sensible = np.isfinite(force) & np.isfinite(energy) & (force > 0.0) & (energy > 0.0)
     s = np.linspace(0.0, 1.0, POINTS)[:-1]
     share = 0.5 * (1.0 - s * s) if xi < SMALL else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
-    known = np.isfinite(speed) & np.isfinite(mass) & (speed > 0.0) & (mass > 0.0)
-    found = np.full(np.shape(speed), np.nan)
-    given = (mass[known] * speed[known] ** 2)[:, None] * share[None, :]
+    known = np.isfinite(struck) & (struck > 0.0)
+    found = np.full(np.shape(struck), np.nan)
+    given = struck[known][:, None] * share[None, :]
     logs = np.interp(np.log(given), np.log(energy[sensible]), np.log(force[sensible]), left=np.nan, right=np.nan)
     over = np.exp(logs) * (1.0 + xi * s)
     best = np.clip(np.nanargmax(np.where(np.isnan(over), -1.0, over), axis=1), 1, s.size - 2) if over.size else np.zeros(0, int)

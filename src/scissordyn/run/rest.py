@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
+from scissordyn.run.stiffness import At, stiffness
 
 __all__ = ["count_turns", "equilibrium", "touch_closed", "turns"]
 
@@ -39,6 +41,15 @@ MOST_POLISHING, POLISHING, POLISHED = 10, 3, 0.5
 AWAY = 100.0
 """Sizes of the mechanism: what has moved farther is held by nothing."""
 
+ASIDE, NO_SIDE, MOST_SIDES = 1e-3, 1e-6, 3
+"""From unstable equilibrium a descent goes on so far aside, in sizes of the mechanism, unless it came from no side."""
+
+ROUND_OFF = 1e-12
+"""Negative stiffnesses below this part of the largest are round-off."""
+
+EASY = 1e-4
+"""EI/(EA L^2) from which bars bend far without trouble."""
+
 ROUNDING = 2e-16
 """Of a coordinate, relative to it."""
 
@@ -49,16 +60,38 @@ FARTHEST, MOST_TURN = 0.3, 1.0
 """A step moves the mechanism by less than this fraction of its size, and turns no body farther than this [rad]: turns are
 counted from one step to the next."""
 
+AGAINST = 1e-3
+"""A step against the forces that it starts from, by more than this cosine, is rejected."""
+
 MOST_GROWTH = 10.0
 """An implicit step that increases the force by more than this factor is rejected."""
 
 
-def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> tuple[np.ndarray, float]:
-    """Free coordinates of a stable equilibrium, by descent from a given position.
+class Rest(NamedTuple):
+    """A position of equilibrium.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n,)
+        Free coordinates.
+    load : float
+        That unbalanced forces were compared with.
+    growth : float
+        Rate at which the smallest motion away from it grows [rad/s]; 0 where it is stable.
+    """
+
+    position: np.ndarray
+    load: float
+    growth: float
+
+
+def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> Rest:
+    """A stable equilibrium, by descent from a given position; an unstable one only where nothing decides for a side.
 
     Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, with a step size that grows
     as long as it converges, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy, and so
-    lead to stable equilibrium.
+    lead to stable equilibrium, but for long ones. From unstable equilibrium the descent goes on, to the side that it came
+    from. Where it fails, thin bars are first taken as ones that stretch more easily.
 
     Parameters
     ----------
@@ -70,11 +103,6 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     load : float
         That unbalanced forces are compared with; that of the given position if not given.
 
-    Returns
-    -------
-    position : ndarray, shape (n,)
-    load : float
-
     Raises
     ------
     InputError
@@ -84,12 +112,40 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     ----------
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
     """
+    reference = handle.content.state.reference.copy()
+    try:
+        descent = _descended(plan, handle, position, load)
+    except InputError:
+        handle.content.state.reference[:] = reference
+        stretched = _stretched(plan, handle, position, load)
+        if stretched is None:
+            raise
+        descent = stretched
+    for _ in range(MOST_SIDES):
+        growth, motion = _growth(plan, handle, descent.state)
+        side = float(motion @ (position - descent.state[: descent.free]))
+        if growth == 0.0 or abs(side) < NO_SIDE * descent.size:
+            break
+        before, reference = descent, handle.content.state.reference.copy()
+        displaced = descent.state[: descent.free] + math.copysign(ASIDE * descent.size, side) * motion
+        try:
+            descent = _descended(plan, handle, displaced, descent.load)
+        except InputError:
+            descent = before
+            handle.content.state.reference[:] = reference
+            break
+    functions.accept(0.0, descent.state, handle.address, np.zeros(2))
+    return Rest(descent.state[: descent.free].copy(), descent.load, _growth(plan, handle, descent.state)[0])
+
+
+def _descended(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _Descent:
+    """A descent that has come to rest."""
     descent, step = _Descent(plan, handle, position, load), FIRST_STEP
     for _ in range(MOST_STEPS):
         found = descent.implicit_step(step)
         if found == "rest":
             descent.polish(step)
-            return descent.state[: descent.free].copy(), descent.load
+            return descent
         step = min(LONGEST, 3.0 * step) if found == "solved" else 0.2 * step
         if step < SHORTEST or descent.gone > AWAY:
             break
@@ -98,6 +154,39 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
         "a mechanism that gravity, springs and drives keep in equilibrium",
         "start = 'concentric'",
     )
+
+
+def _stretched(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _Descent | None:
+    """A descent with thin bars of less axial stiffness, which then grows to its value; None without thin bars."""
+    rows = handle.content.parameters.component
+    bars = [(i, part) for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
+    thinness = np.array([part.bending_stiffness / (part.axial_stiffness * part.length**2) for _, part in bars])
+    soft = np.minimum(1.0, thinness / EASY)
+    if not np.any(soft < 1.0):
+        return None
+    column = [0 if isinstance(part, FlexibleBar) else 1 for _, part in bars]
+    decades = math.ceil(-math.log10(soft.min()))
+    try:
+        for k in range(decades + 1):
+            for (i, part), axial, factor in zip(bars, column, soft ** (1.0 - k / decades), strict=True):
+                rows[i, axial] = part.axial_stiffness * factor
+            descent = _descended(plan, handle, position, load)
+            position = descent.state[: descent.free].copy()
+    finally:
+        for (i, part), axial in zip(bars, column, strict=True):
+            rows[i, axial] = part.axial_stiffness
+    return descent
+
+
+def _growth(plan: Plan, handle: Handle, state: np.ndarray) -> tuple[float, np.ndarray]:
+    """Rate at which the fastest motion away from equilibrium grows [rad/s], 0 if none does, and that motion, of length one."""
+    at = At(plan, handle, state)
+    matrix, allowed = stiffness(at)
+    if allowed.shape[1] == 0:
+        return 0.0, np.zeros(state.size)[: allowed.shape[0]]
+    values, vectors = np.linalg.eigh(allowed.T @ matrix @ allowed)
+    unstable = values[0] < -ROUND_OFF * np.max(np.abs(values))
+    return math.sqrt(-values[0]) if unstable else 0.0, allowed @ vectors[:, 0]
 
 
 class _Descent:
@@ -135,8 +224,10 @@ class _Descent:
         """A step of implicit Euler from rest: "rest" found, "solved", or "left", back where it began."""
         n, state = self.free, self.state
         base, turns, before, solved = state[:n].copy(), self.system.state.reference.copy(), self.force, False
+        pull: np.ndarray | None = None
         for _ in range(MOST_CORRECTIONS):
             left = self.unbalanced(base, step)
+            pull = left if pull is None else pull
             moved = float(np.linalg.norm(state[:n] - base))
             turned = float(np.abs(self.system.state.reference - turns).max(initial=0.0))
             if not (math.isfinite(self.force) and moved <= FARTHEST * self.size and turned <= MOST_TURN):
@@ -145,7 +236,10 @@ class _Descent:
             # without weight, what the springs exert where it begins
             self.load = self.load or applied
             self.scale = self.load + applied
-            if self.force <= max(AT_REST * self.scale, self.rounding()):
+            resting = self.force <= max(AT_REST * self.scale, self.rounding())
+            if (resting or solved) and float(pull @ (state[:n] - base)) < -AGAINST * float(np.linalg.norm(pull)) * moved:
+                break  # uphill, to an equilibrium that is not stable
+            if resting:
                 return "rest"
             if solved and self.force <= MOST_GROWTH * before:
                 return "solved"

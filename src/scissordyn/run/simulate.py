@@ -22,14 +22,14 @@ from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.demand import check_samples
 from scissordyn.run.hard_contact import hard_contact_warnings
-from scissordyn.run.ideal_path import IdealPath, ideal_path
+from scissordyn.run.ideal_path import IdealPath, deviates, ideal_path
 from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
 from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.painleve import painleve_warnings
 from scissordyn.run.predictability import compared, predictability
 from scissordyn.run.state_scale import scale_warnings
 from scissordyn.run.track import deviation_variables
-from scissordyn.run.trajectory import Trajectory, compute
+from scissordyn.run.trajectory import FAILED, Trajectory, compute
 from scissordyn.run.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
@@ -197,7 +197,7 @@ def _computed(
     keeper: Keeper | None,
     times: np.ndarray | None = None,
 ) -> xr.Dataset:
-    ideal = ideal_path(plan, options) if plan.tracks and plan.contacts else None
+    ideal = ideal_path(plan, options) if plan.tracks and deviates(plan.mechanism) else None
     states = None
     if options.trust:
         path, states = compared(plan, options, progress, ideal=ideal, keeper=keeper)
@@ -211,9 +211,10 @@ def _computed(
     found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
     found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":
-        run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
+        failures = contact_failures(plan, run)
+        run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
     if ideal is not None:
-        run = run.assign(deviation_variables(run, path, ideal))
+        run = run.assign(deviation_variables(run, path, ideal, options))
         found += ideal.warnings
     if states is not None:
         horizon = predictability(options, path, states, run, progress, keeper)

@@ -19,10 +19,13 @@ from scissordyn.kinematics.assembly import (
     natural_state,
     placed_start,
 )
+from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
 from scissordyn.plan.coordinates import combined
@@ -32,7 +35,7 @@ from scissordyn.run.cause import check_springs, full_coordinates
 from scissordyn.run.driver import make_system
 from scissordyn.run.options import StartKind
 from scissordyn.run.reaction import ideal_reactions
-from scissordyn.run.rest import count_turns, equilibrium, turns
+from scissordyn.run.rest import Rest, count_turns, equilibrium, turns
 
 __all__ = ["Prepared", "assembled_near", "prepare_start", "rest_with_clearances"]
 
@@ -95,7 +98,11 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
             assembled = _concentric(plan, content, guess, held)
             start = _resting(plan, content, assembled, held)
         case "static":
-            place, turned = _resting_place(plan)
+            place, turned, growth = _resting_place(plan)
+            if growth > 0.0:
+                warnings.append(
+                    f"start = 'static' is an unstable equilibrium: a small motion grows by e in {1.0 / growth:.3g} s"
+                )
             count_turns(plan, content, turned)
             assembled = _concentric(plan, content, guess, held)
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
@@ -107,7 +114,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     warnings += plan.out_of_proportion + plan.rounded_lengths
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
-    events = _touching(system, y, kind)
+    events = _touching(plan, system, y, kind)
     _store_energy(plan, system, y)
     return Prepared(y, tuple(events), tuple(warnings))
 
@@ -157,20 +164,20 @@ def _held_at(plan: Plan, system: System, place: np.ndarray) -> Held:
     return held
 
 
-def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float]]:
-    """Free coordinates and turns of static equilibrium: of the ideal mechanism, then near it of the one with clearances."""
+def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
+    """Free coordinates, turns and growth of equilibrium: of the ideal mechanism, then near it of that with clearances."""
     still = plan.at_rest
     ideal = still.ideal
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
-    place, load = equilibrium(ideal, system, first.position)
+    rest = equilibrium(ideal, system, first.position)
     if not plan.contacts:
-        return place, turns(ideal, system.content)
-    handle, place = rest_with_clearances(still, system, place, load)
-    return place, turns(still, handle.content)
+        return rest.position, turns(ideal, system.content), rest.growth
+    handle, rest = rest_with_clearances(still, system, rest.position, rest.load)
+    return rest.position, turns(still, handle.content), rest.growth
 
 
-def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, np.ndarray]:
+def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
     """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints.
 
     Parameters
@@ -188,8 +195,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
     -------
     system : Handle
         Of `still`; its contacts are closed where they carry.
-    place : ndarray
-        Its free coordinates.
+    rest : Rest
     """
     ideal, rest = still.ideal, Start(place, np.zeros_like(place))
     handle = make_system(still)
@@ -204,7 +210,7 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
         for j, joint in enumerate(still.clearance_joints):
             held.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
         start = assemble(still, handle.content, start, held)
-    return handle, equilibrium(still, handle, start.position, load)[0]
+    return handle, equilibrium(still, handle, start.position, load)
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
@@ -244,7 +250,7 @@ def _indentation(system: System, j: int, force: float) -> float:
     return high
 
 
-def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
     """Let everything act that is past its gap at the start; returns the rows of the event log.
 
     A concentric start has no contacts, whatever round-off says; stops and cables may act.
@@ -261,7 +267,14 @@ def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float
         functions.touch(0.0, y, guard, system.address, data)
         row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+        if guard in plan.compliant_places and data[0] <= APPROACH_FLOOR and _has_range(plan.contacts[guard].clearance):
+            content.state.memory[guard] = -APPROACH_FLOOR  # see `rate_in_range`
     return rows
+
+
+def _has_range(clearance: Clearance | GuideClearance | None) -> bool:
+    """Whether the damping of a contact is a factor, derived for rates up to the speed at which the contact began."""
+    return clearance is not None and isinstance(clearance.damping, DampingFactor)
 
 
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stepping", "advance_stepping"]
 
-KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap", "longest")
+KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap", "longest", "struck")
 """What the next step depends on, and what has been counted."""
 
 
@@ -32,11 +32,13 @@ class Stepping:
     plan : Plan
     size : float
         Of a step [s].
+    turn : tuple of float
+        See `method.Choice`.
     located : bool
         Whether steps end at impacts.
     """
 
-    def __init__(self, plan: Plan, size: float, *, located: bool) -> None:
+    def __init__(self, plan: Plan, size: float, turn: tuple[float, float], *, located: bool) -> None:
         self.plan = plan
         self.hard = Handle(hard_contacts(plan))
         content: HardContacts = self.hard.content
@@ -52,6 +54,7 @@ class Stepping:
                 np.array([size]),
                 content.ending,
                 content.longest,
+                np.array(turn),
                 (np.arange(plan.model.guard_component.size) >= len(plan.contacts)).astype(np.int64),
                 np.array([plan.model.n if plan.model.nb else 0], np.int64),
             )
@@ -68,22 +71,15 @@ class Stepping:
         """Of a step [s]."""
         return float(self.touching.content.size[0])
 
-    def restart(self, plan: Plan, size: float) -> None:
-        """Begin another case of the same tables.
-
-        Parameters
-        ----------
-        plan : Plan
-        size : float
-            Of a step [s].
-        """
+    def restart(self, plan: Plan, size: float, turn: tuple[float, float]) -> None:
+        """Begin another case of the same tables."""
         self.plan = plan
         put_hard_numbers(self.content, plan)
-        self.touching.content.size[0] = size
+        self.touching.content.size[0], self.touching.content.turn[:] = size, turn
 
     def forget(self) -> None:
         """Begin anew from a state that was put back."""
-        for name in ("mode", "stuck", "slope", "pressed"):
+        for name in ("mode", "stuck", "slope", "pressed", "struck"):
             getattr(self.content, name)[:] = 0
         self.content.ahead[:] = -np.inf, np.inf
         self.content.longest[:] = np.inf

@@ -15,6 +15,7 @@ from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.run.bar_answer import BarAnswer, bar_answer
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.ideal_path import PARTS
 from scissordyn.run.placement import placed
 from scissordyn.run.words import Words
 from scissordyn.units import counted, short
@@ -56,7 +57,7 @@ class PointAnswer(Words):
     ----------
     name : str
     deviation : float
-        Its largest distance from where it is in the ideal mechanism [m]; NaN where the ideal mechanism ends early.
+        Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early.
     when : float
         Instant of it [s].
     tolerance : float or None
@@ -65,6 +66,8 @@ class PointAnswer(Words):
         From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end.
     at_end : float
         Its deviation at the last sample [m].
+    parts, parts_at_end : dict of str to float
+        What servos, bending and clearance add to it, of those that are there [m]: largest of the samples, and at the last one.
     """
 
     name: str
@@ -73,6 +76,8 @@ class PointAnswer(Words):
     tolerance: float | None
     settled: float | None
     at_end: float
+    parts: dict[str, float]
+    parts_at_end: dict[str, float]
 
     @property
     def met(self) -> bool | None:
@@ -93,19 +98,22 @@ class PointAnswer(Words):
     def __str__(self) -> str:
         name = f"Tracked point {printable(self.name)}"
         if not math.isfinite(self.deviation):
-            return f"{name}: its deviation is not known, as the ideal mechanism does not reach the end of the run."
-        said = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}"
+            return f"{name}: its deviation is not known, as the rigid ideal mechanism does not reach the end of the run."
+        said = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}{_parts(self.parts)}"
+        said += f"; {short(self.at_end, 'm')} at the end{_parts(self.parts_at_end)}"
         if self.tolerance is None:
             return f"{said}; no tolerance is given."
         if self.met:
             return f"{said}; tolerance {short(self.tolerance, 'm')}: met."
         ratio = self.deviation / self.tolerance
-        settled = (
-            f"within it from {short(self.settled, 's')} on"
-            if self.settled is not None
-            else f"{short(self.at_end, 'm')} at the end"
-        )
-        return f"{said}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}; {settled}."
+        settled = f"; within it from {short(self.settled, 's')} on" if self.settled is not None else ""
+        return f"{said}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}{settled}."
+
+
+def _parts(sizes: dict[str, float]) -> str:
+    """The parts of a deviation in words; one alone is all of it."""
+    there = ", ".join(f"{name} {short(size, 'm')}" for name, size in sizes.items())
+    return f" ({there})" if len(sizes) > 1 else f", by {next(iter(sizes))}" if sizes else ""
 
 
 @dataclass(frozen=True)
@@ -334,15 +342,10 @@ def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float
     if not np.isnan(peaks).all():
         highest = int(np.nanargmax(peaks))
         return float(peaks[highest]), float(start[highest] + here["peak_time"].values[highest]), False
-    force, when = math.nan, math.nan
-    if "peak_force_estimate" in here and not np.isnan(estimates := here["peak_force_estimate"].values).all():
-        highest = int(np.nanargmax(estimates))
-        force, when = float(estimates[highest]), float(start[highest])
-    if joint in run["joint"].values and run.sizes["time"]:
-        lasting = run["normal_force"].sel(joint=joint).values
-        if not np.isnan(lasting).all() and not float(np.nanmax(lasting)) <= force:
-            force, when = float(np.nanmax(lasting)), float(run["time"].values[int(np.nanargmax(lasting))])
-    return force, when, True
+    if "peak_force_estimate" not in here or np.isnan(estimates := here["peak_force_estimate"].values).all():
+        return math.nan, math.nan, True
+    highest = int(np.nanargmax(estimates))
+    return float(estimates[highest]), float(start[highest] + here["peak_force_estimate_time"].values[highest]), True
 
 
 def summary_of(run: xr.Dataset) -> Summary:
@@ -386,6 +389,8 @@ def _points(run: xr.Dataset, described: Any) -> Iterator[PointAnswer]:
     for name in run["track"].values.astype(str).tolist():
         here = run.sel(track=name)
         settled = float(here["settling_time"])
+        sizes = np.hypot(*here["deviation_part"].transpose("axis", "time", "part").values)
+        there = [k for k in range(len(PARTS)) if np.any(sizes[:, k] != 0.0)]
         yield PointAnswer(
             name=name,
             deviation=float(here["peak_track_deviation"]),
@@ -393,6 +398,8 @@ def _points(run: xr.Dataset, described: Any) -> Iterator[PointAnswer]:
             tolerance=tolerances.get(name),
             settled=settled if math.isfinite(settled) else None,
             at_end=float(here["track_deviation"].values[-1]),
+            parts={PARTS[k]: float(sizes[:, k].max()) for k in there},
+            parts_at_end={PARTS[k]: float(sizes[-1, k]) for k in there},
         )
 
 

@@ -1,4 +1,4 @@
-"""Motion of tracked points, and their deviation from the ideal mechanism on the same drive."""
+"""Motion of tracked points, and their deviation from the commanded path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import xarray as xr
 
 from scissordyn.mechanics.monitored import TRACK_DEVIATION
 from scissordyn.mechanics.outputs import Record
-from scissordyn.run.ideal_path import IdealPath
+from scissordyn.run.ideal_path import PARTS, IdealPath, deviation_parts
+from scissordyn.run.options import Options
 from scissordyn.run.settling import SETTLING, settling_times
 from scissordyn.run.trajectory import Trajectory
 
@@ -43,8 +44,8 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
     return variables
 
 
-def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> Variables:
-    """Distance of the tracked points from where they are in the ideal mechanism.
+def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
+    """Distance of the tracked points from where they are on the commanded path, and what adds to it.
 
     Parameters
     ----------
@@ -54,17 +55,20 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
         Of the same run.
     ideal : IdealPath
         That it was compared with.
+    options : Options
 
     Returns
     -------
     dict of str to Variable
-        `track_deviation` along time and track [m], NaN where the ideal mechanism does not reach; along track its located
+        `track_deviation` along time and track [m], NaN where the path does not reach, `deviation_part`; along track its located
         maximum `peak_track_deviation` [m] with `peak_track_deviation_time` [s], its root mean square `rms_track_deviation` [m],
-        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the ideal mechanism ends early.
+        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the path ends early.
     """
     place = ideal.at(run["time"].values)
-    difference = run["track_position"].transpose("time", "track", "axis").values - place
-    about = "distance of the tracked point from where it is in the ideal mechanism"
+    positions = run["track_position"].transpose("time", "track", "axis").values
+    difference = positions - place
+    parts = deviation_parts(ideal, path.plan.mechanism, options, run["time"].values, positions)
+    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
     peaks = path.peaks(TRACK_DEVIATION)
     # an integral of squares that are round-off may end below zero
     mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
@@ -75,7 +79,10 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
         ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
     )
     unknown = ideal.end < path.end * (1.0 - 1e-9)
+    of_parts = _text("m", "what servos, bending and clearance add to the deviation of the tracked point")
     return {
+        "part": xr.Variable(("part",), np.array(PARTS), {"long_name": "cause of a deviation"}),
+        "deviation_part": xr.Variable(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), of_parts),
         "track_deviation": xr.Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
         **{
             name: xr.Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))

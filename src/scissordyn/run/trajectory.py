@@ -12,8 +12,9 @@ import numpy as np
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
+from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import monitored_rows
+from scissordyn.mechanics.monitored import INDENTATION, monitored_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
@@ -27,13 +28,18 @@ from scissordyn.run.tolerance import error_weights
 if TYPE_CHECKING:
     from scissordyn.run.ideal_path import IdealPath
 
-__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "overlapping", "reached"]
+__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "model_failure", "reached"]
 
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
 
 HARD_CROSSED_FROM = 3
 """The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
+
+UNSOLVED = 0.01
+"""Part of the steps with contacts whose impulses are not solved above which a run has failed."""
+
+FAILED = "the contact model has failed"
 
 INTERRUPTED = "interrupted"
 """Both how a run ended and why."""
@@ -242,14 +248,34 @@ def _advance(
     if keeper is not None and (status == loop.FINISHED or cause == INTERRUPTED):
         keeper.write(part, driver, seconds)
     cause = cause or broken_off(status, driver)
-    return (overlapping(driver) if not cause and status == loop.FINISHED else cause), seconds
+    return (model_failure(driver) if not cause and status == loop.FINISHED else cause), seconds
 
 
-def overlapping(driver: Driver) -> str:
-    """Which hard surfaces overlap by more than their clearance: the step was too long; empty if none do."""
-    plan = driver.plan
+def model_failure(driver: Driver) -> str:
+    """Why the contact model of a run that has reached its end has failed; empty if it has not.
+
+    A journal was pressed in by more than its radius, hard surfaces overlap by more than their clearance, or impulses of many
+    steps are not solved.
+    """
+    plan, depth = driver.plan, driver.peak["largest"][driver.rows(INDENTATION)]
+    for j in plan.compliant_places:
+        clearance = plan.contacts[j].clearance
+        assert clearance is not None
+        failure = contact_failure(plan.contacts[j].name, clearance.surfaces, float(depth[j]))
+        if failure:
+            return f"{FAILED}: {failure}"
     if driver.stepping is None:
         return ""
+    counts = driver.stepping.counted()
+    if counts["steps_not_solved"] > UNSOLVED * counts["contact_steps"]:
+        return f"the impulses of {counts['steps_not_solved']} of {counts['contact_steps']} steps with contacts are not solved"
+    return _overlap(driver)
+
+
+def _overlap(driver: Driver) -> str:
+    """Which hard surfaces overlap by more than their clearance: the step was too long; empty if none do."""
+    plan = driver.plan
+    assert driver.stepping is not None
     clearance = driver.system.content.parameters.contact["clearance"]
     crossed = 'events = "crossed", or ' if driver.stepping.content.locate[0] else ""
     for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=False):

@@ -25,6 +25,7 @@ from scissordyn.study.description import Study
 from scissordyn.study.fidelity import confirmed, fidelity_text
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
+from scissordyn.study.ranking import rankings
 from scissordyn.study.screening import verified_address, verified_results
 from scissordyn.study.store import Store
 from scissordyn.study.summary import (
@@ -275,6 +276,8 @@ def _sensitivities(study: Study, results: xr.Dataset) -> Iterator[str]:
     found, left_out = sensitivity(study, results)
     for table in sensitivities(found):
         yield f"<h2>What {_text(table.title)} depends on</h2>" + _table(table)
+    for table in rankings(study, results):
+        yield f"<h2>What {_text(table.title)}</h2>" + _table(table)
     for name, why in left_out.items():
         yield f"<p>No indices of {_text(name)}: {_text(why)}.</p>"
 

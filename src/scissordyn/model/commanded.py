@@ -1,0 +1,101 @@
+"""The mechanism that a command asks for: ideal joints, rigid bars, servos that follow their references exactly."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.beam import Beam
+from scissordyn.component.elastic import node_inertia
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.place import GROUND, Point
+from scissordyn.component.time_function import ConstantSpeed
+from scissordyn.model.body import Body
+from scissordyn.model.connection import Weld
+from scissordyn.model.drive import Drive
+from scissordyn.model.mechanism import Mechanism
+
+TINY = 1e-9
+"""Part of the mass of a cross-section that is left with it: a body has a mass."""
+
+Span = tuple[str, tuple[str, Point], tuple[str, Point], float, float, float, float]
+"""Name, start, end (body and place in its frame), angles of the bar against both, length, mass per length."""
+
+
+def rigid(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with rigid bars in place of those that bend, of the same mass and inertia; itself if none does."""
+    spans = list(_spans(mechanism))
+    if not spans:
+        return mechanism
+    bodies = {body.name: body for body in mechanism.bodies}
+    left = {body.name: [body.mass, body.inertia or 0.0] for body in mechanism.bodies}
+    welds = []
+    for name, start, end, turned, other_turned, length, mass_per_length in spans:
+        for place in (start[0], end[0]):
+            left[place][0] -= 0.5 * mass_per_length * length
+            left[place][1] -= node_inertia(mass_per_length, length)
+        first, second = bodies[start[0]], bodies[end[0]]
+        local, along = start[1], (math.cos(turned), math.sin(turned))
+        middle, far = ((local[0] + part * length * along[0], local[1] + part * length * along[1]) for part in (0.5, 1.0))
+        first = _with_points(first, {f"{name} middle": middle, f"{name} end": far})
+        angle = first.angle + turned - other_turned
+        second = _with_points(dataclasses.replace(second, angle=angle), {name: end[1]})
+        (x, y), (x_now, y_now) = first.place(f"{name} end"), second.place(name)
+        position = (second.position[0] + x - x_now, second.position[1] + y - y_now)
+        second = dataclasses.replace(second, position=position)
+        bodies |= {first.name: first, second.name: second}
+        welds.append(Weld(f"{name} end", (first.name, f"{name} end"), (second.name, name)))
+        if not mass_per_length:
+            continue
+        bodies[name] = Body(
+            name,
+            mass=mass_per_length * length,
+            inertia=mass_per_length * length**3 / 12.0,
+            points={"middle": (0.0, 0.0)},
+            position=first.place(f"{name} middle"),
+            angle=first.angle,
+        )
+        welds.append(Weld(f"{name} middle", (first.name, f"{name} middle"), (name, "middle")))
+    for name in {place for _, start, end, *_ in spans for place in (start[0], end[0])}:
+        body, (mass, inertia) = bodies[name], left[name]
+        share = max(mass / body.mass, TINY)
+        # of a cross-section with a payload the centre is that of both
+        centre = body.centre if share == TINY else (body.centre[0] / share, body.centre[1] / share)
+        apart = body.centre[0] ** 2 + body.centre[1] ** 2
+        inertia += body.mass * apart - share * body.mass * (centre[0] ** 2 + centre[1] ** 2)
+        inertia = max(inertia, TINY * (body.inertia or 1.0))
+        bodies[name] = dataclasses.replace(body, mass=share * body.mass, centre=centre, inertia=inertia)
+    others = tuple(part for part in mechanism.components if not isinstance(part, FlexibleBar | Beam))
+    return dataclasses.replace(mechanism, bodies=tuple(bodies.values()), welds=(*mechanism.welds, *welds), components=others)
+
+
+def commanded(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with drives in place of servos between a body and the ground; itself without such servos."""
+    servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.base == GROUND]
+    drives = {drive.body: drive for drive in mechanism.drives}
+    new = {part.body: Drive(part.body, part.reference or ConstantSpeed(0.0)) for part in servos if part.body not in drives}
+    if not new:
+        return mechanism
+    kept = tuple(part for part in mechanism.components if part not in servos)
+    return dataclasses.replace(mechanism, components=kept, drives=(*mechanism.drives, *new.values()))
+
+
+def _spans(mechanism: Mechanism) -> Iterator[Span]:
+    """The parts of bars that bend, each between two neighbouring cross-sections."""
+    points = {body.name: body.points for body in mechanism.bodies}
+    for part in mechanism.components:
+        if isinstance(part, Beam):
+            ends = [(body, points[body][point]) for body, point in (part.start, part.end)]
+            yield f"{part.name}/rigid", ends[0], ends[1], 0.0, 0.0, part.length, part.mass_per_length
+        elif isinstance(part, FlexibleBar):
+            marks = zip(part.sections, part.places, part.angles, strict=True)
+            for k, ((a, s, turned), (b, t, other)) in enumerate(pairwise(marks)):
+                origin = (0.0, 0.0)
+                yield f"{part.name}/rigid {k + 1}", (a, origin), (b, origin), turned, other, t - s, part.mass_per_length
+
+
+def _with_points(body: Body, points: dict[str, Point]) -> Body:
+    return dataclasses.replace(body, points={**body.points, **points})

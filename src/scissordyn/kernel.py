@@ -44,6 +44,11 @@ def kernel(function: Callable[..., Any]) -> Any:
     return function
 
 
+def vanishes(x: float) -> bool:
+    """Whether what x multiplies can be left out: x is zero, and so are its derivatives, if it has some."""
+    return x == 0.0
+
+
 ENTRIES: dict[str, Entry] = {}
 """All entries by the names of their symbols in the library."""
 

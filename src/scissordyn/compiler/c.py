@@ -70,9 +70,9 @@ def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, 
         compiled.replace(library)
 
 
-def loaded(source: str) -> ctypes.CDLL:
-    """The library of a file of C that lives as long as this process."""
+def loaded(source: str, *more: str) -> ctypes.CDLL:
+    """The library of a file of C that lives as long as this process, compiled with some more flags."""
     with tempfile.TemporaryDirectory(prefix="scissordyn-", ignore_cleanup_errors=True) as folder:
         target = Path(folder, "own.so")
-        compile_library(source, target)
+        compile_library(source, target, (*FLAGS, *more))
         return ctypes.CDLL(str(target))

@@ -11,6 +11,7 @@ import numpy as np
 
 from scissordyn.compiler.kind import (
     BOOL,
+    DUAL,
     FLOAT,
     INT,
     Array,
@@ -23,9 +24,12 @@ from scissordyn.compiler.kind import (
     TranslationError,
     Tuple,
     Value,
+    converted,
     is_empty,
+    item_of,
     joined,
 )
+from scissordyn.kernel import vanishes
 
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
@@ -226,6 +230,8 @@ class Expressions:
             return Value(f"!({inner.c})", BOOL)
         if not isinstance(node.op, ast.USub):
             return inner
+        if inner.kind == DUAL:
+            return Value(f"negative_dual({inner.c})", DUAL)
         kind = INT if inner.kind == BOOL else inner.kind
         return Value(
             f"-({inner.c})" if inner.constant is None else f"-{inner.c}",
@@ -242,6 +248,8 @@ class Expressions:
         if not isinstance(left.kind, Scalar) or not isinstance(right.kind, Scalar):
             raise TranslationError("arithmetic of arrays in a kernel", "arithmetic of numbers")
         kind = joined(joined(left.kind, right.kind), INT)
+        if kind == DUAL and type(operator) in DUAL_OPERATIONS:
+            return _dual_operation(operator, left, right)
         a, b = left.c, right.c
         if type(operator) in OPERATORS:
             return Value(f"({a} {OPERATORS[type(operator)]} {b})", kind)
@@ -263,11 +271,11 @@ class Expressions:
         for operator, each in zip(node.ops, node.comparators, strict=True):
             if type(operator) not in COMPARISONS:
                 members = [self.value(one) for one in each.elts] if isinstance(each, ast.Tuple) else self._members(each)
-                found = " || ".join(f"{left.c} == {one.c}" for one in members)
+                found = " || ".join(f"{_real(left)} == {_real(one)}" for one in members)
                 parts.append(f"({found})" if isinstance(operator, ast.In) else f"!({found})")
                 continue
             right = self.value(each)
-            parts.append(f"{left.c} {COMPARISONS[type(operator)]} {right.c}")
+            parts.append(f"{_real(left)} {COMPARISONS[type(operator)]} {_real(right)}")
             left = right
         return Value(f"({' && '.join(parts)})" if len(parts) > 1 else f"({parts[0]})", BOOL)
 
@@ -284,6 +292,8 @@ class Expressions:
     def _ifexp(self, node: ast.IfExp) -> Value:
         test, one, other = self.value(node.test), self.value(node.body), self.value(node.orelse)
         kind = joined(one.kind, other.kind)
+        self.unit.use(kind)
+        one, other = converted(one, kind), converted(other, kind)
         if isinstance(kind, Tuple) and one.kind != other.kind:
             raise TranslationError("tuples of unlike numbers in a conditional expression of a kernel", "tuples alike")
         return Value(f"({test.c} ? {one.c} : {other.c})", kind)
@@ -310,6 +320,8 @@ class Expressions:
 
     def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
         """Functions of Python and of its library."""
+        if any(each.kind == DUAL for each in arguments):
+            return self._built_in_dual(function, arguments)
         texts = [each.c for each in arguments]
         if function is abs:
             whole = arguments[0].kind != FLOAT
@@ -318,7 +330,7 @@ class Expressions:
             kind: Kind = arguments[0].kind
             for each in arguments[1:]:
                 kind = joined(kind, each.kind)
-            name = f"{'least' if function is min else 'largest'}_{'float' if kind == FLOAT else 'whole'}"
+            name = f"{_SMALLER[function]}_{'float' if kind == FLOAT else 'whole'}"
             found = texts[0]
             for text in texts[1:]:
                 found = f"{name}({found}, {text})"
@@ -328,6 +340,8 @@ class Expressions:
             return Value(f"((int64_t)({texts[0]}))", INT, int(constant) if isinstance(constant, int) else None)
         if function is bool:
             return Value(f"(({texts[0]}) != 0)", BOOL)
+        if function is vanishes:
+            return Value(f"({texts[0]} == 0.0)", BOOL)
         if function in (float, np.float64):
             return Value(f"((double)({texts[0]}))", FLOAT)
         if function is math.floor:
@@ -342,6 +356,26 @@ class Expressions:
             return self._choice(function, arguments)
         return None
 
+    def _built_in_dual(self, function: Any, arguments: list[Value]) -> Value | None:
+        """The same of numbers with derivatives: by their values where the result is a whole number."""
+        if function in (float, np.float64):
+            return arguments[0]
+        if function is vanishes:
+            return Value(f"vanishes({arguments[0].c})", BOOL)
+        if function in (int, np.int64, bool, math.floor, math.ceil, *TESTS):
+            return self._built_in(function, [Value(_real(each), FLOAT) for each in arguments])
+        if function is np.where:
+            return self._choice(function, [arguments[0], *(converted(each, DUAL) for each in arguments[1:])])
+        texts = [converted(each, DUAL).c for each in arguments]
+        if function in (min, max, np.clip):
+            names = ("largest_number", "least_number") if function is np.clip else (f"{_SMALLER[function]}_float",) * len(texts)
+            found = texts[0]
+            for name, text in zip(names, texts[1:], strict=False):
+                found = f"{name}_dual({found}, {text})"
+            return Value(found, DUAL)
+        called = "fabs" if function is abs else MATH.get(function) if getattr(function, "__hash__", None) else None
+        return Value(f"{called}_dual({', '.join(texts)})", DUAL) if called else None
+
     def _choice(self, function: Any, arguments: list[Value]) -> Value:
         """`where` and `clip` of numbers."""
         if function is np.clip:
@@ -351,10 +385,28 @@ class Expressions:
         return Value(f"({test.c} ? {yes.c} : {no.c})", joined(yes.kind, no.kind))
 
 
-def item_of(base: Value, at: int) -> str:
-    """An item of a tuple by its number."""
-    assert isinstance(base.kind, Tuple)
-    return f"{base.c}.v[{at}]" if base.kind.alike else f"{base.c}.e{at}"
+_SMALLER: Mapping[Any, str] = {min: "least", max: "largest"}
+
+DUAL_OPERATIONS = {
+    ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply", ast.Div: "divide", ast.FloorDiv: "floor_division_dual",
+    ast.Mod: "remainder_dual", ast.Pow: "pow_dual",
+}  # fmt: skip
+
+
+def _real(value: Value) -> str:
+    """A number without its derivatives."""
+    return f"{value.c}.v" if value.kind == DUAL else value.c
+
+
+def _dual_operation(operator: ast.operator, left: Value, right: Value) -> Value:
+    """Arithmetic of numbers of which one at least has derivatives."""
+    name = DUAL_OPERATIONS[type(operator)]
+    if isinstance(operator, ast.Pow) and isinstance(right.constant, int) and 0 <= right.constant <= 8:
+        return Value(f"whole_power_dual({left.c}, {right.c})", DUAL)
+    if not name.endswith("dual"):
+        name += "_" + "".join("d" if each.kind == DUAL else "f" for each in (left, right))
+        return Value(f"{name}({left.c}, {right.c})", DUAL)
+    return Value(f"{name}({converted(left, DUAL).c}, {converted(right, DUAL).c})", DUAL)
 
 
 def place_of(base: Value, at: list[str]) -> str:

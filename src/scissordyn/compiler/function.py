@@ -6,19 +6,21 @@ import ast
 import math
 from typing import TYPE_CHECKING, Any
 
-from scissordyn.compiler.expression import Expressions, Scope, item_of, place_of, plain
+from scissordyn.compiler.expression import Expressions, Scope, place_of, plain
 from scissordyn.compiler.kind import (
+    DUAL,
     VOID,
     Array,
     Kind,
     Record,
     Scalar,
-    Struct,
     TranslationError,
     Tuple,
     Value,
+    converted,
     declared,
     is_empty,
+    item_of,
     joined,
 )
 
@@ -66,6 +68,8 @@ class Body:
         else:
             raise TranslationError(f"the types of variables in '{self.definition.name}' do not settle", "one type each")
         self.result = VOID if self.result is None else self.result
+        # an argument without derivatives that is given a value with some
+        self.given.update((key, DUAL) for key in self.given if self.scope.kinds[key] == DUAL)
 
     def text(self, name: str) -> str:
         """The function in C."""
@@ -75,7 +79,7 @@ class Body:
         if changed:
             raise TranslationError(f"argument '{changed[0]}' of '{self.definition.name}' changes its type", "another variable")
         declarations = [
-            f"    {declared(kind)}{plain(key)}{' = 0' if isinstance(kind, Scalar | Record | Struct) else ' = {0}'};"
+            f"    {declared(kind)}{plain(key)} = {'{0}' if kind == DUAL or isinstance(kind, Tuple | Array) else '0'};"
             for key, kind in own.items()
             if not is_empty(kind)
         ]
@@ -124,6 +128,7 @@ class Body:
             return
         found = self.expressions.value(node.value)
         self.result = joined(self.result, found.kind)
+        found = converted(found, self.result)
         if isinstance(self.result, Tuple):
             self.unit.use(self.result)
             if found.kind != self.result:
@@ -132,8 +137,9 @@ class Body:
 
     def _converted(self, found: Value, kind: Tuple) -> Value:
         """A tuple of other numbers."""
-        kept = self._kept(found)
-        inner = ", ".join(item_of(kept, k) for k in range(len(kind.items)))
+        assert isinstance(found.kind, Tuple)
+        kept, old = self._kept(found), found.kind.items
+        inner = ", ".join(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items))
         return Value(f"({kind.c}){{{{{inner}}}}}" if kind.alike else f"({kind.c}){{{inner}}}", kind)
 
     def _raise(self, node: ast.Raise) -> None:
@@ -225,10 +231,14 @@ class Body:
                 self._line(f"(void)({value.c});")
                 return
             self.scope.assign(target.id, value.kind)
+            kind = self.scope.kinds[target.id]
+            if isinstance(kind, Tuple) and kind != value.kind:
+                self.unit.use(kind)
+                value = self._converted(value, kind)
             if not is_empty(value.kind):
-                self._line(f"{plain(target.id)} = {value.c};")
+                self._line(f"{plain(target.id)} = {converted(value, kind).c};")
         elif isinstance(target, ast.Attribute):
-            self._line(f"{self.expressions.text(target)} = {value.c};")
+            self._store(self.expressions.value(target), value)
         elif isinstance(target, ast.Subscript):
             self._put_entry(target, value)
         else:
@@ -244,7 +254,7 @@ class Body:
             if isinstance(entry.kind, Record):
                 self._line(f"*({entry.c}) = *({value.c});")
             else:
-                self._line(f"{entry.c} = {value.c};")
+                self._store(entry, value)
             return
         if not isinstance(value.kind, Scalar) or len(indices) != base.kind.dimensions:
             raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "a number into a part of an array")
@@ -254,7 +264,12 @@ class Body:
             number = self._number()
             places.append(f"at_{number}")
             loops.append(f"for (int64_t at_{number} = {low}; at_{number} < {high}; at_{number}++) ")
-        self._line("".join(loops) + f"{base.c}.p[{place_of(base, places)}] = {value.c};")
+        self._store(Value(f"{base.c}.p[{place_of(base, places)}]", base.kind.element), value, "".join(loops))
+
+    def _store(self, place: Value, value: Value, loops: str = "") -> None:
+        if value.kind == DUAL and place.kind != DUAL:
+            raise TranslationError(f"a number with derivatives into {place.c}", "a place for one")
+        self._line(f"{loops}{place.c} = {converted(value, place.kind).c};")
 
     def _augassign(self, node: ast.AugAssign) -> None:
         read = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node.target)

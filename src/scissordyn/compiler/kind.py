@@ -44,6 +44,8 @@ VOID = Scalar("void", "v", -1)
 BOOL = Scalar("int", "b", 0)
 INT = Scalar("int64_t", "i", 1)
 FLOAT = Scalar("double", "f", 2)
+DUAL = Scalar("dual", "d", 3)
+"""A value and its derivatives, see dual.c."""
 
 
 @dataclass(frozen=True)
@@ -196,18 +198,18 @@ def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> 
     raise TranslationError(f"a {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
 
 
-def kind_of_hint(hint: Any, name: str, known: dict[Any, Any]) -> Kind:
-    """The type that an annotation declares; `known` and `name` as in `kind_of`."""
+def kind_of_hint(hint: Any, name: str, known: dict[Any, Any], number: Scalar = FLOAT) -> Kind:
+    """The type that an annotation declares, `number` in the place of floats; `known` and `name` as in `kind_of`."""
     if hint in SCALARS:
-        return SCALARS[hint]
+        return number if hint is float else SCALARS[hint]
     if get_origin(hint) is Annotated:
         declared_type: ArrayType = get_args(hint)[1]
-        return Array(_element(declared_type.dtype, name, known), declared_type.dimensions)
+        return Array(_element(declared_type.dtype, name, known, number), declared_type.dimensions)
     if get_origin(hint) is tuple:
-        return Tuple(tuple(kind_of_hint(part, name, known) for part in get_args(hint)))
+        return Tuple(tuple(kind_of_hint(part, name, known, number) for part in get_args(hint)))
     if hasattr(hint, "_fields"):
         if hint not in known:
-            known[hint] = Struct(hint.__name__, {key: kind_of_hint(part, key, known) for key, part in fields_of(hint)})
+            known[hint] = Struct(hint.__name__, {key: kind_of_hint(part, key, known, number) for key, part in fields_of(hint)})
         struct: Struct = known[hint]
         return struct
     raise TranslationError(
@@ -215,11 +217,12 @@ def kind_of_hint(hint: Any, name: str, known: dict[Any, Any]) -> Kind:
     )
 
 
-def _element(dtype: np.dtype, name: str, known: dict[Any, Any]) -> Scalar | Record:
+def _element(dtype: np.dtype, name: str, known: dict[Any, Any], number: Scalar = FLOAT) -> Scalar | Record:
     """The type of the entries of an array."""
+    kinds = {**NUMBERS, "f": number}
     if dtype.names is None:
-        return NUMBERS[dtype.kind]
-    fields = tuple((field, NUMBERS[dtype[field].kind]) for field in dtype.names)
+        return kinds[dtype.kind]
+    fields = tuple((field, kinds[dtype[field].kind]) for field in dtype.names)
     if fields not in known:
         taken = [kind.name for kind in known.values()]
         named = f"{name}_record" if f"{name}_record" not in taken else f"{name}_record_{len(taken)}"
@@ -237,6 +240,25 @@ def joined(one: Kind | None, other: Kind) -> Kind:
     if isinstance(one, Tuple) and isinstance(other, Tuple) and len(one.items) == len(other.items):
         return Tuple(tuple(joined(a, b) for a, b in zip(one.items, other.items, strict=True)))
     raise TranslationError(f"a variable that is a {one.letter} and a {other.letter} in a kernel", "one kind of value")
+
+
+def converted(value: Value, kind: Kind) -> Value:
+    """A number, or numbers of a tuple, as such with derivatives, if that is what is wanted."""
+    if kind == value.kind or not (kind == DUAL or (isinstance(kind, Tuple) and DUAL in kind.items)):
+        return value
+    if not isinstance(kind, Tuple) or not isinstance(value.kind, Tuple):
+        return Value(f"as_dual({value.c})", DUAL)
+    old = Value("kept_0", value.kind)
+    items = (converted(Value(item_of(old, k), value.kind.items[k]), item).c for k, item in enumerate(kind.items))
+    text = ", ".join(items)
+    text = f"{{{{{text}}}}}" if kind.alike else f"{{{text}}}"
+    return Value(f"({{ {value.kind.c} kept_0 = {value.c}; ({kind.c}){text}; }})", kind)
+
+
+def item_of(base: Value, at: int) -> str:
+    """An item of a tuple by its number."""
+    assert isinstance(base.kind, Tuple)
+    return f"{base.c}.v[{at}]" if base.kind.alike else f"{base.c}.e{at}"
 
 
 def written(number: Any) -> str:

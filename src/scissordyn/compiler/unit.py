@@ -18,6 +18,7 @@ import numpy as np
 from scissordyn.compiler.expression import member
 from scissordyn.compiler.function import Body
 from scissordyn.compiler.kind import (
+    DUAL,
     FLOAT,
     INT,
     VOID,
@@ -32,8 +33,10 @@ from scissordyn.compiler.kind import (
     TranslationError,
     Tuple,
     Value,
+    converted,
     declared,
     is_empty,
+    item_of,
     kind_of,
     kind_of_hint,
     written,
@@ -58,11 +61,14 @@ class Unit:
         Types of records and named tuples, see `kind_of`.
     table : bool
         Whether kernel pointers are numbers of a table in the file instead of addresses.
+    derivatives : int
+        If it is not 0, all floats are dual numbers: a value and this many derivatives.
     """
 
     whole = INT
 
-    def __init__(self, types: dict[Any, Any] | None = None, *, table: bool = False) -> None:
+    def __init__(self, types: dict[Any, Any] | None = None, *, table: bool = False, derivatives: int = 0) -> None:
+        self.derivatives, self.number = derivatives, DUAL if derivatives else FLOAT
         self.types: dict[Any, Any] = {} if types is None else types
         self.table = table
         self.tuples: dict[str, Tuple] = {}
@@ -107,6 +113,8 @@ class Unit:
 
     def together(self, parts: list[Value]) -> Value:
         """Some values as a tuple."""
+        if any(part.kind == DUAL for part in parts):
+            parts = [converted(part, DUAL if part.kind == FLOAT else part.kind) for part in parts]
         kind = Tuple(tuple(part.kind for part in parts))
         self.use(kind)
         inner = ", ".join(part.c for part in parts)
@@ -143,7 +151,8 @@ class Unit:
             else:
                 handed.append(bound.arguments.get(key) or self.constant(parameter.default, key))
         made = self.function(plainly, tuple(value.kind for value in handed))
-        texts = [value.c for value in handed if not is_empty(value.kind)]
+        wanted = made.body.given.values()
+        texts = [converted(value, kind).c for value, kind in zip(handed, wanted, strict=True) if not is_empty(kind)]
         assert made.body.result is not None
         return Value(f"{made.name}({', '.join(texts)})", made.body.result)
 
@@ -167,6 +176,9 @@ class Unit:
     def _at_address(self, arguments: list[Value]) -> Value:
         pointers = []
         for each in arguments[1:]:
+            if isinstance(each.kind, Tuple) and each.kind.items:
+                each = converted(each, Tuple((self.number,) * len(each.kind.items)))
+                self.use(each.kind)
             if isinstance(each.kind, Array):
                 pointers.append(f"{each.c}.p")
             elif isinstance(each.kind, Tuple) and not each.kind.items:
@@ -174,20 +186,20 @@ class Unit:
             else:
                 pointers.append(f"{each.c}.v")
         function = f"KERNELS[{arguments[0].c}]" if self.table else f"((kernel_pointer)(intptr_t)({arguments[0].c}))"
-        return Value(f"{function}({', '.join(pointers)})", FLOAT)
+        return Value(f"{function}({', '.join(pointers)})", self.number)
 
     def _opened(self, opener: Opener, address: Value) -> Value:
         """A tuple by its address, or the tuple itself."""
         if isinstance(address.kind, Struct):
             return address
-        struct = kind_of_hint(opener.described, "", self.types)
+        struct = kind_of_hint(opener.described, "", self.types, self.number)
         self.use(struct)
         return Value(f"(({struct.c} *)(intptr_t)({address.c}))", struct)
 
     def entry(self, entry: Entry) -> None:
         """Export an entry: arrays come as their address and shape, named tuples by their address."""
         *hints, (_, returned) = entry.hints.items()
-        kinds = {name: kind_of_hint(hint, name, self.types) for name, hint in hints}
+        kinds = {name: kind_of_hint(hint, name, self.types, self.number) for name, hint in hints}
         translated = self.function(entry.python, tuple(kinds.values()))
         declarations, handed = [], []
         for name, kind in kinds.items():
@@ -198,8 +210,10 @@ class Unit:
             else:
                 declarations.append(f"{declared(kind)}{name}_")
                 handed.append(f"{name}_")
-        result = kind_of_hint(returned, "return", self.types)
-        call = f"{'' if result == VOID else 'return '}{translated.name}({', '.join(handed)});"
+        result = kind_of_hint(returned, "return", self.types, self.number)
+        assert translated.body.result is not None
+        answer = converted(Value(f"{translated.name}({', '.join(handed)})", translated.body.result), result)
+        call = f"{'' if result == VOID else 'return '}{answer.c};"
         c = {"int": "bool"}.get(result.c, result.c)
         self.entries.append(f"EXPORT {c} {entry.symbol}({', '.join(declarations)}) {{ {call} }}")
 
@@ -210,18 +224,21 @@ class Unit:
     def text(self) -> str:
         """All of it: types, tables, declarations and functions."""
         names = [f"kernel_{number}" if self.table else recipe.symbol for recipe, number in self.kernels.items()]
-        head = "static double" if self.table else "EXPORT double"
-        bodies = [self._kernel_text(recipe, f"{head} {name}") for recipe, name in zip(self.kernels, names, strict=True)]
+        number, signature = self.number.c, SIGNATURE.replace("double", self.number.c)
+        head = f"{'static' if self.table else 'EXPORT'} {number}"
+        heads = [f"{head} {name}({signature})" for name in names]
+        bodies = [self._kernel_text(recipe, f"{text} {{") for recipe, text in zip(self.kernels, heads, strict=True)]
         pointers = f"static const kernel_pointer KERNELS[{len(names) + 1}] = {{{', '.join(['0', *names])}}};\n"
         return "\n".join(
             (
                 "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n",
-                files("scissordyn.compiler").joinpath("arithmetic.c").read_text(encoding="utf-8"),
-                f"typedef double (*kernel_pointer)({SIGNATURE});",
+                _text("arithmetic.c"),
+                *([f"#define DERIVATIVES {self.derivatives}\n", _text("dual.c")] if self.derivatives else []),
+                f"typedef {number} (*kernel_pointer)({signature});",
                 *self._types(),
                 *self._tables(),
                 *(f"{one.body.head(one.name)};" for one in self.translated.values()),
-                *(f"{head} {name}({SIGNATURE});" for name in names),
+                *(f"{text};" for text in heads),
                 pointers if self.table else "",
                 *(one.body.text(one.name) + "\n" for one in self.translated.values()),
                 *bodies,
@@ -230,27 +247,30 @@ class Unit:
             )
         )
 
-    def _kernel_text(self, recipe: Recipe, declaration: str) -> str:
+    def _kernel_text(self, recipe: Recipe, head: str) -> str:
         """The function at an address: it hands its inputs on, and stores the results."""
+        number, row = self.number, Array(self.number, 1)
         arguments = [
-            Value("(F1_array){p, 0}", Array(FLOAT, 1)) if text == "p" else Value(text, FLOAT) for text in recipe.handed
+            Value(f"({row.c}){{p, 0}}", row) if text == "p" else Value(text, number if "[" in text else FLOAT)
+            for text in recipe.handed
         ]
-        self.use(Array(FLOAT, 1))
+        self.use(row)
         found = self.call(recipe.function, arguments, {})
-        head = f"{declaration}({SIGNATURE}) {{"
         unused = "    (void)q; (void)v; (void)z; (void)x; (void)p; (void)out;"
         if found.kind == VOID:
             raise TranslationError(f"'{recipe.function.__name__}' returns nothing", "numbers")
         if isinstance(found.kind, Scalar):
             target = recipe.targets[0]
-            put = f"    return {found.c};" if target == ANSWER else f"    {target} = {found.c};\n    return 0.0;"
+            value, nothing = converted(found, number).c, converted(Value("0.0", FLOAT), number).c
+            put = f"    return {value};" if target == ANSWER else f"    {target} = {value};\n    return {nothing};"
             return "\n".join((head, unused, put, "}\n"))
         assert isinstance(found.kind, Tuple)
-        items = [f"found.v[{k}]" if found.kind.alike else f"found.e{k}" for k in range(len(found.kind.items))]
+        whole = Value("found", found.kind)
+        items = [converted(Value(item_of(whole, k), kind), number).c for k, kind in enumerate(found.kind.items)]
         puts = [
             f"    {target} = {item};" for target, item in zip(recipe.targets, items, strict=True) if target not in (ANSWER, "_")
         ]
-        answer = items[recipe.targets.index(ANSWER)] if ANSWER in recipe.targets else "0.0"
+        answer = items[recipe.targets.index(ANSWER)] if ANSWER in recipe.targets else converted(Value("0.0", FLOAT), number).c
         return "\n".join((head, unused, f"    {found.kind.c} found = {found.c};", *puts, f"    return {answer};", "}\n"))
 
     def _types(self) -> list[str]:
@@ -278,6 +298,10 @@ class Unit:
             texts.append(f"static {kind.element.c} {name}_numbers[] = {{{numbers}}};")
             texts.append(f"static {kind.c} {name} = {{{name}_numbers, {shape}}};")
         return texts
+
+
+def _text(file: str) -> str:
+    return files("scissordyn.compiler").joinpath(file).read_text(encoding="utf-8")
 
 
 def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:

@@ -6,7 +6,7 @@ Without exchanges elimination takes half as many operations, and goes on from th
 
 from __future__ import annotations
 
-from scissordyn.kernel import kernel
+from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics.lanes import SHORT, row_times, take_row
 
 __all__ = ["eliminate", "factorize", "product", "solve", "substitute", "width"]
@@ -42,7 +42,7 @@ def factorize(band, lower, upper, pivots):
             shift = lower - r
             factor = band[r, i + shift] * inverse
             band[r, i + shift] = factor
-            if factor != 0.0:
+            if not vanishes(factor):
                 own = lower - i
                 for j in range(i + 1, last_column + 1):
                     band[r, j + shift] -= factor * band[i, j + own]
@@ -83,7 +83,7 @@ def eliminate(band, reach, first, x):
         inverse = 1.0 / pivot
         for r in range(max(first, k + 1), min(k + reach, size - 1) + 1):
             factor = band[r, k - r + reach] * inverse
-            if factor != 0.0:
+            if not vanishes(factor):
                 take_row(band, r, k + 1 - r + reach, k, reach + 1, factor, reach)
                 x[r] -= factor * x[k]
     return -1

@@ -13,7 +13,7 @@ there may be no solution, as with friction that locks surfaces.
 
 from __future__ import annotations
 
-from scissordyn.kernel import kernel
+from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.impulse_equations import write_equations
@@ -175,7 +175,7 @@ def exchange(row, column, size, H):
     H.table[row, column] = inverse
     for i in range(size):
         factor = H.table[i, column]
-        if i == row or factor == 0.0:
+        if i == row or vanishes(factor):
             continue
         H.table[i, column] = 0.0
         for k in range(size + 2):

@@ -1,0 +1,105 @@
+/* Dual numbers: a value, and its derivatives by DERIVATIVES parameters. Values are those of double arithmetic, bit for bit. */
+
+typedef struct { double v, d[DERIVATIVES]; } dual;
+
+/* y(a, b), with the slope of each derivative k; a part that does not change contributes nothing, even if its slope is infinite */
+#define OPERATION(name, first, second, value, slope) \
+    static inline dual name(first a, second b) { \
+        dual y; \
+        y.v = value; \
+        for (int k = 0; k < DERIVATIVES; k++) y.d[k] = slope; \
+        return y; \
+    }
+#define PART(slope, change) ((change) == 0.0 ? 0.0 : (slope) * (change))
+#define FUNCTION(name, slope) \
+    static inline dual name##_dual(dual a) { \
+        dual y; \
+        double x = a.v, f = name(x), s = slope; \
+        y.v = f; \
+        for (int k = 0; k < DERIVATIVES; k++) y.d[k] = PART(s, a.d[k]); \
+        (void)x; \
+        return y; \
+    }
+#define FUNCTION_OF_TWO(name, by_first, by_second) \
+    static inline dual name##_dual(dual a, dual b) { \
+        dual y; \
+        double x = a.v, z = b.v, f = name(x, z), s = by_first, r = by_second; \
+        y.v = f; \
+        for (int k = 0; k < DERIVATIVES; k++) y.d[k] = PART(s, a.d[k]) + PART(r, b.d[k]); \
+        return y; \
+    }
+#define CHOICE(name, second) \
+    static inline dual name##_dual(dual a, dual b) { return second ? b : a; }
+
+static inline dual as_dual(double x) { return (dual){.v = x}; }
+
+static inline int vanishes(dual a) {
+    int zero = a.v == 0.0;
+    for (int k = 0; k < DERIVATIVES; k++) zero &= a.d[k] == 0.0;
+    return zero;
+}
+
+static inline dual negative_dual(dual a) {
+    a.v = -a.v;
+    for (int k = 0; k < DERIVATIVES; k++) a.d[k] = -a.d[k];
+    return a;
+}
+
+OPERATION(add_dd, dual, dual, a.v + b.v, a.d[k] + b.d[k])
+OPERATION(add_df, dual, double, a.v + b, a.d[k])
+OPERATION(add_fd, double, dual, a + b.v, b.d[k])
+OPERATION(subtract_dd, dual, dual, a.v - b.v, a.d[k] - b.d[k])
+OPERATION(subtract_df, dual, double, a.v - b, a.d[k])
+OPERATION(subtract_fd, double, dual, a - b.v, -b.d[k])
+OPERATION(multiply_dd, dual, dual, a.v * b.v, a.d[k] * b.v + a.v * b.d[k])
+OPERATION(multiply_df, dual, double, a.v * b, a.d[k] * b)
+OPERATION(multiply_fd, double, dual, a * b.v, a * b.d[k])
+OPERATION(divide_dd, dual, dual, a.v / b.v, (a.d[k] - y.v * b.d[k]) / b.v)
+OPERATION(divide_df, dual, double, a.v / b, a.d[k] / b)
+OPERATION(divide_fd, double, dual, a / b.v, -y.v * b.d[k] / b.v)
+OPERATION(whole_power_dual, dual, int64_t, whole_power(a.v, b), b == 0 ? 0.0 : (double)b * whole_power(a.v, b - 1) * a.d[k])
+OPERATION(floor_division_dual, dual, dual, floor_division_floats(a.v, b.v), 0.0)
+OPERATION(remainder_dual, dual, dual, remainder_floats(a.v, b.v), a.d[k] - floor_division_floats(a.v, b.v) * b.d[k])
+
+CHOICE(least_float, b.v < a.v)
+CHOICE(largest_float, b.v > a.v)
+CHOICE(least_number, !(a.v < b.v || a.v != a.v))
+CHOICE(largest_number, !(a.v > b.v || a.v != a.v))
+CHOICE(fmin, b.v < a.v || a.v != a.v)
+CHOICE(fmax, b.v > a.v || a.v != a.v)
+
+FUNCTION(fabs, sign(x))
+FUNCTION(sign, 0.0)
+FUNCTION(floor, 0.0)
+FUNCTION(ceil, 0.0)
+FUNCTION(trunc, 0.0)
+FUNCTION(sqrt, 0.5 / f)
+FUNCTION(cbrt, 1.0 / (3.0 * f * f))
+FUNCTION(cos, -sin(x))
+FUNCTION(sin, cos(x))
+FUNCTION(tan, 1.0 + f * f)
+FUNCTION(acos, -1.0 / sqrt((1.0 - x) * (1.0 + x)))
+FUNCTION(asin, 1.0 / sqrt((1.0 - x) * (1.0 + x)))
+FUNCTION(atan, 1.0 / (1.0 + x * x))
+FUNCTION(cosh, sinh(x))
+FUNCTION(sinh, cosh(x))
+FUNCTION(tanh, 1.0 / (cosh(x) * cosh(x)))
+FUNCTION(acosh, 1.0 / sqrt((x - 1.0) * (x + 1.0)))
+FUNCTION(asinh, 1.0 / sqrt(1.0 + x * x))
+FUNCTION(atanh, 1.0 / ((1.0 - x) * (1.0 + x)))
+FUNCTION(exp, f)
+FUNCTION(exp2, f * 0.6931471805599453)
+FUNCTION(expm1, exp(x))
+FUNCTION(log, 1.0 / x)
+FUNCTION(log2, 1.4426950408889634 / x)
+FUNCTION(log10, 0.4342944819032518 / x)
+FUNCTION(log1p, 1.0 / (1.0 + x))
+FUNCTION(erf, 1.1283791670955126 * exp(-x * x))
+FUNCTION(erfc, -1.1283791670955126 * exp(-x * x))
+FUNCTION(degrees, 180.0 / 3.141592653589793)
+FUNCTION(radians, 3.141592653589793 / 180.0)
+FUNCTION_OF_TWO(pow, z == 0.0 ? 0.0 : z * pow(x, z - 1.0), f == 0.0 ? 0.0 : f * log(x))
+FUNCTION_OF_TWO(atan2, z / (x * x + z * z), -x / (x * x + z * z))
+FUNCTION_OF_TWO(hypot, x / f, z / f)
+FUNCTION_OF_TWO(fmod, 1.0, -trunc(x / z))
+FUNCTION_OF_TWO(copysign, f == x ? 1.0 : -1.0, 0.0)

@@ -1,0 +1,246 @@
+"""Dual numbers: kernels translated with derivatives, against the doubles of the library and against arithmetic of 40 digits."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import types
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from benchmarks.duals import compare, mechanism_of
+from tests.compiler.test_c import KERNELS
+
+from scissordyn.compiler.c import loaded
+from scissordyn.compiler.kind import DUAL, FLOAT, Array
+from scissordyn.compiler.recipe import ANSWER, Recipe
+from scissordyn.compiler.unit import Unit, python_of
+from scissordyn.errors import InputError
+from scissordyn.kernel import call_at, vanishes
+from scissordyn.plugin.pointer import RECIPES
+
+DERIVATIVES = 16
+TRIALS = 20
+
+PRECISE = mpmath.MPContext()
+PRECISE.dps = 40
+STEP = PRECISE.mpf(10) ** -15
+
+
+class Dual(ctypes.Structure):
+    """What a kernel returns."""
+
+    _fields_ = (("numbers", ctypes.c_double * (DERIVATIVES + 1)),)
+
+
+def library_of(recipes: list[Recipe]) -> Mapping[Recipe, Callable[..., Dual]]:
+    """The kernels with derivatives."""
+    unit = Unit(derivatives=DERIVATIVES)
+    for recipe in recipes:
+        unit.kernel(recipe)
+    compiled, functions = loaded(unit.text(), "-O0"), {}
+    for recipe in recipes:
+        functions[recipe] = getattr(compiled, recipe.symbol)
+        functions[recipe].restype, functions[recipe].argtypes = Dual, [ctypes.c_void_p] * 6
+    return functions
+
+
+@cache
+def elements() -> Mapping[Recipe, Callable[..., Dual]]:
+    """Those of all elements."""
+    return library_of([RECIPES[pointer] for _, pointer, _ in KERNELS])
+
+
+def inputs_of(recipe: Recipe) -> list[tuple[int, int]]:
+    """Which of the inputs, rates, states and the context a kernel reads."""
+    return [("qvzx".index(text[0]), int(text[2:-1])) for text in recipe.handed if text[0] in "qvzx"]
+
+
+def with_derivatives(kernel: Callable[..., Dual], inputs: np.ndarray, row: np.ndarray, places: list[tuple[int, int]]):
+    """Results, the returned number last, and their derivatives."""
+    numbers, parameters = np.zeros((4, 24, DERIVATIVES + 1)), np.zeros((row.size, DERIVATIVES + 1))
+    numbers[..., 0], parameters[:, 0] = inputs, row
+    for k, place in enumerate(places):
+        numbers[place][1 + k] = 1.0
+    out = np.zeros((25, DERIVATIVES + 1))
+    out[24] = kernel(*(array.ctypes.data for array in (*numbers, parameters, out))).numbers[:]
+    return out[:, 0], out[:, 1 : 1 + len(places)]
+
+
+def precise_math() -> types.SimpleNamespace:
+    """The functions of `math`, of 40 digits."""
+    names = {name: getattr(PRECISE, name, value) for name, value in vars(math).items() if callable(value)}
+    names["copysign"] = lambda x, y: abs(x) if y >= 0 else -abs(x)
+    names["floor"] = lambda x: int(PRECISE.floor(x))
+    names["log2"], names["pow"] = lambda x: PRECISE.log(x) / PRECISE.log(2), PRECISE.power
+    constants = {name: value for name, value in vars(math).items() if not callable(value)}
+    return types.SimpleNamespace(**names, **constants)
+
+
+@cache
+def precise(function: Any) -> Any:
+    """A kernel in Python that calculates with 40 digits, and so do all that it calls."""
+    if isinstance(function, types.ModuleType):
+        return precise_math() if function is math else function
+    function = python_of(function)
+    if not isinstance(function, types.FunctionType) or not function.__module__.startswith(("scissordyn.", __name__)):
+        return function
+    names = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
+    names = {
+        name: precise(value) if callable(value) or isinstance(value, types.ModuleType) else value
+        for name, value in names.items()
+    }
+    cells = tuple(
+        types.CellType(precise(cell.cell_contents) if callable(cell.cell_contents) else cell.cell_contents)
+        for cell in function.__closure__ or ()
+    )
+    return types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells)
+
+
+def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
+    """Derivatives by central differences of 40 digits, the error of which is about 1e-20."""
+    kernel = Recipe(precise(recipe.function), *recipe[1:3]).python(math.nan)
+
+    def results(place: tuple[int, int], change: Any) -> list[Any]:
+        numbers = [[PRECISE.mpf(float(number)) for number in line] for line in inputs]
+        numbers[place[0]][place[1]] += change
+        out = [PRECISE.mpf(0)] * 24
+        answer = kernel(*numbers, np.array([PRECISE.mpf(float(number)) for number in row]), out)
+        return [*out, answer if ANSWER in recipe.targets else PRECISE.mpf(0)]
+
+    slopes = np.zeros((25, len(places)))
+    for k, place in enumerate(places):
+        step = STEP * max(abs(inputs[place]), 1e-9)
+        pairs = zip(results(place, step), results(place, -step), strict=True)
+        slopes[:, k] = [float((PRECISE.mpf(high) - PRECISE.mpf(low)) / (2 * step)) for high, low in pairs]
+    return slopes
+
+
+CANCELLING = ("gonthier-bristle force",)
+"""A slope that is a small difference of large numbers."""
+
+
+@pytest.mark.parametrize(("name", "pointer", "row"), KERNELS, ids=[name for name, _, _ in KERNELS])
+def test_the_derivatives_of_an_element_are_exact(name: str, pointer: int, row: np.ndarray) -> None:
+    """Cross-check: at random inputs, values bit for bit as in the library, derivatives as in 40 digits."""
+    recipe, random = RECIPES[pointer], np.random.default_rng(1)
+    places, worst, compared = inputs_of(recipe), 0.0, 0
+    for _ in range(TRIALS):
+        inputs = random.uniform(-1, 1, (4, 24)) * 10.0 ** random.uniform(-7, 1)
+        inputs[0, 0] = abs(inputs[0, 0])
+        compiled = np.zeros(25)
+        compiled[24] = call_at(pointer, *inputs, row, compiled[:24])
+        values, slopes = with_derivatives(elements()[recipe], inputs, row, places)
+        assert np.array_equal(values, compiled, equal_nan=True)
+        if not np.isfinite(values).all():
+            continue
+        compared += 1
+        exact = exact_slopes(recipe, inputs, row, places)
+        sizes = np.abs([inputs[place] for place in places])
+        scale = np.abs(exact) + np.abs(values)[:, None] / np.maximum(sizes, 1e-300) + 1e-300
+        worst = max(worst, float(np.max(np.abs(slopes - exact) / scale, initial=0.0)))
+    assert compared > TRIALS // 3
+    assert worst < (1e-11 if name in CANCELLING else 1e-12)
+
+
+def all_functions(x, y):
+    """Functions and operators with derivatives by two numbers between 0 and 1."""
+    a = math.sqrt(x) + math.cbrt(y) * math.cos(x) - math.sin(y) / math.tan(x + y)
+    b = math.acos(x) + math.asin(y) * math.atan(x) + math.atan2(x, -y) + math.hypot(x, y)
+    c = math.cosh(x) + math.sinh(y) * math.tanh(x) + math.acosh(1.0 + x) + math.asinh(y) + math.atanh(x * y)
+    d = math.exp(x) + math.expm1(y) * math.log(x) + math.log2(y) + math.log10(x) + math.log1p(y)
+    e = math.erf(x) * math.erfc(y) + math.copysign(x, -y) + math.degrees(x) + math.radians(y) + math.fabs(-x)
+    f = x**y + math.pow(y, x) + x**3 + 2.0**x + y**0.5 + x**0 + abs(-x) + (3.7 + x) % (0.5 + y)
+    g = min(x, y, 0.4) + max(x, 0.3, y) + int(10.0 * x) + math.floor(7.0 * y) + (y if x < y else x * y)
+    pair = (0.0, 1.0) if x > y else (x, y)
+    turned = 0.0
+    for k in range(3):
+        turned += pair[k % 2] * x
+    x -= 1.0 - y
+    return a, b, c, d, e, f, g, turned, -x / 3 - 2 * y + +x
+
+
+FUNCTIONS = Recipe(all_functions, ("q[0]", "q[1]"), tuple(f"out[{k}]" for k in range(9)))
+
+
+def test_the_derivatives_of_functions_are_exact() -> None:
+    """Cross-check: all functions and operators, numbers with and without derivatives in one variable."""
+    kernel, random, places = library_of([FUNCTIONS])[FUNCTIONS], np.random.default_rng(2), [(0, 0), (0, 1)]
+    for _ in range(TRIALS):
+        inputs = np.zeros((4, 24))
+        inputs[0, :2] = random.uniform(0.02, 0.98, 2)
+        values, slopes = with_derivatives(kernel, inputs, np.zeros(1), places)
+        assert values[:9] == pytest.approx(all_functions(*inputs[0, :2].tolist()), rel=4e-16)
+        assert slopes == pytest.approx(exact_slopes(FUNCTIONS, inputs, np.zeros(1), places), rel=1e-13, abs=1e-13)
+
+
+def bounded(x, y):
+    """Where slopes are infinite or jump, and what does not change there."""
+    return (
+        math.sqrt(y) + x,
+        math.hypot(y, y) * x,
+        abs(y),
+        y * math.log(x),
+        np.clip(x, -0.5, 0.5),
+        np.where(x > y, x, 1.0),
+        7.0 // x,
+    )
+
+
+BOUNDED = Recipe(bounded, ("q[0]", "p[0]"), tuple(f"out[{k}]" for k in range(7)))
+
+
+def test_what_does_not_change_has_no_derivative() -> None:
+    """Identity: parts without derivatives at places without slopes."""
+    inputs = np.zeros((4, 24))
+    inputs[0, 0] = 2.0
+    values, slopes = with_derivatives(library_of([BOUNDED])[BOUNDED], inputs, np.zeros(1), [(0, 0)])
+    assert values[:7].tolist() == [2.0, 0.0, 0.0, 0.0, 0.5, 2.0, 3.0]
+    assert slopes[:7, 0].tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def shortened(x, y):
+    return (0.0 if vanishes(x) else x * y), (1.0 if x == 0.0 else 2.0)
+
+
+def test_a_zero_with_derivatives_does_not_vanish() -> None:
+    """Identity: a product with a zero may be left out only where the zero does not change; comparisons are by value."""
+    recipe = Recipe(shortened, ("q[0]", "p[0]"), ("out[0]", "out[1]"))
+    values, slopes = with_derivatives(library_of([recipe])[recipe], np.zeros((4, 24)), np.full(1, 3.0), [(0, 0)])
+    assert (values[:2].tolist(), slopes[:2, 0].tolist()) == ([0.0, 1.0], [3.0, 0.0])
+
+
+BOUNDS = {
+    "random ideal joints": 1e-14,
+    "rod": 1e-14,
+    "laws persson lankarani-nikravesh threlfall": 1e-11,
+    "laws hertz gonthier dahl": 1e-9,
+    "example periodic": 1e-10,
+    "example clearance_guide": 1e-9,
+    "bushing": 1e-8,
+    "pid": 1e-7,
+    "components": 1e-6,
+}
+"""By how much step matrices may miss the Jacobian: those with laws, components and controllers have central differences."""
+
+
+@pytest.mark.parametrize("case", BOUNDS)
+def test_the_step_matrix_is_the_jacobian_of_the_right_hand_side(case: str) -> None:
+    """Cross-check: the right-hand side bit for bit, its derivatives by the state against W = 1/hg - J."""
+    _, same, error = compare(mechanism_of(case), 4, "-O0")
+    assert same
+    assert error < BOUNDS[case]
+
+
+def test_a_derivative_is_not_dropped() -> None:
+    """Identity: a number with derivatives does not go where there is no place for them."""
+    with pytest.raises(InputError, match="a number with derivatives into"):
+        Unit(derivatives=1).function(stored, (DUAL, Array(FLOAT, 1)))
+
+
+def stored(x, out):
+    out[0] = x

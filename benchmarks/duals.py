@@ -157,7 +157,7 @@ def compare(mechanism: sd.Mechanism, states: int, *flags: str) -> tuple[int, boo
             y[:n] += 1e-4 * random.normal(size=n)
             y[n : 2 * n] += 1e-1 * random.normal(size=n)
             y[2 * n :] += 1e-6 * random.normal(size=size - 2 * n)
-            functions.accept(t, y, driver.system.address, np.zeros(2))
+            functions.accept(t, y, driver.system.address, np.zeros(3))
             if np.all(content.model.elastic_state < 0):  # the step matrix is not for hard contact
                 content.state.mode[:contacts] = random.integers(0, 2, contacts)
             content.state.memory[:contacts] = 0.5

@@ -176,27 +176,11 @@ def run() -> None:
     gc.freeze()
     if status == INTERRUPTED and received():
         status = 128 + received()
-<<<<<<< HEAD
-    try:
-        sys.stdout.flush()
-    except OSError:  # said already, or the pipe is closed
-        give_up_stdout()
-=======
-    if received():
-        # everything is written; the interpreter would wait for threads that have something to compute yet, and free what the
-        # compiler has half made, which may be a segmentation fault
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
-            atexit._run_exitfuncs()
-        os._exit(status)
     for name in ("stdout", "stderr"):
         try:
             getattr(sys, name).flush()
         except OSError:  # the error is printed already, there is no room for it, or the pipe is closed
             give_up(name)
->>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
     sys.exit(status)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import F1, call_at, entry
+from scissordyn.kernel import F1, call_at, entry, kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
 __all__ = [
@@ -38,12 +38,6 @@ def elastic_energy(address: int, force_address: int, delta: float, p: F1) -> flo
     return call_at(address, (delta,), (), (), (), p, ())
 
 
-<<<<<<< HEAD
-@entry
-def normal_force(address: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
-    """Normal force [N] from an elastic part; never negative."""
-    force = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())
-=======
 @kernel
 def rate_in_range(rate, approach):
     """Rate of the indentation [m/s] that the damping law of a contact is evaluated at.
@@ -57,12 +51,11 @@ def rate_in_range(rate, approach):
     return rate / math.sqrt(1.0 + over * over)
 
 
-@kernel
-def normal_force(address, elastic, delta, rate, approach, p):
+@entry
+def normal_force(address: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
     """Normal force [N] from an elastic part; never negative. For `approach` see `rate_in_range`."""
     rate = rate_in_range(rate, approach)
-    force: float = call_at(address, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
->>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
+    force = call_at(address, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 

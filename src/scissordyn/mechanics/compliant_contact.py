@@ -13,13 +13,8 @@ from __future__ import annotations
 
 import math
 
-<<<<<<< HEAD
 from scissordyn.kernel import call_at, kernel
-from scissordyn.laws.evaluate import elastic_force, friction_force
-=======
-from scissordyn.kernel import kernel
 from scissordyn.laws.evaluate import elastic_force, friction_force, rate_in_range
->>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
 from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass

@@ -55,15 +55,9 @@ def solve(r: F1, address: int) -> None:
     _solve(r, open_system(address))
 
 
-<<<<<<< HEAD
 @entry
 def accept(t: float, y: F1, address: int, answer: F1) -> None:
-    """Project the state, count turns; writes whether y changed, and how long the next step may be."""
-=======
-@kernel
-def accept(t, y, address, answer):
     """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation."""
->>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
     S = open_system(address)
     answer[0] = 1.0 if _project(t, y, S) else 0.0
     fastest = count_turns(S)

@@ -13,12 +13,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-<<<<<<< HEAD
 from scissordyn.kernel import F1, F2, I1, I2, ArrayType, opener
-=======
-from scissordyn.kernel import F1, F2, I1, I2, opener
 from scissordyn.laws.evaluate import APPROACH_FLOOR
->>>>>>> 7702475420917fd40b0d33fa7c111e7c1b2cfef0
 
 __all__ = [
     "APPROACH_FLOOR",

@@ -209,7 +209,7 @@ def loops(pointer: int, row: np.ndarray, turns: int) -> dict[str, Callable[[], N
     recipe = RECIPES[pointer]
     counts = [1 + max((int(text[2:-1]) for text in recipe.handed if text[0] == name), default=-1) for name in "qvz"]
     random, candidates = np.random.default_rng(1), {}
-    # slips of millimetres per second, bristles of micrometres: exponentials do not underflow, which would take longer
+    # slips of millimetres per second, bristles of micrometres
     inputs = [random.uniform(0.1, 1.0, count) * size for count, size in zip(counts, (1e-3, 1e-3, 1e-6), strict=True)]
     for name, function, size in (("differences", differences, 0), ("duals", duals, sum(counts))):
         unit, entry = Unit(derivatives=size), Entry(function)

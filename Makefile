@@ -51,8 +51,11 @@ bench: .venv/.dev
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
 
-.venv/.installed: .venv/bin/python pyproject.toml requirements.txt
+# kernels are compiled when the package is installed; where there is no C compiler, ziglang has one, here and later
+.venv/.installed: .venv/bin/python pyproject.toml setup.py requirements.txt
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -r requirements.txt
+	command -v $${CC:-cc} > /dev/null || command -v gcc > /dev/null || command -v clang > /dev/null || \
+		$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check ziglang==0.17.1
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --no-deps -e .
 	touch $@
 
@@ -64,9 +67,9 @@ bench: .venv/.dev
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -r requirements-docs.txt
 	touch $@
 
-# sdist and wheel in dist/, checked and installed into an empty environment
+# sdist and wheel in dist/, checked and installed into an empty environment; WHEELS=all makes those of other machines too
 distributions:
-	PYTHON="$(PYTHON)" packaging/check.sh
+	PYTHON="$(PYTHON)" packaging/check.sh $(WHEELS)
 
 # needs zizmor from PyPI, which is not pinned here: its rules follow what is found
 workflows: .venv/.dev

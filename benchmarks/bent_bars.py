@@ -45,7 +45,7 @@ def least(cases: Mapping[str, sd.Mechanism], until: float) -> dict[str, tuple[fl
     for repetition in range(REPETITIONS + 1):
         for name, mechanism in cases.items():
             took, counts = spent(mechanism, until)
-            if repetition and took < found[name][0]:  # the first one compiles
+            if repetition and took < found[name][0]:  # the first one loads
                 found[name] = took, counts
     return found
 

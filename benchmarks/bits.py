@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.bits --write FILE`` keeps digests of every variable of every case; ``python -m benchmarks.bits --compare
 FILE`` says which variables are no longer the same. ``--only NAME ...`` takes some cases alone, ``--list`` shows their names.
-The numbers depend on the machine, numba and libm: both have to be run on the same one.
+The numbers depend on libm: both have to be run on the same machine.
 """
 
 from __future__ import annotations

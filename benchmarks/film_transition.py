@@ -14,7 +14,6 @@ from typing import Annotated
 
 import numpy as np
 import xarray as xr
-from numba import njit
 
 import scissordyn as sd
 from benchmarks.measure import command, table
@@ -30,12 +29,10 @@ BANDS = (1e-6, 3e-6, 10e-6)
 LAST = FIRST + padded(finite_table(1.0)).size
 """Where the band stands among the parameters."""
 
-_film = njit(force)
-
 
 def blended_film(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
     """The film's force, fading over the band beyond the clearance."""
-    fx, fy, torque, _, lost, thickness, pressure, _, _, _, _, _ = _film(
+    fx, fy, torque, _, lost, thickness, pressure, _, _, _, _, _ = force(
         x, y, angle, x_rate, y_rate, speed, 0.0, viscosity, clearance, radius, length, thinnest, model, full, table
     )
     part = min(max((table[LAST] + clearance - math.sqrt(x * x + y * y)) / table[LAST], 0.0), 1.0)

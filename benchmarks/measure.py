@@ -13,9 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numba
 import numpy as np
 import scipy
+
+from scissordyn.library import PATH
 
 __all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "machine", "paragraph", "table", "write_section"]
 
@@ -91,10 +92,15 @@ def machine() -> str:
     except OSError:  # not Linux
         pass
     load = f", load {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
-    versions = (
-        f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}, numba {numba.__version__}"
-    )
-    return f"{model}, {os.cpu_count()} cores{load}; {versions}."
+    versions = f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
+    return f"{model}, {os.cpu_count()} cores{load}; {versions}; kernels by {_compiler()}."
+
+
+def _compiler() -> str:
+    """What the library of kernels says of the C compiler that made it."""
+    content = PATH.read_bytes() if PATH.is_file() else b""
+    named = re.search(rb"(GCC): \([^)]*\) ([\d.]+)|(clang) version ([\d.]+)", content)
+    return " ".join(part.decode() for part in named.groups() if part) if named else "a C compiler without a name"
 
 
 def command(name: str, measure: Callable[[bool], str]) -> None:

@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 import time
 
-import numba
 import numpy as np
 
+from scissordyn.compiler.c import loaded
+from scissordyn.compiler.unit import Unit
+from scissordyn.kernel import F1, Entry
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
@@ -26,36 +28,44 @@ ROUNDS = 25
 REFERENCE = {"stiffness": "liu", "damping": "flores", "friction": "lugre"}
 
 
-@numba.njit
-def _elastic_loop(address, p, calls):
+def _elastic_loop(address: int, p: F1, calls: int) -> float:
     total = 0.0
     for k in range(calls):
-        total += elastic_force(address, 1e-6 + 1e-10 * k + 1e-30 * total, p)
+        indentation = 1e-6 + 1e-10 * k + 1e-30 * total
+        total = indentation + elastic_force(address, indentation, p)
     return total
 
 
-@numba.njit
-def _normal_loop(address, p, calls):
+def _normal_loop(address: int, p: F1, calls: int) -> float:
     total = 0.0
     for k in range(calls):
-        total += normal_force(address, 100.0 + 1e-3 * k + 1e-30 * total, 1e-5, 0.1, 0.5, p)
+        elastic = 100.0 + 1e-3 * k + 1e-30 * total
+        total = elastic + normal_force(address, elastic, 1e-5, 0.1, 0.5, p)
     return total
 
 
-@numba.njit
-def _friction_loop(address, p, z, dz, calls):
+def _friction_loop(address: int, p: F1, z: F1, dz: F1, calls: int) -> float:
     total = 0.0
     for k in range(calls):
-        total += friction_force(address, 1e-4 + 1e-8 * k + 1e-30 * total, 100.0, z, dz, p)
+        slip_speed = 1e-4 + 1e-8 * k + 1e-30 * total
+        total = slip_speed + friction_force(address, slip_speed, 100.0, z, dz, p)
     return total
 
 
-@numba.njit
-def _empty_loop(calls):
+def _empty_loop(calls: int) -> float:
     total = 0.0
     for k in range(calls):
-        total += 1e-6 + 1e-10 * k + 1e-30 * total
+        total = 1e-6 + 1e-10 * k + 1e-30 * total
     return total
+
+
+def _compiled(loops):
+    """Loops with all that they call, in one library."""
+    unit, entries = Unit(), [Entry(loop) for loop in loops]
+    for one in entries:
+        unit.entry(one)
+    library = loaded(unit.text())
+    return [one.bound(library) for one in entries]
 
 
 def rounds(calls):
@@ -73,6 +83,7 @@ def rounds(calls):
 
 def main():
     """Print a Markdown table for each kind."""
+    elastic, normal, friction, empty_loop = _compiled((_elastic_loop, _normal_loop, _friction_loop, _empty_loop))
     liu = row_of(BY_KIND["stiffness"]["liu"](), JOINT)
     users = {
         "stiffness": UserElastic(lambda d, k, c: k * d * math.sqrt(d / (2.0 * (c + d))), (liu[0], liu[1])),
@@ -80,17 +91,17 @@ def main():
         "friction": UserFriction(lambda v, n, mu: mu * n * math.tanh(v / 1e-4), (0.05,)),
     }
     for kind, laws in BY_KIND.items():
-        calls = {"": (_empty_loop,)}
+        calls = {"": (empty_loop,)}
         for name, law in ({name: law() for name, law in laws.items()} | {"a user's function": users[kind]}).items():
             row = row_of(law, JOINT)
             if kind == "stiffness":
-                calls[name] = _elastic_loop, addresses(law)["force"], row
+                calls[name] = elastic, addresses(law)["force"], row
             elif kind == "damping":
-                calls[name] = _normal_loop, addresses(law)["force"], row
+                calls[name] = normal, addresses(law)["force"], row
             else:
                 z, dz = np.zeros(len(law.states)), np.zeros(len(law.states))
                 friction_states(addresses(law)["start"], 0.01, z, row)
-                calls[name] = _friction_loop, addresses(law)["force"], row, z, dz
+                calls[name] = friction, addresses(law)["force"], row, z, dz
         found = rounds(calls)
         empty = found.pop("")
         print(f"| {kind} | ns | against {REFERENCE[kind]} |\n| --- | ---: | ---: |")

@@ -1,4 +1,4 @@
-"""Times of few tasks over the history of the package, by asv: processor time, kernels compiled before."""
+"""Times of few tasks over the history of the package, by asv: processor time."""
 
 import subprocess
 import sys

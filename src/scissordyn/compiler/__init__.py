@@ -1,1 +1,1 @@
-"""Kernels in C: the same Python functions that numba compiles, translated for a target without Python."""
+"""Kernels in C: functions of numbers and arrays, translated from Python."""

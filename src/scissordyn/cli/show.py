@@ -19,7 +19,8 @@ from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, kinds_left_out, summary_of
+from scissordyn.run.force_answer import ESTIMATE
+from scissordyn.run.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 

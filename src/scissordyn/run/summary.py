@@ -15,6 +15,7 @@ from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.run.bar_answer import BarAnswer, bar_answer
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.force_answer import ForceAnswer, force_after_start
 from scissordyn.run.ideal_path import PARTS
 from scissordyn.run.placement import placed
 from scissordyn.run.words import Words
@@ -22,7 +23,6 @@ from scissordyn.units import counted, short
 
 __all__ = [
     "ActuatorAnswer",
-    "ForceAnswer",
     "JointSummary",
     "PointAnswer",
     "SpanAnswer",
@@ -36,8 +36,6 @@ __all__ = [
 
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit from which on an actuator counts as at its limit."""
-
-ESTIMATE = "an estimate, as contact is hard"
 
 ROUND_OFF = 1e-12
 """Sides of a span below this fraction of the longest are round-off."""
@@ -155,33 +153,6 @@ class ActuatorAnswer(Words):
             return f"{said}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
         lasting = f"for {short(self.time_at_limit, 's')}" if self.time_at_limit > 0.0 else "for less than a sample"
         return f"{said}: at its limit of {short(self.limit, 'N m')} {lasting}."
-
-
-@dataclass(frozen=True)
-class ForceAnswer(Words):
-    """The largest contact force of a run.
-
-    Parameters
-    ----------
-    joint : str
-    force : float
-        [N]
-    when : float
-        [s]
-    estimated : bool
-        Of a hard contact.
-    """
-
-    joint: str
-    force: float
-    when: float
-    estimated: bool = False
-
-    def __str__(self) -> str:
-        estimate = f"; {ESTIMATE}" if self.estimated else ""
-        return (
-            f"Largest force: {short(self.force, 'N')} at joint {printable(self.joint)}, at {short(self.when, 's')}{estimate}."
-        )
 
 
 @dataclass(frozen=True)
@@ -367,7 +338,7 @@ def summary_of(run: xr.Dataset) -> Summary:
     return Summary(
         points=tuple(_points(run, described)),
         actuators=tuple(_actuators(run, described)),
-        force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when, largest.estimated),
+        force=None if largest is None else _force(run, largest),
         span=_span(run, described),
         bars=bar_answer(run),
         work=_work(run),
@@ -375,6 +346,12 @@ def summary_of(run: xr.Dataset) -> Summary:
         horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,
         horizon_text="" if known else str(run.attrs.get("predictability", "")),
     )
+
+
+def _force(run: xr.Dataset, joint: JointSummary) -> ForceAnswer:
+    options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
+    later = None if options is None else force_after_start(run, options.start, joint.largest, joint.when)
+    return ForceAnswer(joint.name, joint.largest, joint.when, joint.estimated, *(later or (None, None)))
 
 
 def _mechanism(run: xr.Dataset) -> Any:

@@ -52,8 +52,6 @@ def unused(root: ET.Element) -> list[str]:
     attributes: Counter[tuple[str, str]] = Counter()
 
     def visit(element: ET.Element) -> None:
-        if not isinstance(element.tag, str):  # a comment
-            return
         taken = table.get(element.tag)
         if taken is None:
             elements.setdefault(element.tag, []).append(element.get("name", ""))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from scissordyn.errors import printable
 from scissordyn.run.words import Words
 from scissordyn.units import short
 
-__all__ = ["ESTIMATE", "ForceAnswer", "force_after_start"]
+__all__ = ["ESTIMATE", "ForceAnswer", "force_after_start", "parts_of_oiled"]
 
 ESTIMATE = "an estimate, as contact is hard"
 
@@ -23,9 +24,16 @@ LESS = 0.9
 """Part of the largest force below which the largest one after the start is given beside it."""
 
 
+def parts_of_oiled(metal: float, film: float) -> str:
+    """What metal and film reach each [N], in words; "" of a dry joint."""
+    if math.isnan(film):
+        return ""
+    return f", its film alone at most {short(film, 'N')}, metal {short(metal, 'N')}"
+
+
 @dataclass(frozen=True)
 class ForceAnswer(Words):
-    """The largest contact force of a run.
+    """The largest force that a clearance joint transmits in a run.
 
     Parameters
     ----------
@@ -38,6 +46,8 @@ class ForceAnswer(Words):
         Of a hard contact.
     start, after : float or None
         End of the start to which it belongs [s], and the largest force after it [N].
+    metal, film : float
+        Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one.
     """
 
     joint: str
@@ -46,6 +56,8 @@ class ForceAnswer(Words):
     estimated: bool = False
     start: float | None = None
     after: float | None = None
+    metal: float = math.nan
+    film: float = math.nan
 
     def __str__(self) -> str:
         estimate = f"; {ESTIMATE}" if self.estimated else ""
@@ -56,7 +68,7 @@ class ForceAnswer(Words):
                 f"the largest is {short(self.after, 'N')}."
             )
         where = f"at joint {printable(self.joint)}, at {short(self.when, 's')}"
-        return f"Largest force: {short(self.force, 'N')} {where}{estimate}.{more}"
+        return f"Largest force: {short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}.{more}"
 
 
 def force_after_start(run: xr.Dataset, start: str, force: float, when: float) -> tuple[float, float] | None:
@@ -73,5 +85,8 @@ def force_after_start(run: xr.Dataset, start: str, force: float, when: float) ->
         return None
     peaks = [run[name].values[begun >= end] for name in ("peak_force", "peak_force_estimate") if name in run]
     after = np.concatenate([*peaks, run["normal_force"].values[time >= end].ravel()])
+    if "film" in run.dims:
+        oiled = run["reaction"].sel(joint=run["film"].values.tolist()).transpose("time", "joint", "axis").values[time >= end]
+        after = np.concatenate([after, np.linalg.norm(oiled, axis=2).ravel()])
     largest = float(np.nanmax(after)) if np.isfinite(after).any() else 0.0
     return (end, largest) if largest < LESS * force else None

@@ -251,7 +251,7 @@ class Summary(Words):
 
 @dataclass(frozen=True)
 class JointSummary(Words):
-    """The contacts of one joint in a run.
+    """The contacts and the largest force of one joint in a run.
 
     Parameters
     ----------
@@ -260,12 +260,15 @@ class JointSummary(Words):
     fraction : float
         Of the time, in contact.
     largest : float
-        Largest normal force [N]; NaN where a hard contact had neither an impact nor a sampled force.
+        Largest normal force, of an oiled joint the largest of metal and film together [N]; NaN where
+        a hard contact had neither an impact nor a sampled force.
     when : float
         Its instant [s].
     estimated : bool
         Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
         that last, as the samples have them.
+    metal, film : float
+        Of an oiled joint, the largest of each part [N]; NaN of a dry one.
     """
 
     name: str
@@ -274,10 +277,12 @@ class JointSummary(Words):
     largest: float
     when: float
     estimated: bool = False
+    metal: float = math.nan
+    film: float = math.nan
 
 
 def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
-    """The joints of a run that had contacts, in the order of their first ones.
+    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without.
 
     Parameters
     ----------
@@ -288,13 +293,32 @@ def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
     list of JointSummary
     """
     end, found = float(run.attrs["end"]), []
-    for joint in dict.fromkeys(run["contact_joint"].values.tolist()):
+    oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
+    for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
         here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
         start, lasting = here["contact_start"].values, here["contact_duration"].values
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
         found.append(JointSummary(str(joint), here.sizes["contact"], fraction, *_largest_force(run, here, str(joint))))
+        if joint in oiled:
+            found[-1] = _with_film(run, found[-1])
     return found
+
+
+def _with_film(run: xr.Dataset, joint: JointSummary) -> JointSummary:
+    """A joint with what metal and film transmit together, and each alone."""
+    largest, when = (float(run[name].sel(joint=joint.name)) for name in ("joint_peak_force", "joint_peak_force_time"))
+    metal = joint.largest if joint.contacts else 0.0
+    return JointSummary(
+        joint.name,
+        joint.contacts,
+        joint.fraction,
+        largest,
+        when,
+        False,
+        metal,
+        float(run["film_peak_force"].sel(film=joint.name)),
+    )
 
 
 def kinds_left_out(run: xr.Dataset) -> tuple[str, ...]:
@@ -351,7 +375,9 @@ def summary_of(run: xr.Dataset) -> Summary:
 def _force(run: xr.Dataset, joint: JointSummary) -> ForceAnswer:
     options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
     later = None if options is None else force_after_start(run, options.start, joint.largest, joint.when)
-    return ForceAnswer(joint.name, joint.largest, joint.when, joint.estimated, *(later or (None, None)))
+    return ForceAnswer(
+        joint.name, joint.largest, joint.when, joint.estimated, *(later or (None, None)), joint.metal, joint.film
+    )
 
 
 def _mechanism(run: xr.Dataset) -> Any:

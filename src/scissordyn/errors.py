@@ -107,10 +107,37 @@ class InputError(ScissordynError, ValueError):
         self.what, self.allowed, self.type_this = what, allowed, type_this
 
 
+OTHER_WORDS = {
+    "joint": "revolute hinge pin pivot bearing",
+    "guide": "prismatic slider slide translational track",
+    "spring": "damper dashpot spring_damper shock gas_spring",
+    "torsion_spring": "torsional_spring rotational_spring rotary_spring rotational_damper torsional_damper",
+    "actuator": "servo controller",
+    "force": "load",
+    "torque": "moment",
+    "rod": "cylinder hydraulic_cylinder piston linear_actuator ram link distance",
+    "clearance": "gap play",
+    "body": "part segment",
+    "weld": "fixed rigid",
+    "cable": "rope wire tendon",
+    "drive": "actuator motor input",
+    "stop": "bumper limit",
+    "angle_stop": "joint_limit",
+}
+"""Words of the field, by what they are called here; a word stands for whichever of its lines a message allows first."""
+
+ABSENT_WORDS = ("gear", "gears", "belt", "chain", "cam", "rack", "screw")
+"""Parts that there are not, so that a similar name is no hint."""
+
+
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """The known name nearest to `name`, as a question to append to a message, or nothing."""
     names = list(known)
+    word = str(name).strip().casefold().replace(" ", "_").replace("-", "_")
     same = [each for each in names if each.casefold() == str(name).casefold()]  # "a" is "A" before it is "all"
+    same = same or [each for each in names if word in OTHER_WORDS.get(each, "").split()]
+    if word in ABSENT_WORDS and not same:
+        return ""
     near = same or get_close_matches(str(name), names, n=1, cutoff=0.5)
     return f" (did you mean '{near[0]}'?)" if near else ""
 

@@ -74,6 +74,7 @@ MEASURES: Mapping[str, tuple[str, float]] = {
     "contacts": ("contacts", 1.0),
     "contact_fraction": ("in contact [%]", 100.0),
     "peak_force": ("largest force [kN]", 1e-3),
+    "peak_metal_force": ("largest force of metal [kN]", 1e-3),
     "fastest_approach": ("fastest approach [m/s]", 1.0),
     "dissipated": ("dissipated [J]", 1.0),
     "drive_work": ("work of the drive [J]", 1.0),
@@ -230,7 +231,7 @@ def compute(case: OpenCase) -> xr.Dataset:
         ideal = pass_on(simulate(_ideal(case), **_described(_ideal_case(case).toml).run.keywords))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}': {run.attrs['cause']}")
-    found = {name: ((), value) for name, value in _measured(run, ideal).items()}
+    found = {name: ((), value) for name, value in _measured(run, ideal, case).items()}
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values
     return xr.Dataset(
         {**found, "eccentricity": (("time", "axis"), place), "time": ("time", run["time"].values)},
@@ -248,7 +249,7 @@ def _ideal(case: OpenCase) -> Any:
     return mechanism.ideal()
 
 
-def _measured(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, float]:
+def _measured(run: xr.Dataset, ideal: xr.Dataset, case: OpenCase) -> dict[str, float]:
     """The measures of a run."""
     work = run["drive_work"].values
     work = work if work.ndim == 1 else work.sum(axis=-1)
@@ -259,7 +260,8 @@ def _measured(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, float]:
         "modes": float(run["flexible_bar_modes"].max()) if "flexible_bar_modes" in run else 0.0,
         "contacts": float(peaks.size),
         "contact_fraction": (float(length.sum()) + float(np.sum(end - last))) / end,
-        "peak_force": float(np.max(peaks, initial=0.0)),
+        "peak_force": float(np.max(peaks, initial=0.0)) if case.oil is None else float(run["joint_peak_force"].max()),
+        "peak_metal_force": float(np.max(peaks, initial=0.0)),
         "fastest_approach": float(np.max(run["approach_speed"].values, initial=0.0)),
         "dissipated": float(run["dissipated_energy"].values[-1]),
         "drive_work": float(work[-1]),

@@ -151,3 +151,10 @@ def test_usual_units_are_those_of_the_registry(unit: str, target: str) -> None:
     registry = _registry()
     assert registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)) == USUAL[unit, target]
     assert unit_factor(unit, target) == USUAL[unit, target]
+
+
+@pytest.mark.parametrize("unit", ["Grad", "Mdeg", "Grad/s"])
+def test_an_angle_has_no_large_prefix(unit):
+    """Identity: "Grad", a degree in German, is no gigaradian."""
+    with pytest.raises(InputError, match="did you mean 'deg'"):
+        read_quantity(f"30 {unit}", Quantity("rad/s" if "/" in unit else "rad"))

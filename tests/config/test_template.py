@@ -182,3 +182,9 @@ def test_parts_that_cannot_be_are_refused(parts: list[str], changes: list[str], 
     """Identity: one line that says what to type."""
     with pytest.raises(InputError, match=re.escape(said)):
         template("scissor", parts, changes)
+
+
+def test_a_servo_fits_bars_that_bend() -> None:
+    """Identity: what is fitted to bars that bend is fitted to rigid ones of their mass; it was an AssertionError."""
+    bars = 'structure.bars={section = "tube 50x50x2 mm", material = "aluminium"}'
+    assert 'name = "servo"' in template("scissor", ["servo"], [bars])

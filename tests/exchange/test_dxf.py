@@ -128,3 +128,23 @@ def test_what_is_no_linkage_is_one_line(content, options, said):
     with pytest.raises(InputError, match=said) as error:
         sd.read_dxf(content, **options)
     assert "\n" not in str(error.value)
+
+
+def test_a_file_without_a_header_has_no_unit():
+    """Identity: the unit of the library's new documents is none of the file."""
+    content = "0 SECTION 2 ENTITIES 0 LINE 8 0 10 0 20 0 11 80 21 60 0 ENDSEC 0 EOF ".replace(" ", "\n")
+    with pytest.raises(InputError, match="without a unit of length"):
+        sd.read_dxf(content)
+    mechanism, notes = sd.read_dxf(content, unit="mm")
+    assert mechanism.bodies[0].extent == pytest.approx(0.1)
+    assert any("nothing is grounded" in note for note in notes)
+
+
+def test_blocks_are_expanded():
+    """Closed form: a block of one bar, rotated and moved by its insert, on the layer of the insert."""
+    document, space = drawing()
+    document.blocks.new("BAR").add_line((0, 0), (100, 0))
+    space.add_blockref("BAR", (50, 20), dxfattribs={"rotation": 90, "layer": "input"})
+    body = sd.read_dxf(text(document)).mechanism.bodies[0]
+    assert body.position == pytest.approx((0.05, 0.02))
+    assert (body.angle, body.extent) == pytest.approx((math.pi / 2, 0.1))

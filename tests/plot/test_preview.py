@@ -22,6 +22,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plot.kinematics import kinematics
 from scissordyn.plot.preview import preview
 from scissordyn.run.ideal import ideal_kinematics, motion_range
+from scissordyn.units import short
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 PAPER = str(EXAMPLES[0].with_name("paper.toml"))
@@ -191,6 +192,22 @@ def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     ElementTree.parse(picture)
     assert curves.read_bytes().startswith(b"\x89PNG")
     assert status_of(["preview", PAPER, "-o", str(tmp_path / "picture.gif")]) == 2
+
+
+def test_preview_of_a_servo_says_its_torque_and_whether_it_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: the torque is that of a drive on the reference; below it the limit does not hold, and that is a warning."""
+    assert status_of(["new", "scissor", "--with", "servo"]) == 0
+    case = tmp_path / "servo.toml"
+    case.write_text(capsys.readouterr().out)
+    mechanism = read_case(case).mechanism
+    (servo,) = mechanism.components
+    driven = dataclasses.replace(mechanism.ideal(), components=()).driven(servo.reference)
+    torque = float(np.abs(sd.simulate(driven, until=read_case(case).run.until)["drive_torque"]).max())
+    assert status_of(["preview", str(case)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"follows its reference with up to {short(torque, 'N m')}" in said
+    assert status_of(["preview", str(case), "--set", f"servo.controller.limit={0.5 * torque} N m"]) == 0
+    assert "2 times its limit" in " ".join(capsys.readouterr().out.split())
 
 
 def test_preview_says_what_assembly_moved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

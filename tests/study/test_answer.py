@@ -155,6 +155,13 @@ def test_sobol_indices_of_ishigami() -> None:
         sobol_indices(values[-15:], ["x1", "x2", "x3"])
 
 
+@pytest.mark.parametrize("kind", ["morris", "saltelli"])
+def test_designs_too_small_for_indices_are_refused_before_they_are_computed(kind: str) -> None:
+    """Identity: fewer base points or trajectories than any index needs are one line of error."""
+    with pytest.raises(sd.InputError, match="at least 8"):
+        Design(kind, 2)
+
+
 def test_morris_effects_of_a_linear_function() -> None:
     """Closed form: the effects are the slopes, without deviation."""
     design = Design("morris", 12)

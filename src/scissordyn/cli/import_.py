@@ -21,6 +21,10 @@ def import_drawing(
     linear_density: Annotated[
         str, typer.Option(metavar="QUANTITY", help="Mass per length of bars whose mass the drawing does not say.")
     ] = "1 kg/m",
+    tolerance: Annotated[
+        str,
+        typer.Option(metavar="LENGTH", help="Ends of a DXF nearer than this are one pin.", show_default="1e-6 of the drawing"),
+    ] = "",
     until: Annotated[str, typer.Option(metavar="TIME", help="How long the case runs.")] = "1 s",
     quiet: Quiet = False,
 ) -> int:
@@ -37,8 +41,9 @@ def import_drawing(
 
     check_target(case, sample=SAMPLE, beginning=BEGINNING.encode())
     density = read_quantity(linear_density, Quantity("kg/m", above=0.0))
+    near = read_quantity(tolerance, Quantity("m", above=0.0)) if tolerance else None
     end = seconds(until, "--until") or 0.0
-    found = read_drawing(source, unit=unit, linear_density=density)
+    found = read_drawing(source, unit=unit, linear_density=density, tolerance=near)
     written = write_case(found.mechanism, case, run=Options(until=end))
     if not quiet:
         out = console()

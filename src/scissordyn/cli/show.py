@@ -19,7 +19,8 @@ from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.summary import ESTIMATE, JointSummary, joint_summaries, kinds_left_out, summary_of
+from scissordyn.run.force_answer import ESTIMATE, parts_of_oiled
+from scissordyn.run.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 
@@ -190,7 +191,8 @@ def _largest(joint: JointSummary) -> str:
     if math.isnan(joint.largest):
         return "no largest force, as contact is hard"
     estimated = f", {ESTIMATE}" if joint.estimated else ""
-    return f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}{estimated}"
+    parts = parts_of_oiled(joint.metal, joint.film)
+    return f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}{parts}{estimated}"
 
 
 def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = None) -> None:

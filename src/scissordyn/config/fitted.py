@@ -19,6 +19,7 @@ from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.inertia import drive_inertia, drive_rate
 from scissordyn.kinematics.path import Path, path_of
+from scissordyn.model.commanded import rigid
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.payload import with_panels, with_payload
@@ -74,7 +75,7 @@ class Stroke:
     @cached_property
     def path(self) -> Path:
         """Positions between both ends of the move, with ideal joints."""
-        ideal = self.mechanism.ideal().driven(self.motion)
+        ideal = rigid(self.mechanism.ideal()).driven(self.motion)
         found = path_of(plan(ideal), self.motion.duration)
         assert found is not None, "a printed structure can be driven"
         return found

@@ -86,6 +86,9 @@ USUAL |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
 LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)
 UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")
+LARGE_ANGLE = re.compile("(giga|mega)(radian|degree|turn)")
+"""What "Grad", a degree in German, would be read as."""
+
 LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
 """Powers that no unit has; pint would evaluate them, and 9^9^9^9 without end."""
 
@@ -111,7 +114,8 @@ def unit_factor(unit: str, target: str) -> float:
 
     registry = _registry()
     try:
-        return float(registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)))
+        parsed = registry.parse_units(unit)
+        factor = float(registry.convert(1.0, parsed, registry.parse_units(target)))
     except pint.UndefinedUnitError as error:
         unknown = str(error).split("'")[1]  # the one place where pint gives the name alone, in every version
         raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS.split())}") from None
@@ -125,6 +129,9 @@ def unit_factor(unit: str, target: str) -> float:
         TypeError,
     ):  # pint has many
         raise InputError(f"'{unit}' is not a unit") from None
+    if LARGE_ANGLE.search(str(parsed)):
+        raise InputError(f"unit '{unit}' is a {parsed} (did you mean 'deg'?)", "deg, rad, turn")
+    return factor
 
 
 def unit_typed(text: str) -> str:

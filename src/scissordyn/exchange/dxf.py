@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -68,9 +68,9 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
         If it is no DXF, has no lines, or no unit or another one than is given.
     """
     document = _document(text)
-    factor = _unit(document, unit)
-    entities = list(document.modelspace())
+    factor = _unit(document, text, unit)
     notes: list[str] = []
+    entities = list(_expanded(document.modelspace(), notes))
     bars = [(_corners(each, factor), each.dxf.layer.lower()) for each in entities if _is_bar(each)]
     marks = [
         (_point(_centre(each), factor), each.dxf.layer.lower()) for each in entities if each.dxftype() in ("POINT", "CIRCLE")
@@ -101,10 +101,11 @@ def _document(text: str) -> Any:
         raise InputError(f"no DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", SAMPLE) from None
 
 
-def _unit(document: Any, unit: str) -> float:
+def _unit(document: Any, text: str, unit: str) -> float:
     """Metres in the drawing's unit."""
     known = dict(UNITS.values())
-    code = int(document.header.get("$INSUNITS", 0))
+    # a document of the library has units of its own where the file has none
+    code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
     named, metres = UNITS.get(code, ("", 0.0))
     if unit and unit not in known:
         raise InputError(f"unit '{unit}' of a drawing", "one of " + ", ".join(known), SAMPLE)
@@ -115,6 +116,25 @@ def _unit(document: Any, unit: str) -> float:
     if not unit and not named:
         raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(known), SAMPLE)
     return known[unit] if unit else metres
+
+
+def _expanded(entities: Iterable[Any], notes: list[str]) -> Iterator[Any]:
+    """The entities with blocks in place of their inserts, nested ones too."""
+    for entity in entities:
+        if entity.dxftype() != "INSERT":
+            yield entity
+            continue
+        for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
+            skipped: list[str] = []
+            parts = insert.virtual_entities(
+                skipped_entity_callback=lambda part, reason, skipped=skipped: skipped.append(f"{part.dxftype()} ({reason})")
+            )
+            # what is on layer "0" of a block is on the layer of its insert
+            for part in _expanded(parts, notes):
+                if part.dxf.layer == "0":
+                    part.dxf.layer = insert.dxf.layer
+                yield part
+            notes += [f"{what} of block '{insert.dxf.name}' left out" for what in skipped]
 
 
 def _is_bar(entity: Any) -> bool:
@@ -167,6 +187,8 @@ def _drawing(
         held += [pin] if pin else []
         if not pin:
             notes.append(f"ground at ({place[0]:g} m, {place[1]:g} m) left out: no bar has an end or a point there")
+    if not held and not guides:
+        notes.append(f"nothing is grounded: draw a point or a circle at each fixed pin on the layer '{GROUND_LAYER}'")
     _name_near(pins, bars, near, NEAR * size, notes)
     unused = [pin for pin in pins if not any(pin in bar.pins for bar in bars)]
     notes += [f"point '{pin}' left out: no bar passes through it" for pin in unused]

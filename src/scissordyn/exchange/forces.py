@@ -39,8 +39,9 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
         `force (time, end, axis)`: on the body, in the fixed frame [N]; `force_along (time, end, axis)`: in the frame of the
         body, the first component along its x axis [N]. `other_force (time, body, axis)` and `other_torque (time, body)`: what
         acts on the body beside joints and gravity, such as drives, springs and friction, about its mass centre, from the
-        balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined. `located_peak (end)`: largest
-        normal force of a clearance joint within the steps, between samples too [N]; NaN for others.
+        balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined. The moment of friction in a
+        joint, of metal and of oil, is in `other_torque`. `located_peak (end)`: largest normal force of a clearance joint, of an
+        oiled joint the largest of metal and film together, within the steps, between samples too [N]; NaN for others.
     """
     ends, factors = _ends(mechanism)
     if not ends:
@@ -64,7 +65,7 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
             "located_peak": (
                 "end",
                 np.array([located_peak(run, joint) for _, joint, _ in ends]),
-                {"units": "N", "long_name": "largest normal force within the steps"},
+                {"units": "N", "long_name": "largest normal force within the steps, with the film of an oiled joint"},
             ),
         },
         coords={
@@ -80,7 +81,9 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 
 def located_peak(run: xr.Dataset, joint: str) -> float:
-    """Largest normal force of a clearance joint between the first and the last sample [N]; NaN where it has no contact."""
+    """Largest force of a clearance joint between the first and the last sample [N]; NaN where it has no contact and no oil."""
+    if (whole := _oiled_peak(run, joint)) is not None:
+        return whole
     if "peak_force" not in run:
         return math.nan
     when, time = run["peak_time"].values, run["time"].values
@@ -88,15 +91,26 @@ def located_peak(run: xr.Dataset, joint: str) -> float:
     return float(np.max(run["peak_force"].values[mine])) if mine.any() else math.nan
 
 
+def _oiled_peak(run: xr.Dataset, joint: str) -> float | None:
+    """Largest force of metal and film [N], None of a dry joint."""
+    if "joint_peak_force" not in run or not np.isfinite(peak := float(run["joint_peak_force"].sel(joint=joint))):
+        return None
+    return peak
+
+
 def missed_peaks(run: xr.Dataset) -> list[str]:
-    """A sentence for each clearance joint whose samples miss its largest normal force by more than a hundredth."""
+    """A sentence for each clearance joint whose samples miss its largest force by more than a hundredth."""
     said = []
-    for joint in np.unique(run["contact_joint"].values.astype(str)).tolist() if "peak_force" in run else ():
+    touched = run["contact_joint"].values.astype(str).tolist() if "peak_force" in run else []
+    for joint in sorted({*touched, *(run["film"].values.tolist() if "film" in run.dims else ())}):
         peak = located_peak(run, joint)
-        sampled = float(np.max(np.abs(run["normal_force"].sel(joint=joint).values)))
+        oiled = _oiled_peak(run, joint) is not None
+        what = "force" if oiled else "normal force"
+        size = np.linalg.norm(run["reaction"].sel(joint=joint).transpose("time", "axis").values, axis=1)
+        sampled = float(np.max(size if oiled else np.abs(run["normal_force"].sel(joint=joint).values)))
         if sampled < (1.0 - MISSED) * peak:
             said.append(
-                f"joint '{joint}': the samples reach {sampled:.4g} N of the normal force, whose largest is {peak:.4g} N "
+                f"joint '{joint}': the samples reach {sampled:.4g} N of the {what}, whose largest is {peak:.4g} N "
                 'between them; samples = "auto" in [run] records it'
             )
     return said
@@ -224,8 +238,8 @@ ENVELOPE = (
 )  # fmt: skip
 """Columns of an envelope behind the names."""
 
-LOCATED = "largest normal force within the steps [N]"
-"""The last column, for clearance joints."""
+LOCATED = "largest force within the steps [N]"
+"""The last column, for clearance joints: normal force, of an oiled joint metal and film."""
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

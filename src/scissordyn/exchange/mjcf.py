@@ -1,20 +1,24 @@
 """MJCF and URDF, read by MuJoCo: the planar mechanisms among them.
 
-A mechanism is understood if all hinges have parallel axes and all slides are at right angles to these. What MuJoCo knows beside
-bodies, hinges, slides, connections, welds and gravity is named and left out.
+A mechanism is understood if all hinges have parallel axes and all slides are at right angles to these. What the import does
+not use is named.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import xml.etree.ElementTree as ET
 from typing import Any
 
 import numpy as np
 
+from scissordyn.component.angle_stop import AngleStop
 from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, plain_name
+from scissordyn.exchange.unused import unused, without_pictures
 from scissordyn.extra import library
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
@@ -63,6 +67,12 @@ def read_mjcf(text: str) -> Imported:
         If it cannot be read, or is not planar.
     """
     mujoco = library("mujoco", "exchange", "MJCF")
+    try:
+        root = ET.fromstring(text)
+    except ET.ParseError as error:
+        raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
+    notes = unused(root)
+    text = ET.tostring(without_pictures(root), encoding="unicode")
     if FURTHER_FILES.search(text):
         raise InputError(
             "a model of MuJoCo that names further files (meshes, includes)", "a model in one text, with masses", SAMPLE
@@ -72,17 +82,23 @@ def read_mjcf(text: str) -> Imported:
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"no model of MuJoCo: {error}", "MJCF or URDF without further files", SAMPLE) from None
     data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, 0) or "0"
+        notes.append(f"start: positions and velocities of keyframe '{name}', the first of {model.nkey}")
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
-    return _Reader(mujoco, model, data).imported()
+    mujoco.mj_comVel(model, data)
+    return _Reader(mujoco, model, data, notes).imported()
 
 
 class _Reader:
     """A model at its start, and the parts made of it so far."""
 
-    def __init__(self, mujoco: Any, model: Any, data: Any) -> None:
-        self.mujoco, self.model, self.data = mujoco, model, data
-        self.notes: list[str] = []
+    def __init__(self, mujoco: Any, model: Any, data: Any, notes: list[str]) -> None:
+        self.mujoco, self.model, self.data, self.notes = mujoco, model, data, notes
+        self.host = self._hosts()
+        self.components: list[Any] = []
         self.basis = self._plane()
         self.names = self._names()
         self.points: dict[str, dict[str, Point]] = {name: {} for name in self.names}
@@ -92,12 +108,16 @@ class _Reader:
         self.turning = [False] * model.nbody
 
     def imported(self) -> Imported:
-        for index in range(1, self.model.nbody):
+        for index in self._bodies():
             self._attach(index)
+        for site in range(self.model.nsite):
+            self._at(
+                int(self.model.site_bodyid[site]), self.data.site_xpos[site], self._name("mjOBJ_SITE", site) or f"site {site}"
+            )
         for index in range(self.model.neq):
             self._equality(index)
         self._left_out()
-        bodies = tuple(self._body(index) for index in range(1, self.model.nbody))
+        bodies = tuple(self._body(index) for index in self._bodies())
         if not bodies:
             raise InputError("a model of MuJoCo without bodies", "one body or more", SAMPLE)
         gravity = self._flat(self.model.opt.gravity)
@@ -114,6 +134,7 @@ class _Reader:
             joints=tuple(self.joints),
             guides=tuple(self.guides),
             welds=tuple(self.welds),
+            components=tuple(self.components),
             ground=ground,
             gravity=size,
             gravity_direction=direction,
@@ -121,14 +142,25 @@ class _Reader:
         )
         return Imported(mechanism, tuple(self.notes))
 
+    def _hosts(self) -> list[int]:
+        """The body that each is part of: those without mass and joints are points of the body that they are fixed to."""
+        host = [0]
+        for index in range(1, self.model.nbody):
+            fixed = not self.model.body_jntnum[index] and not self.model.body_mass[index] > 0.0
+            host.append(host[int(self.model.body_parentid[index])] if fixed else index)
+        return host
+
+    def _bodies(self) -> list[int]:
+        return [index for index in range(1, self.model.nbody) if self.host[index] == index]
+
     def _plane(self) -> np.ndarray:
         """Unit vectors of x and y of the plane, and of its normal, as rows."""
         kinds = self.mujoco.mjtJoint
         hinges = [self.data.xaxis[j] for j in range(self.model.njnt) if self.model.jnt_type[j] == kinds.mjJNT_HINGE]
         slides = [self.data.xaxis[j] for j in range(self.model.njnt) if self.model.jnt_type[j] == kinds.mjJNT_SLIDE]
-        others = self.model.njnt - len(hinges) - len(slides)
-        if others:
-            raise InputError(f"a model with {others} free or ball joints", "hinges and slides, in one plane", SAMPLE)
+        balls = int(np.sum(self.model.jnt_type == kinds.mjJNT_BALL))
+        if balls:
+            raise InputError(f"a model with {balls} ball joints", "hinges and slides, in one plane", SAMPLE)
         if not hinges:
             raise InputError("a model without hinges", "a planar mechanism with hinges", SAMPLE)
         normal = max((abs(axis) for axis in hinges), key=lambda axis: float(axis.max()))
@@ -172,6 +204,7 @@ class _Reader:
 
     def _at(self, index: int, place: Any, name: str) -> BodyPoint:
         """A point of a body at a place in space."""
+        index = self.host[index]
         local, points = self._local(index, place), self.points[self.names[index]]
         for known, other in points.items():
             if math.dist(local, other) <= 1e-12:
@@ -182,7 +215,7 @@ class _Reader:
 
     def _attach(self, index: int) -> None:
         """The joints of a body with its parent."""
-        model, parent, kinds = self.model, int(self.model.body_parentid[index]), self.mujoco.mjtJoint
+        model, parent, kinds = self.model, self.host[int(self.model.body_parentid[index])], self.mujoco.mjtJoint
         first, count = int(model.body_jntadr[index]), int(model.body_jntnum[index])
         own = list(range(first, first + count)) if count else []
         hinges = [j for j in own if model.jnt_type[j] == kinds.mjJNT_HINGE]
@@ -192,6 +225,9 @@ class _Reader:
             raise InputError(
                 f"body '{self.names[index]}' with {len(hinges)} hinges and {len(slides)} slides", "one hinge", SAMPLE
             )
+        if own and model.jnt_type[own[0]] == kinds.mjJNT_FREE:
+            self.notes.append(f"body '{self.names[index]}' moves freely: here in the plane")
+            return
         if not own:
             place = self.data.xpos[index]
             self.welds.append(Weld(name, self._at(index, place, "origin"), self._at(parent, place, name)))
@@ -208,15 +244,45 @@ class _Reader:
         elif not hinges:
             self.notes.append(f"body '{self.names[index]}' slides in two directions: here it also rotates")
         for j in own:
-            self._joint_left_out(j)
+            self._joint_left_out(j, taken=j in hinges and self._hinge(j, index, parent))
 
-    def _joint_left_out(self, j: int) -> None:
+    def _hinge(self, j: int, index: int, parent: int) -> bool:
+        """Spring, damping and limits of a hinge, as parts of the mechanism."""
+        model, name = self.model, self._name("mjOBJ_JOINT", j) or f"joint {j}"
+        sense = math.copysign(1.0, float(self.data.xaxis[j] @ self.basis[2]))
+        address = int(model.jnt_qposadr[j])
+        placed, base = self._angle(index), self._angle(parent)
+        q = float(self.data.qpos[address])
+
+        def angle(value: float) -> float:
+            return placed - base + sense * (value - q)
+
+        ends = self.names[index], self.names[parent]
+        stiffness = float(np.ravel(model.jnt_stiffness[j])[0])
+        damping = float(np.ravel(model.dof_damping[int(model.jnt_dofadr[j])])[0])
+        if stiffness or damping:
+            rest = angle(float(model.qpos_spring[address]))
+            self.components.append(
+                TorsionSpring(f"spring of {plain_name(name, ())}", *ends, stiffness=stiffness, free_angle=rest, damping=damping)
+            )
+        if model.jnt_limited[j]:
+            low, high = model.jnt_range[j].tolist()
+            if not low < q < high:
+                self.notes.append(f"limits of joint '{name}': left out; it starts at {q:g} rad, they are {low:g} and {high:g}")
+                return True
+            for label, limit in (("lower", low), ("upper", high)):
+                stop = AngleStop(f"{label} limit of {plain_name(name, ())}", ends[0], angle(limit), ends[1])
+                self.components.append(stop)
+            self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that an angle_stop has")
+        return True
+
+    def _joint_left_out(self, j: int, *, taken: bool) -> None:
         model, name = self.model, self._name("mjOBJ_JOINT", j) or f"joint {j}"
         dof = int(model.jnt_dofadr[j])
         found = {
-            "limits": bool(model.jnt_limited[j]),
-            "a spring": float(np.ravel(model.jnt_stiffness[j])[0]) != 0.0,
-            "damping": float(np.ravel(model.dof_damping[dof])[0]) != 0.0,
+            "limits": not taken and bool(model.jnt_limited[j]),
+            "a spring": not taken and float(np.ravel(model.jnt_stiffness[j])[0]) != 0.0,
+            "damping": not taken and float(np.ravel(model.dof_damping[dof])[0]) != 0.0,
             "dry friction": float(model.dof_frictionloss[dof]) != 0.0,
             "rotor inertia": float(model.dof_armature[dof]) != 0.0,
         }
@@ -260,7 +326,8 @@ class _Reader:
             raise InputError(
                 f"body '{name}' of the model without mass or inertia", "an <inertial>, or geoms with a mass", SAMPLE
             )
-        points = self.points[name]
+        points, twist = self.points[name], np.zeros(6)
+        self.mujoco.mj_objectVelocity(self.model, self.data, self.mujoco.mjtObj.mjOBJ_XBODY, index, twist, 0)
         return Body(
             name,
             mass,
@@ -269,6 +336,8 @@ class _Reader:
             centre=self._local(index, self.data.xipos[index]),
             position=self._flat(self.data.xpos[index]),
             angle=self._angle(index),
+            velocity=self._flat(twist[3:]),
+            angular_velocity=float(self.basis[2] @ twist[:3]),
         )
 
     def _left_out(self) -> None:

@@ -15,7 +15,9 @@ LARGEST = 50_000_000
 """Size of a file [bytes] beyond which it is not read."""
 
 
-def read_drawing(source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY) -> Imported:
+def read_drawing(
+    source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
+) -> Imported:
     """The mechanism of a link of PMKS+, a drawing in DXF, or a model in MJCF or URDF.
 
     Parameters
@@ -26,6 +28,8 @@ def read_drawing(source: str | Path, *, unit: str = "", linear_density: float = 
         Of a DXF that names none, see `read_dxf`.
     linear_density : float
         Mass per length of what has no mass in the drawing [kg/m].
+    tolerance : float, optional
+        Of a DXF, see `read_dxf` [m].
 
     Returns
     -------
@@ -42,12 +46,21 @@ def read_drawing(source: str | Path, *, unit: str = "", linear_density: float = 
         _no_unit(unit, "a link of PMKS+")
         return read_pmks(source, linear_density=linear_density)
     path = Path(source)
-    text = _text(path)
     ending = path.suffix.lower()
+    if ending in (".csv", ".tsv", ".xlsx", ".xls", ".txt") and (ending != ".txt" or not path.exists()):
+        raise InputError(
+            f"'{path}' is a table, no drawing",
+            "files that end in "
+            + ", ".join(ENDINGS)
+            + "; coordinates in a table are read in Python: docs/howto/import_coordinates.md",
+        )
+    text = _text(path)
     if ending == ".dxf":
         from scissordyn.exchange.dxf import read_dxf
 
-        return read_dxf(text, unit=unit, linear_density=linear_density)
+        return read_dxf(text, unit=unit, linear_density=linear_density, tolerance=tolerance)
+    if tolerance is not None:
+        raise InputError(f"tolerance = {tolerance:g} m for '{path}'", "a tolerance for a DXF only; this one names its joints")
     if ending in ENDINGS:
         from scissordyn.exchange.mjcf import read_mjcf
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from scissordyn.run.force_answer import parts_of_oiled
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def _cards(summary: Summary) -> Iterator[Card]:
     if summary.force is not None:
         detail = (
             f"{summary.force.joint}, at {short(summary.force.when, 's')}{', an estimate' if summary.force.estimated else ''}"
+            f"{parts_of_oiled(summary.force.metal, summary.force.film)}"
         )
         yield _card("largest force", short(summary.force.force, "N"), detail)
     yield from map(_of_point, sorted(summary.points, key=lambda point: -point.share)[:MOST_CARDS])

@@ -24,6 +24,7 @@ __all__ = [
     "EXCEEDED",
     "FRICTION_RATIO",
     "INDENTATION",
+    "JOINT_FORCE",
     "POWERS",
     "PRESSURE_VELOCITY",
     "TRACK_DEVIATION",
@@ -40,9 +41,19 @@ POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_lo
 
 DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
 
-DRIVE_TORQUE, COMPONENT_FORCE, PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, TRACK_DEVIATION, COMPONENT_OUTPUT = range(7)
+(
+    DRIVE_TORQUE,
+    COMPONENT_FORCE,
+    PRESSURE_VELOCITY,
+    INDENTATION,
+    FRICTION_RATIO,
+    TRACK_DEVIATION,
+    COMPONENT_OUTPUT,
+    JOINT_FORCE,
+) = range(8)
 """Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index; that of a component's output is
-the component times `RESULTS` and its place among the results."""
+the component times `RESULTS` and its place among the results, that of an oiled joint's force the contact times the number of
+components and the place of its film among them."""
 
 _RESULTS = RESULTS
 
@@ -126,6 +137,19 @@ def component_size(i, S):
 
 
 @kernel
+def joint_force(which, S):
+    """Size of what an oiled joint transmits: normal force and friction of the metal, and the force of the film."""
+    components, W = S.model.component_port.size, S.work
+    j = which // components
+    film = W.wrench[S.parameters.contact.size + which % components]
+    fx, fy = film[0], film[1]
+    if S.state.mode[j] == 1:
+        fx += W.wrench[j, 0]
+        fy += W.wrench[j, 1]
+    return math.sqrt(fx * fx + fy * fy)
+
+
+@kernel
 def friction_ratio(j, S):
     """Friction of contact j over the largest that its law allows at rest and by viscosity."""
     found, P = S.work.contact[j], S.parameters
@@ -191,6 +215,8 @@ def write_row(t, row, S, out):
         size = track_deviation(t, which, S)
     elif kind == COMPONENT_OUTPUT:
         size = W.result[which // _RESULTS, which % _RESULTS]
+    elif kind == JOINT_FORCE:
+        size = joint_force(which, S)
     elif mode[which] == 1:
         if kind == PRESSURE_VELOCITY:
             size = W.contact[which].normal * abs(W.contact[which].slip) / S.parameters.contact[which].area

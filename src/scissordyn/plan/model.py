@@ -19,6 +19,7 @@ from scissordyn.mechanics.monitored import (
     DRIVE_TORQUE,
     FRICTION_RATIO,
     INDENTATION,
+    JOINT_FORCE,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
@@ -277,7 +278,8 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
     """What is monitored throughout, by kind and index.
 
     Torques of drives, forces of components, pressure times velocity in clearance joints, indentations, friction of laws with
-    internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored.
+    internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored, forces
+    of oiled joints.
     """
     rows = [(DRIVE_TORQUE, d) for d in range(len(mechanism.drives))]
     rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
@@ -289,6 +291,11 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
         (COMPONENT_OUTPUT, i * RESULTS + output.first)
         for i, part in enumerate(mechanism.exerting)
         for output in part.declaration.outputs_monitored
+    ]
+    films, total = len(mechanism.components), len(acting(mechanism))
+    rows += [
+        (JOINT_FORCE, mechanism.clearance_joints.index(joint) * total + films + f)
+        for f, (joint, _, _) in enumerate(mechanism.lubricated)
     ]
     return np.array(rows, np.int64).reshape(-1, 2)
 

@@ -9,7 +9,21 @@ from matplotlib.axes import Axes
 from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import Joints, chosen_joints, finish, note_more, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    IDEAL,
+    LINE,
+    VERMILION,
+    Canvas,
+    legend,
+    literal,
+    normal,
+    panels,
+    small,
+)
 from scissordyn.plot.window import window
 
 __all__ = ["force"]
@@ -80,7 +94,11 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
     reaction = None
     if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
         reaction = np.hypot(*ideal["reaction"].sel(joint=joint).transpose("axis", "time").values)
-    scale = engineering("N", values, peaks, *(() if reaction is None else (reaction,)))
+    whole = None
+    if "film" in run.dims and joint in run["film"].values:
+        whole = np.hypot(*run["reaction"].sel(joint=joint).transpose("axis", "time").values)
+    others = [other for other in (reaction, whole) if other is not None]
+    scale = engineering("N", values, peaks, *others)
     axes.plot(time.factor * curve["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="normal force")
     if peaks.size:
         axes.plot(
@@ -94,10 +112,10 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
         )
     if reaction is not None and ideal is not None:
         axes.plot(time.factor * ideal["time"].values, scale.factor * reaction, label="ideal reaction", **IDEAL)
-    axes.set_ylabel(scale.label("normal force"))
-    top = scale.factor * max(
-        [0.0, *peaks.tolist(), float(np.max(values)), *([] if reaction is None else [float(np.max(reaction))])]
-    )
+    if whole is not None:
+        axes.plot(time.factor * run["time"].values, scale.factor * whole, color=GREEN, linewidth=LINE, label="metal and film")
+    axes.set_ylabel(scale.label("normal force" if whole is None else "force"))
+    top = scale.factor * max([0.0, *peaks.tolist(), float(np.max(values)), *(float(np.nanmax(other)) for other in others)])
     top = top or 1.0
     # normal forces are never negative: the region below zero is used for the strip of contacts
     axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)

@@ -131,7 +131,7 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
 
 
 def largest_forces(run: xr.Dataset) -> dict[str, float]:
-    """The largest normal force of each clearance joint [N]: of its samples, and of its contacts, whose peaks are between them.
+    """The largest normal force of each clearance joint [N], of oiled ones with the film, between samples too.
 
     Parameters
     ----------
@@ -148,6 +148,8 @@ def largest_forces(run: xr.Dataset) -> dict[str, float]:
         for name, peak in peaks:
             if name in found:
                 found[name] = max(found[name], peak)
+    for name in run["film"].values.tolist() if "joint_peak_force" in run else ():
+        found[name] = float(run["joint_peak_force"].sel(joint=name))
     return found
 
 

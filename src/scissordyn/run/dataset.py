@@ -25,6 +25,7 @@ from scissordyn.mechanics.monitored import (
     EXCEEDED,
     FRICTION_RATIO,
     INDENTATION,
+    JOINT_FORCE,
     PRESSURE_VELOCITY,
 )
 from scissordyn.mechanics.outputs import Record
@@ -193,6 +194,9 @@ def _reactions(plan: Plan, found: Record, time: np.ndarray) -> np.ndarray:
     reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
     reaction[:, at] = found.wrench[:, : at.size, :2]
+    films = len(plan.contacts) + len(plan.mechanism.components)
+    for f, (joint, _, _) in enumerate(plan.lubricated):
+        reaction[:, plan.places([joint.name])[0]] += found.wrench[:, films + f, :2]
     for j, point in enumerate(plan.contact_points, len(plan.clearance_joints)):
         reaction[:, plan.places([point.guide])] += found.wrench[:, j : j + 1, :2]
     reaction[:, plan.places(joint.name for joint in plan.ideal_joints)] = joints
@@ -209,7 +213,7 @@ def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
     names = list(plan.joint_names)
     per_joint = ("time", "joint")
-    what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
+    what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, found, path.samples.time), "N", what)}
     if not plan.contacts:
         return variables
@@ -261,6 +265,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
     pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
     bristles = at[path.monitored(FRICTION_RATIO)]
+    oiled, whole = at[path.monitored(JOINT_FORCE) // max(len(plan.acting), 1)], path.peaks(JOINT_FORCE)
     about = "friction over the static limit of its law"
     variables: Variables = {}
     for name, joints, values, units, text in (
@@ -273,6 +278,8 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
         ),
         ("peak_indentation", at, depth["largest"], "m", "largest indentation"),
         ("peak_indentation_time", at, depth["largest_time"], "s", "when the indentation is largest"),
+        ("joint_peak_force", oiled, whole["largest"], "N", "largest force that an oiled joint transmits, of metal and film"),
+        ("joint_peak_force_time", oiled, whole["largest_time"], "s", "when an oiled joint transmits the largest force"),
         ("peak_friction_ratio", bristles, ratio["largest"], "1", f"largest {about}, where the law has internal states"),
         ("friction_excess_time", bristles, ratio["excess_time"], "s", f"how long {about} is above {EXCEEDED:g}"),
     ):

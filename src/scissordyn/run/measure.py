@@ -17,6 +17,7 @@ from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     DRIVE_TORQUE,
     INDENTATION,
+    JOINT_FORCE,
     POWERS,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
@@ -72,9 +73,12 @@ class Ended:
         return np.array([value(found) for found in self.by_joint], float)
 
     def largest_forces(self) -> np.ndarray:
-        """Largest normal force of each clearance joint and contact point [N]; NaN for a hard contact, which has none."""
+        """Largest normal force of each contact, of an oiled joint the largest of metal and film [N]; NaN for a hard contact."""
         found = self.per_joint(lambda own: max((c.peak_force for c in own), default=0.0))
         found[self.plan.hard_places] = math.nan
+        monitor = self.driver.system.content.model.monitor
+        oiled = monitor[monitor[:, 0] == JOINT_FORCE, 1] // max(len(self.plan.acting), 1)
+        found[oiled] = self.peaks(JOINT_FORCE)
         return found
 
     def estimated_forces(self) -> np.ndarray:
@@ -212,7 +216,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
         "peak_force": Measure(
             "N",
-            "largest normal force",
+            "largest normal force, of an oiled joint the largest of metal and film together",
             _JOINT,
             lambda e: e.largest_forces(),
         ),

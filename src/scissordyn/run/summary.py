@@ -15,6 +15,7 @@ from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.run.bar_answer import BarAnswer, bar_answer
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.force_answer import ForceAnswer, force_after_start
 from scissordyn.run.ideal_path import PARTS
 from scissordyn.run.placement import placed
 from scissordyn.run.words import Words
@@ -22,7 +23,6 @@ from scissordyn.units import counted, short
 
 __all__ = [
     "ActuatorAnswer",
-    "ForceAnswer",
     "JointSummary",
     "PointAnswer",
     "SpanAnswer",
@@ -36,8 +36,6 @@ __all__ = [
 
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit from which on an actuator counts as at its limit."""
-
-ESTIMATE = "an estimate, as contact is hard"
 
 ROUND_OFF = 1e-12
 """Sides of a span below this fraction of the longest are round-off."""
@@ -158,33 +156,6 @@ class ActuatorAnswer(Words):
 
 
 @dataclass(frozen=True)
-class ForceAnswer(Words):
-    """The largest contact force of a run.
-
-    Parameters
-    ----------
-    joint : str
-    force : float
-        [N]
-    when : float
-        [s]
-    estimated : bool
-        Of a hard contact.
-    """
-
-    joint: str
-    force: float
-    when: float
-    estimated: bool = False
-
-    def __str__(self) -> str:
-        estimate = f"; {ESTIMATE}" if self.estimated else ""
-        return (
-            f"Largest force: {short(self.force, 'N')} at joint {printable(self.joint)}, at {short(self.when, 's')}{estimate}."
-        )
-
-
-@dataclass(frozen=True)
 class SpanAnswer(Words):
     """Width and height of the region that the points of all bodies take.
 
@@ -280,7 +251,7 @@ class Summary(Words):
 
 @dataclass(frozen=True)
 class JointSummary(Words):
-    """The contacts of one joint in a run.
+    """The contacts and the largest force of one joint in a run.
 
     Parameters
     ----------
@@ -289,12 +260,15 @@ class JointSummary(Words):
     fraction : float
         Of the time, in contact.
     largest : float
-        Largest normal force [N]; NaN where a hard contact had neither an impact nor a sampled force.
+        Largest normal force, of an oiled joint the largest of metal and film together [N]; NaN where
+        a hard contact had neither an impact nor a sampled force.
     when : float
         Its instant [s].
     estimated : bool
         Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
         that last, as the samples have them.
+    metal, film : float
+        Of an oiled joint, the largest of each part [N]; NaN of a dry one.
     """
 
     name: str
@@ -303,10 +277,12 @@ class JointSummary(Words):
     largest: float
     when: float
     estimated: bool = False
+    metal: float = math.nan
+    film: float = math.nan
 
 
 def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
-    """The joints of a run that had contacts, in the order of their first ones.
+    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without.
 
     Parameters
     ----------
@@ -317,13 +293,32 @@ def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
     list of JointSummary
     """
     end, found = float(run.attrs["end"]), []
-    for joint in dict.fromkeys(run["contact_joint"].values.tolist()):
+    oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
+    for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
         here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
         start, lasting = here["contact_start"].values, here["contact_duration"].values
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
         found.append(JointSummary(str(joint), here.sizes["contact"], fraction, *_largest_force(run, here, str(joint))))
+        if joint in oiled:
+            found[-1] = _with_film(run, found[-1])
     return found
+
+
+def _with_film(run: xr.Dataset, joint: JointSummary) -> JointSummary:
+    """A joint with what metal and film transmit together, and each alone."""
+    largest, when = (float(run[name].sel(joint=joint.name)) for name in ("joint_peak_force", "joint_peak_force_time"))
+    metal = joint.largest if joint.contacts else 0.0
+    return JointSummary(
+        joint.name,
+        joint.contacts,
+        joint.fraction,
+        largest,
+        when,
+        False,
+        metal,
+        float(run["film_peak_force"].sel(film=joint.name)),
+    )
 
 
 def kinds_left_out(run: xr.Dataset) -> tuple[str, ...]:
@@ -367,13 +362,21 @@ def summary_of(run: xr.Dataset) -> Summary:
     return Summary(
         points=tuple(_points(run, described)),
         actuators=tuple(_actuators(run, described)),
-        force=None if largest is None else ForceAnswer(largest.name, largest.largest, largest.when, largest.estimated),
+        force=None if largest is None else _force(run, largest),
         span=_span(run, described),
         bars=bar_answer(run),
         work=_work(run),
         horizon=trusted if known else None,
         horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,
         horizon_text="" if known else str(run.attrs.get("predictability", "")),
+    )
+
+
+def _force(run: xr.Dataset, joint: JointSummary) -> ForceAnswer:
+    options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
+    later = None if options is None else force_after_start(run, options.start, joint.largest, joint.when)
+    return ForceAnswer(
+        joint.name, joint.largest, joint.when, joint.estimated, *(later or (None, None)), joint.metal, joint.film
     )
 
 

@@ -41,6 +41,9 @@ DRAWN_IN = 0.99
 MORRIS_LEVELS = 4
 """Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007)."""
 
+FEWEST = 8
+"""Base points or trajectories of a design for indices below which no index is worth its interval."""
+
 
 @dataclass(frozen=True)
 class Design:
@@ -69,6 +72,9 @@ class Design:
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 sample = {"points": "--points 32, or points = 32", "seed": "--seed 1, or seed = 1"}[name]
                 raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}", sample)
+        if self.kind in ("saltelli", "morris") and self.points < FEWEST:
+            what = "trajectories" if self.kind == "morris" else "base points"
+            raise InputError(f"{self.points} {what} of a {self.kind} design", f"at least {FEWEST}", f"--points {FEWEST}")
         check_seed(self.seed)
 
     @property

@@ -11,15 +11,12 @@ from scissordyn.errors import InputError
 from scissordyn.extra import library
 from scissordyn.study.answer import by_point, responses
 from scissordyn.study.description import Study
-from scissordyn.study.design import DRAWN_IN, MORRIS_LEVELS, morris_numbers
+from scissordyn.study.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numbers
 
 __all__ = ["morris_indices", "sensitivity", "sobol_indices"]
 
 RESAMPLES = 500
 """Resamples of the bootstrap."""
-
-LEAST = 8
-"""Base points or trajectories below which no index is worth its interval."""
 
 
 def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
@@ -102,8 +99,8 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, 
 
 
 def _check_count(count: int, what: str) -> None:
-    if count < LEAST:
-        raise InputError(f"{count} complete {what}", f"at least {LEAST}")
+    if count < FEWEST:
+        raise InputError(f"{count} complete {what}", f"at least {FEWEST}")
 
 
 def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:

@@ -375,9 +375,8 @@ def summary_of(run: xr.Dataset) -> Summary:
 def _force(run: xr.Dataset, joint: JointSummary) -> ForceAnswer:
     options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
     later = None if options is None else force_after_start(run, options.start, joint.largest, joint.when)
-    return ForceAnswer(
-        joint.name, joint.largest, joint.when, joint.estimated, *(later or (None, None)), joint.metal, joint.film
-    )
+    start, after = later or (None, None)
+    return ForceAnswer(joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film)
 
 
 def _mechanism(run: xr.Dataset) -> Any:

@@ -7,7 +7,7 @@ A problem is a tuple of typed pointers
     factorize(h gamma, S)          W = 1/(h gamma) - J; returns a singular row or -1
     solve(r, S)                    r := W^-1 r
     accept(t, y, S, answer)        called at the end of each step: back to the problem's manifold, count turns; writes whether y
-                                   changed, and the longest step that may follow
+                                   changed, and the longest step that may follow, or minus the time to a singular position
     guards(t, y, S, value, rate)   switching functions and their rates
     guard(t, y, k, S, value, rate) those of guard k alone, from the entries of y that `Work.reads` lists for it
     reset(t, y, k, S, data)        guard k has been crossed: change y and S, write data for the event log; returns whether it
@@ -47,6 +47,7 @@ from scissordyn.kernel import kernel
 
 __all__ = [
     "ADVANCING",
+    "CHANGE_POINT",
     "FINISHED",
     "HISTORY_FULL",
     "LOG_FULL",
@@ -58,8 +59,10 @@ __all__ = [
     "advance_all",
 ]
 
-ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL = range(8)
-"""What `advance` returns: more to do, done, the event log wants more room, the ways to fail, other stores want more room."""
+ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL, CHANGE_POINT = range(9)
+"""What `advance` returns: more to do, done, the event log wants more room, the ways to fail, other stores want more room.
+
+After `CHANGE_POINT` the caller makes a step across a singular position."""
 
 _EXPLICIT = EXPLICIT
 
@@ -282,6 +285,8 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         record_step(now, s, r.steps)
     if guard >= 0:
         take_events(problem, T, now, full, guard, s, w, S, r.log)
+    if clock.longest < 0.0:
+        return CHANGE_POINT
     return STUCK if clock.stalled > MOST_STALLED else ADVANCING
 
 

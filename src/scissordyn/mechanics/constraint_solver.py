@@ -5,6 +5,8 @@ With d = rows X the maps of a constraint, its value is sum(w |d|^2/2), its gradi
 
 from __future__ import annotations
 
+import math
+
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
@@ -16,6 +18,7 @@ __all__ = [
     "factorize_constraints",
     "map_directions",
     "project",
+    "singular_ahead",
     "solve_constraints",
     "subtract_gradients",
     "velocity_residual",
@@ -25,6 +28,12 @@ _band_factorize, _band_solve = band.factorize, band.solve
 
 DRIFT = 1e-13
 """Constraints and their rates are projected back beyond this relative error."""
+
+SUSPECT = 0.1
+"""Gradients are watched where the root of the least pivot of Phi Phi^T is below this fraction of the largest one so far."""
+
+DISPLACED = 1e-6
+"""Rotation of the fastest body over which the rate of that root is a difference [rad]."""
 
 REPETITIONS = 3
 """Newton steps of a projection; drift within a step needs one."""
@@ -237,3 +246,46 @@ def velocity_residual(t, y, S):
         if not abs(W.work[k]) <= worst:
             worst = abs(W.work[k])
     return worst
+
+
+@kernel
+def dependence(S):
+    """Root of the least pivot of Phi Phi^T as it was last factorized: linear in the distance from a singular position."""
+    M, W = S.model, S.work
+    least, lower = abs(W.gram[0, M.band_limits[2]]), M.band_limits[2]
+    for k in range(1, W.gram.shape[0]):
+        least = min(least, abs(W.gram[k, lower]))
+    return math.sqrt(least)
+
+
+@kernel
+def singular_ahead(fastest, S):
+    """Time until the gradients of the constraints are dependent, if they go on as at present; infinite if they are not near.
+
+    `project` has written X and V; W.near gets the root of the least pivot as a fraction of the largest one so far.
+    """
+    M, W = S.model, S.work
+    if W.multiplier.size == 0 or not fastest > 0.0:
+        return math.inf
+    measure = dependence(S)
+    W.near[0] = max(W.near[0], measure)
+    if measure > SUSPECT * W.near[0]:
+        return math.inf
+    map_directions(S, W.X, W.direction)
+    if factorize_constraints(S) >= 0:
+        return math.inf
+    measure = dependence(S)
+    W.near[0] = max(W.near[0], measure)
+    W.near[1] = measure / W.near[0]
+    if measure > SUSPECT * W.near[0]:
+        return math.inf
+    step = DISPLACED / fastest
+    for i in range(M.n + M.nb):
+        W.A[i] = W.X[i] + step * W.V[i]
+    map_directions(S, W.A, W.direction)
+    rate = 0.0
+    if factorize_constraints(S) < 0:
+        rate = (dependence(S) - measure) / step
+    map_directions(S, W.X, W.direction)
+    factorize_constraints(S)
+    return -measure / rate if rate < 0.0 else math.inf

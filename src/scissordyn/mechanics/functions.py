@@ -15,6 +15,7 @@ __all__ = ["FUNCTIONS"]
 
 _accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
 _factorize, _solve = step_matrix.factorize, step_matrix.solve
+_singular_ahead = constraint_solver.singular_ahead
 _project, _monitor, _probe = constraint_solver.project, monitored.monitor, monitored.probe
 _guards, _guard, _reset, _touch = guards_of.guards, guards_of.guard, guards_of.reset, guards_of.touch
 
@@ -26,6 +27,12 @@ ROUND_OFF = 1e-12
 
 LARGEST_DRIVEN_TURN = 0.02
 """The same for a mechanism without freedom, whose steps have no error to go by: the powers are integrated over them."""
+
+SINGULAR = 1e-3
+"""A step across a singular position begins where the gradients' dependence is below this fraction of the largest one, and..."""
+
+LOOK = 4.0
+"""...where the position is no more steps ahead than this."""
 
 AFTER_BREAK = 1e-3
 """For these also: the first step after a break is this part of the way to the next one, as the motion may start from rest."""
@@ -55,14 +62,31 @@ def solve(r: F1, address: int) -> None:
     _solve(r, open_system(address))
 
 
+<<<<<<< HEAD
 @entry
 def accept(t: float, y: F1, address: int, answer: F1) -> None:
     """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation."""
+=======
+@kernel
+def accept(t, y, address, answer):
+    """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation.
+
+    Close to a singular position it writes minus the time to it, for a caller that can step across it: W.near[3] is finite.
+    """
+>>>>>>> baf38ec4838f12b0be75f249a009248e30402dbd
     S = open_system(address)
     answer[0] = 1.0 if _project(t, y, S) else 0.0
     fastest = count_turns(S)
     turn = LARGEST_TURN if y.size > 0 else LARGEST_DRIVEN_TURN
     longest = turn / fastest if fastest > 0.0 else math.inf
+    across = -1.0
+    if t > S.work.near[3]:
+        ahead = _singular_ahead(fastest, S)
+        if ahead < math.inf:
+            longest = min(longest, 0.5 * ahead)
+            if S.work.near[1] < SINGULAR and ahead <= LOOK * (t - S.work.near[2]):
+                across = ahead
+        S.work.near[2] = t
     breaks, reached, following = S.parameters.breaks, -math.inf, math.inf
     for k in range(breaks.size):
         if breaks[k] - t <= ROUND_OFF * breaks[k]:
@@ -77,7 +101,7 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
         answer[0] = 1.0  # the slope at the end of the step is not that at the start of the next one
         S.work.instant[0] = math.nan
     S.work.segment[0], S.work.segment[1] = reached, following
-    answer[1] = longest
+    answer[1] = longest if across < 0.0 else -across
     if answer.size > 2:
         answer[2] = fastest
 

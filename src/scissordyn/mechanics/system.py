@@ -202,6 +202,7 @@ class Workspace(NamedTuple):
     state_inverse: F1  # (nz,) inverse pivot of an eliminated state
     gram: F2  # (m, band)
     gram_pivots: I1
+    near: F1  # (4,) near singular positions: see `singular_ahead`; the last instant, and from when on they are looked for [s]
     segment: F1  # (2,) the break of a time function that has been reached, and the next one [s]
     gram_row: F1  # (n,) zeros: the gradient of one constraint while it is multiplied
     gamma: F1  # (1,) step size times the method's gamma

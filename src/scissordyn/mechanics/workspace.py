@@ -83,6 +83,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         gram=np.zeros((m, width(int(model.band_limits[2]), int(model.band_limits[3])))),
         gram_pivots=np.zeros(m, np.int64),
         segment=np.array([-math.inf, math.inf]),
+        near=np.array([0.0, 1.0, math.inf, math.inf]),
         gram_row=np.zeros(n),
         gamma=np.zeros(1),
         contact=np.zeros(contacts, CONTACT_RESULT),

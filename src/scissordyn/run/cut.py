@@ -11,6 +11,7 @@ from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import singular_position
+from scissordyn.run.change_point import recorded_across
 from scissordyn.run.ideal_path import IdealPath
 from scissordyn.run.log import unknown
 from scissordyn.run.options import Options
@@ -49,7 +50,9 @@ def recorded(
     found : Record
     """
     samples = path.samples
+    state = samples.state.copy() if path.change_points else samples.state
     found = record(path.plan.maps, path.system, samples)
+    recorded_across(path.plan.maps, path.system, samples, state, found, path.change_points)
     undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
     if not undefined.size:
         return path, found

@@ -29,7 +29,13 @@ from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
+<<<<<<< HEAD
 from scissordyn.run.interrupt import look
+=======
+from scissordyn.run.change_point import step_across
+from scissordyn.run.compiled import compiled_loop, compiled_mechanics
+from scissordyn.run.interrupt import advancing, look
+>>>>>>> baf38ec4838f12b0be75f249a009248e30402dbd
 from scissordyn.run.log import BAND, LOG, PEAK, by_name
 from scissordyn.run.loop import advance_systems
 from scissordyn.run.slice import FIRST, next_slice
@@ -225,6 +231,9 @@ class Driver:
             content.log[row] = event
         state.counts["events"] = len(initial_events)
         functions.activate(self.system.address)
+        self.change_points: list[tuple[float, float]] = []
+        steps_across = self.stepping is None and not content.work.delays.size
+        self.system.content.work.near[:] = 0.0, 1.0, np.inf, -np.inf if steps_across else np.inf
         functions.accept(0.0, state.y, self.system.address, accepted)
         state.clock["longest"] = accepted[1]
 
@@ -346,6 +355,7 @@ class Driver:
             One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
         """
         status, left = loop.ADVANCING, most_steps
+<<<<<<< HEAD
         while status == loop.ADVANCING and left > 0:
             before, called = self.tried, clocks.perf_counter()
             status = advance_together([self], until, min(self._pace, left))[0]
@@ -359,6 +369,26 @@ class Driver:
             look()
             if progress is not None:
                 progress(self.time)
+=======
+        with advancing():
+            while status == loop.ADVANCING and left > 0:
+                before, called = self.tried, clocks.perf_counter()
+                if self.state.clock["longest"][0] < 0.0 and not step_across(self, until):
+                    return loop.STEP_TOO_SMALL
+                status = advance_together([self], until, min(self._pace, left))[0]
+                taken = self.tried - before
+                left -= max(1, taken)
+                if status == loop.ADVANCING:
+                    self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+                if status == loop.CHANGE_POINT:
+                    status = loop.ADVANCING
+                if status in _GROWING:
+                    self._grow(status)
+                    status = loop.ADVANCING
+                look()
+                if progress is not None:
+                    progress(self.time)
+>>>>>>> baf38ec4838f12b0be75f249a009248e30402dbd
         return status
 
     @property
@@ -462,7 +492,7 @@ def _stores(method: Choice) -> str:
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
 
-UNFINISHED = (loop.ADVANCING, *_GROWING)
+UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *_GROWING)
 """Statuses after which a driver can be advanced further."""
 
 

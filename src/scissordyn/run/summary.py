@@ -146,6 +146,9 @@ class ActuatorAnswer(Words):
 
     def __str__(self) -> str:
         when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
+        if math.isinf(self.torque):
+            name = f"{self.kind.capitalize()} {printable(self.name)}"
+            return f"{name}: the torque grows without limit towards the locking position{when}."
         said = f"{self.kind.capitalize()} {printable(self.name)}: largest torque {short(self.torque, 'N m')}{when}"
         if self.limit is None:
             return f"{said}."
@@ -461,6 +464,8 @@ def _actuators(run: xr.Dataset, described: Any) -> Iterator[ActuatorAnswer]:
     if "peak_drive_torque" in run:
         for k, name in enumerate(run["drive"].values.astype(str).tolist()):
             torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
+            if "singular position" in run.attrs["cause"] and when >= float(run["time"].values[-1:].sum()):
+                torque = math.inf  # what is largest behind the last sample grows with each step towards the position
             yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
     limits = _limits(described)
     for kind, curve, peak in (

@@ -81,6 +81,8 @@ class Trajectory:
         Time, state and modes at the end of each step, if they were recorded.
     band : ndarray of BAND, shape (monitors,)
         Of what is monitored throughout.
+    change_points : tuple of (float, float)
+        Instants at which the motion passed them, and half the steps across [s].
     """
 
     plan: Plan
@@ -96,6 +98,7 @@ class Trajectory:
     warnings: tuple[str, ...]
     steps: tuple[np.ndarray, np.ndarray, np.ndarray]
     band: np.ndarray
+    change_points: tuple[tuple[float, float], ...] = ()
 
     def peaks(self, kind: int) -> np.ndarray:
         """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""
@@ -225,6 +228,7 @@ def reached(driver: Driver, **more: Any) -> Trajectory:
         peak=driver.peak.copy(),
         end=driver.time,
         band=driver.band.copy(),
+        change_points=tuple(driver.change_points),
         **{**known, **more},
     )
 

@@ -55,6 +55,7 @@ class Source:
         self.looks_back = driver.system.content.state.initial_history.size  # signals that controllers look back at
         self.known: dict[Any, Any] = {}
         driver.monitor(False)
+        driver.system.content.work.near[3] = np.inf  # its loop makes no steps across singular positions
         self.samples = make_samples(np.zeros(1), driver.state)
         self.samples.state[0] = driver.state.y
         self.samples.mode[0], self.samples.memory[0] = driver.state.mode, driver.state.memory

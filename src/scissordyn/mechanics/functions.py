@@ -62,18 +62,12 @@ def solve(r: F1, address: int) -> None:
     _solve(r, open_system(address))
 
 
-<<<<<<< HEAD
 @entry
 def accept(t: float, y: F1, address: int, answer: F1) -> None:
-    """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation."""
-=======
-@kernel
-def accept(t, y, address, answer):
     """Project the state, count turns; writes whether y changed, how long the next step may be, and the fastest rotation.
 
     Close to a singular position it writes minus the time to it, for a caller that can step across it: W.near[3] is finite.
     """
->>>>>>> baf38ec4838f12b0be75f249a009248e30402dbd
     S = open_system(address)
     answer[0] = 1.0 if _project(t, y, S) else 0.0
     fastest = count_turns(S)

@@ -29,13 +29,8 @@ from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
-<<<<<<< HEAD
-from scissordyn.run.interrupt import look
-=======
 from scissordyn.run.change_point import step_across
-from scissordyn.run.compiled import compiled_loop, compiled_mechanics
-from scissordyn.run.interrupt import advancing, look
->>>>>>> baf38ec4838f12b0be75f249a009248e30402dbd
+from scissordyn.run.interrupt import look
 from scissordyn.run.log import BAND, LOG, PEAK, by_name
 from scissordyn.run.loop import advance_systems
 from scissordyn.run.slice import FIRST, next_slice
@@ -355,40 +350,23 @@ class Driver:
             One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
         """
         status, left = loop.ADVANCING, most_steps
-<<<<<<< HEAD
         while status == loop.ADVANCING and left > 0:
             before, called = self.tried, clocks.perf_counter()
+            if self.state.clock["longest"][0] < 0.0 and not step_across(self, until):
+                return loop.STEP_TOO_SMALL
             status = advance_together([self], until, min(self._pace, left))[0]
             taken = self.tried - before
             left -= max(1, taken)
             if status == loop.ADVANCING:
                 self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+            if status == loop.CHANGE_POINT:
+                status = loop.ADVANCING
             if status in _GROWING:
                 self._grow(status)
                 status = loop.ADVANCING
             look()
             if progress is not None:
                 progress(self.time)
-=======
-        with advancing():
-            while status == loop.ADVANCING and left > 0:
-                before, called = self.tried, clocks.perf_counter()
-                if self.state.clock["longest"][0] < 0.0 and not step_across(self, until):
-                    return loop.STEP_TOO_SMALL
-                status = advance_together([self], until, min(self._pace, left))[0]
-                taken = self.tried - before
-                left -= max(1, taken)
-                if status == loop.ADVANCING:
-                    self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
-                if status == loop.CHANGE_POINT:
-                    status = loop.ADVANCING
-                if status in _GROWING:
-                    self._grow(status)
-                    status = loop.ADVANCING
-                look()
-                if progress is not None:
-                    progress(self.time)
->>>>>>> baf38ec4838f12b0be75f249a009248e30402dbd
         return status
 
     @property

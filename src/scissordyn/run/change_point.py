@@ -62,6 +62,10 @@ def step_across(driver: Driver, until: float) -> bool:
     before, references = state.y.copy(), state.reference.copy()
     slope, power = _slope(driver, time, before)
     clock["longest"], clock["prepared"] = 0.5 * ahead, 0
+    half_square, change = driver.system.content.work.value[:2, driver.plan.model.timed]  # l^2/2 and l l' of rods
+    if np.any(2.0 * half_square + change * 2.0 * ahead < 0.0):  # a rod shrinks to nothing, there is nothing behind
+        near[3], clock["longest"] = np.inf, ahead
+        return True
     h = min(2.0 * ahead, until - time)
     reached = _behind(driver, time, h, before, slope)
     if reached is not None:

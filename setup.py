@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import Distribution, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 
@@ -41,17 +41,20 @@ class BuildWithKernels(build_py):
             shutil.copytree(ROOT / "examples", package / "examples", ignore=ignored, dirs_exist_ok=True)
 
 
+class WithLibrary(Distribution):
+    """A distribution for a machine."""
+
+    def has_ext_modules(self) -> bool:
+        """The library is one, though none of Python."""
+        return True
+
+
 class Wheel(bdist_wheel):
     """The library needs no certain version of Python, but a machine."""
-
-    def finalize_options(self) -> None:
-        """Say that it is not for every machine."""
-        super().finalize_options()
-        self.root_is_pure = False
 
     def get_tag(self) -> tuple[str, str, str]:
         """Python 3, no binary interface of Python, this machine or the target."""
         return "py3", "none", TARGETS[TARGET] if TARGET else super().get_tag()[2]
 
 
-setup(cmdclass={"build_py": BuildWithKernels, "bdist_wheel": Wheel})
+setup(distclass=WithLibrary, cmdclass={"build_py": BuildWithKernels, "bdist_wheel": Wheel})

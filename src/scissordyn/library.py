@@ -83,7 +83,7 @@ def build(reason: str) -> None:
     EngineError
         If it cannot be built.
     """
-    print(f"scissordyn: {reason}; building it takes about 20 s", file=sys.stderr)
+    print(f"scissordyn: {reason}; building it takes some seconds", file=sys.stderr)
     done = subprocess.run([sys.executable, "-m", "scissordyn.build"], capture_output=True, text=True, check=False)
     if done.returncode:
         raise EngineError(f"{reason}, and building it failed: {(done.stderr.strip() or 'no reason given').splitlines()[-1]}")

@@ -6,7 +6,6 @@ import math
 import pickle
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 from bouncing import JOINT, at, bounce, force, row, step
@@ -71,11 +70,6 @@ def test_many_laws_at_once():
     """Identity: any number of user laws live side by side, each with its own constants and address."""
     laws = [UserElastic(spring, (1e9 * k, 1.0)) for k in (1, 2, 3)] + [UserElastic(lambda delta: 7e8 * delta)]
     assert [force(law, 1e-5) for law in laws] == pytest.approx([1e4, 2e4, 3e4, 7e3], rel=1e-14)
-
-
-def test_a_compiled_function_is_as_good():
-    """Identity: a function that the user has compiled already."""
-    assert force(UserElastic(numba.njit(spring), (1e9, 1.0)), 1e-5) == pytest.approx(1e4, rel=1e-14)
 
 
 def test_survives_pickling():

@@ -24,10 +24,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, built from a copy of what it is built from, as nothing is to be written into the sources."""
     pytest.importorskip("setuptools", minversion="77")
     source = tmp_path_factory.mktemp("source")
-    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source)
     shutil.copytree(ROOT / "src", source / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
     shutil.copytree(ROOT / "examples", source / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "packaging", source / "packaging")
     target = tmp_path_factory.mktemp("wheel")
     build = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index", "-w", str(target), str(source)]
     done = subprocess.run([sys.executable, *build], capture_output=True, text=True, check=False)
@@ -83,7 +84,7 @@ def test_empty_environment(wheel: Path, tmp_path: Path) -> None:
     install, only = [python, "-m", "pip", "install", "--quiet", str(wheel)], {**os.environ, "PYTHONPATH": ""}
     done = subprocess.run(install, env=only, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    alone = {"PATH": str(programs), "HOME": str(tmp_path), "SCISSORDYN_CACHE": str(tmp_path / "cache")}
+    alone = {"PATH": str(programs), "HOME": str(tmp_path)}
     if os.name == "nt":
         alone["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
     for command in (

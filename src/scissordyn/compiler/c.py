@@ -30,7 +30,7 @@ def compiler_command(target: str = "") -> list[str]:
     InputError
         If there is none.
     """
-    zig = [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else []
+    zig = [sys.executable, "-m", "ziglang", "cc", "-s"] if find_spec("ziglang") else []
     wanted = os.environ.get("CC", "").split()
     if target:
         commands = [[*zig, "-target", target]] if zig else []

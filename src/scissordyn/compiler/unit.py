@@ -309,8 +309,8 @@ def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
 
 
 def python_of(function: Any) -> Any:
-    """The Python function behind an entry, or behind one that another compiler knows."""
-    return function.python if isinstance(function, Entry) else getattr(function, "py_func", function)
+    """The Python function behind an entry."""
+    return function.python if isinstance(function, Entry) else function
 
 
 Function = ast.FunctionDef | ast.Lambda

@@ -30,7 +30,7 @@ DRIFT = 1e-13
 """Constraints and their rates are projected back beyond this relative error."""
 
 SUSPECT = 0.1
-"""Gradients are watched where the root of the least pivot of Phi Phi^T is below this fraction of the largest one so far."""
+"""Gradients are monitored where the root of the least pivot of Phi Phi^T is below this fraction of the largest one so far."""
 
 DISPLACED = 1e-6
 """Rotation of the fastest body over which the rate of that root is a difference [rad]."""

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from scissordyn.compiler.kind import TranslationError
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, F2, call_at, entry
 from scissordyn.plugin.element import PARAMETERS, Element, Slot, addresses
@@ -123,7 +124,7 @@ class ShortForm:
         (function, label), _ = self.loaded, self.declaration  # which says what is wrong with the constants
         try:
             return next(iter(addresses(self).values()))
-        except InputError as error:
+        except TranslationError as error:
             # most often the function simply does not give a number
             answer = _answer(function, (*(1e-3 for _ in self.leading), *self.constants))
             number = "float64" in answer or answer.removeprefix("gives ").startswith(tuple("-0123456789"))

@@ -10,7 +10,7 @@ from course import WAVES, polynomials, run, waves
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from scissordyn.integrate.integration import FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, TIME, WHEN
+from scissordyn.integrate.integration import ENDED, FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, TIME, WHEN
 from scissordyn.integrate.tableau import METHODS
 
 HUMP = np.polynomial.Polynomial((0.1, 1.3, -2.0, 2.2, -1.7))
@@ -101,7 +101,7 @@ def test_peak_and_integral_of_a_contact(name, crosses):
     guard = -np.polynomial.Polynomial.fromroots(roots)
     found = run(name, 1.0, guards_=polynomials(coefficients(guard)), first=0.05, step=0.05, crosses=crosses)
     assert found.log[:, TIME] == pytest.approx(roots, abs=1e-12)
-    ended = found.log[1, -5:]
+    ended = found.log[1, ENDED:]
     assert ended[LARGEST] == pytest.approx(guard(0.525), abs=1e-12)
     assert ended[WHEN] == pytest.approx(0.525, abs=1e-5)
     if not crosses:  # one that is crossed is integrated over the whole step in which it begins

@@ -10,7 +10,6 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
@@ -171,6 +170,8 @@ def _impact_duration(law: Any, contact: Any, mass: float) -> float:
     energy, deepest = 0.5 * mass * IMPACT_SPEED**2, 1e-9
     while stored(deepest) < energy and deepest < 1.0:
         deepest *= 1.5
+    from scipy.optimize import brentq  # takes an eighth of a second to import
+
     deepest = float(brentq(lambda depth: stored(depth) - energy, 0.0, deepest, rtol=1e-10)) if deepest < 1.0 else deepest
     points, weights = np.polynomial.legendre.leggauss(24)
     u = 0.5 * (points + 1.0)  # depth = (1 - u^2) deepest: the root of the speed is no longer singular

@@ -40,4 +40,6 @@ def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
     """Raise an interrupt again that Python has dropped, as in the callback of a weak reference."""
     main = threading.main_thread()
     if issubclass(unraisable.exc_type, KeyboardInterrupt) and threading.current_thread() is main:
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(main.ident or 0), ctypes.py_object(KeyboardInterrupt))
+        # not at once: what is raised while this function runs would be dropped as well
+        target = ctypes.c_ulong(main.ident or 0), ctypes.py_object(KeyboardInterrupt)
+        threading.Timer(0.02, ctypes.pythonapi.PyThreadState_SetAsyncExc, target).start()

@@ -55,7 +55,7 @@ def _material(kind: Any, whose: str) -> Any:
 _RESTITUTION = Annotated[
     float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
 ]
-_FRICTION = Field(description='"none", or a law', examples=[{"law": "ambrosio", "kinetic": 0.05}])
+_FRICTION = Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}])
 _DAMPING = Accepts(lambda: law_shape("damping"))
 _LAWS: Hints = (
     ("stiffness", Annotated[Elastic, law_of("stiffness"), Field(description="elastic part of the normal force")]),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import pty
 import subprocess
@@ -115,24 +114,6 @@ def test_interrupted_before_anything_was_computed(
     assert status_of(["run", str(PAPER), "-o", "run.nc"]) == 130
     assert capsys.readouterr().err == "scissordyn: interrupted\n"
     assert not list(folder.iterdir())
-
-
-def test_interrupts_that_a_callback_swallows_still_count(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Identity: Ctrl-C in a callback from C cannot be raised; the error that follows it is taken for it."""
-
-    @ctypes.CFUNCTYPE(None)
-    def callback() -> None:
-        raise KeyboardInterrupt
-
-    def swallowed(*_: object) -> None:
-        callback()
-        raise RuntimeError("half compiled")
-
-    monkeypatch.setattr("scissordyn.config.file.read_case", swallowed)
-    assert status_of(["check", str(PAPER)]) == 130
-    assert capsys.readouterr().err == "scissordyn: interrupted\n"
 
 
 def test_a_closed_pipe_is_no_error() -> None:

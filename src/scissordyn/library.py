@@ -9,6 +9,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
+from scissordyn.errors import ScissordynError
+
 PACKAGE = Path(__file__).parent
 
 
@@ -20,7 +22,7 @@ def library_name(machine: str = "") -> str:
 PATH = PACKAGE / library_name()
 
 
-class EngineError(ImportError):
+class EngineError(ScissordynError):
     """There is no library of compiled kernels that fits."""
 
 

@@ -29,9 +29,6 @@ PAIRS = LANES // 2
 SHORT = 4
 """Numbers that rows of a band are taken by."""
 
-TOGETHER = 2
-"""Vectors of numbers that are summed at once: fewer sums wait for each other's latency."""
-
 
 def combine(table, first, rows, width, x, y, sx, sy):
     """Write the sums of the rows of a table, each times a vector; its rows have whole lanes and begin at `first`."""

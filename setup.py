@@ -30,10 +30,12 @@ class BuildWithKernels(build_py):
         """Build the packages, compile the kernels, copy the examples."""
         super().run()
         package = (ROOT / "src" if self.editable_mode else Path(self.build_lib)) / "scissordyn"
-        path = os.pathsep.join(filter(None, [str(ROOT / "src"), os.environ.get("PYTHONPATH", "")]))
-        environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
         words = ["--target", TARGET] if TARGET else []
-        done = subprocess.run([sys.executable, "-m", "scissordyn.build", *words, str(package)], env=environment, check=False)
+        # not by PYTHONPATH: pip takes a folder off the path that an earlier installation in place has put there
+        run = "runpy.run_module('scissordyn.build', run_name='__main__')"
+        program = f"import runpy, sys; sys.path.insert(0, {str(ROOT / 'src')!r}); {run}"
+        done = subprocess.run([sys.executable, "-c", program, *words, str(package)], env=environment, check=False)
         if done.returncode:
             raise SystemExit(done.returncode)
         if not self.editable_mode:

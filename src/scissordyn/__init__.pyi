@@ -1,0 +1,138 @@
+"""Public names and where they are defined: type checkers read this file, and so does the package when it is imported."""
+
+from scissordyn import plot as plot
+from scissordyn.analysis.classify import classify as classify
+from scissordyn.analysis.consensus import consensus as consensus
+from scissordyn.analysis.contact import contact_statistics as contact_statistics
+from scissordyn.analysis.measured import Measured as Measured
+from scissordyn.analysis.merit import figures_of_merit as figures_of_merit
+from scissordyn.analysis.motor import MotorCurve as MotorCurve, torque_over_speed as torque_over_speed
+from scissordyn.analysis.section import section as section
+from scissordyn.analysis.spectrum import spectrum as spectrum
+from scissordyn.analysis.stroboscope import stroboscopic as stroboscopic
+from scissordyn.analysis.zero_one import zero_one_test as zero_one_test
+from scissordyn.collection.catalogue import zoo as zoo
+from scissordyn.component.actuator import Actuator as Actuator
+from scissordyn.component.angle_stop import AngleStop as AngleStop
+from scissordyn.component.beam import Beam as Beam
+from scissordyn.component.bushing import Bushing as Bushing
+from scissordyn.component.cable import Cable as Cable
+from scissordyn.component.clutch import Clutch as Clutch
+from scissordyn.component.constant_force_spring import ConstantForceSpring as ConstantForceSpring
+from scissordyn.component.declaration import component as component
+from scissordyn.component.element import element as element
+from scissordyn.component.flexible_bar import FlexibleBar as FlexibleBar
+from scissordyn.component.force import Force as Force
+from scissordyn.component.latch import Latch as Latch
+from scissordyn.component.motor import Motor as Motor
+from scissordyn.component.port import Output as Output
+from scissordyn.component.rod import Rod as Rod
+from scissordyn.component.roller import Roller as Roller
+from scissordyn.component.spring import Spring as Spring
+from scissordyn.component.tape_spring import TapeSpring as TapeSpring
+from scissordyn.component.time_function import (
+    ConstantSpeed as ConstantSpeed,
+    Cycloidal as Cycloidal,
+    Harmonic as Harmonic,
+    Polynomial as Polynomial,
+    Tabulated as Tabulated,
+    Trapezoidal as Trapezoidal,
+    tabulated as tabulated,
+)
+from scissordyn.component.torque import Torque as Torque
+from scissordyn.component.torsion_spring import TorsionSpring as TorsionSpring
+from scissordyn.component.travel_stop import TravelStop as TravelStop
+from scissordyn.config.case import Case as Case
+from scissordyn.config.file import read_case as read_case, write_case as write_case
+from scissordyn.config.fits import fit as fit
+from scissordyn.config.least import least_value as least_value
+from scissordyn.config.studies import open_study as open_study, study as study
+from scissordyn.control.catalogue import controller as controller
+from scissordyn.control.delayed.extended import ExtendedDelayedFeedback as ExtendedDelayedFeedback
+from scissordyn.control.delayed.pyragas import Pyragas as Pyragas
+from scissordyn.control.tracking.feed_forward import FeedForward as FeedForward
+from scissordyn.control.tracking.none import NoControl as NoControl
+from scissordyn.control.tracking.pid import PID as PID
+from scissordyn.control.user import UserController as UserController
+from scissordyn.errors import InputError as InputError, ScissordynError as ScissordynError
+from scissordyn.exchange.dxf import read_dxf as read_dxf
+from scissordyn.exchange.export import export as export
+from scissordyn.exchange.forces import pin_forces as pin_forces
+from scissordyn.exchange.mjcf import read_mjcf as read_mjcf
+from scissordyn.exchange.pmks import read_pmks as read_pmks
+from scissordyn.exchange.read import read_drawing as read_drawing
+from scissordyn.explore.notebook import view as view
+from scissordyn.identification.prediction import prediction as prediction
+from scissordyn.laws.catalogue import law as law
+from scissordyn.laws.damping.factors import Flores as Flores, LankaraniNikravesh as LankaraniNikravesh
+from scissordyn.laws.elastic.hertz import Hertz as Hertz
+from scissordyn.laws.elastic.liu import Liu as Liu
+from scissordyn.laws.friction.ambrosio import Ambrosio as Ambrosio
+from scissordyn.laws.friction.lugre import LuGre as LuGre
+from scissordyn.laws.friction.none import NoFriction as NoFriction
+from scissordyn.laws.material import STEEL as STEEL, Material as Material
+from scissordyn.laws.oil import Oil as Oil
+from scissordyn.laws.user import UserDamping as UserDamping, UserElastic as UserElastic, UserFriction as UserFriction
+from scissordyn.model.array import hoberman_ring as hoberman_ring, mast as mast, polar_scissor as polar_scissor
+from scissordyn.model.bar import angulated_bar as angulated_bar
+from scissordyn.model.bending import with_bending as with_bending
+from scissordyn.model.body import Body as Body, bar as bar, point_mass as point_mass
+from scissordyn.model.clearance import Clearance as Clearance
+from scissordyn.model.connection import Weld as Weld
+from scissordyn.model.drive import Drive as Drive
+from scissordyn.model.guide_clearance import GuideClearance as GuideClearance
+from scissordyn.model.joint import Guide as Guide, Revolute as Revolute
+from scissordyn.model.linkage import (
+    common_pin as common_pin,
+    four_bar as four_bar,
+    n_four_bar as n_four_bar,
+    slider_crank as slider_crank,
+)
+from scissordyn.model.lubrication import Lubrication as Lubrication
+from scissordyn.model.mechanism import Mechanism as Mechanism
+from scissordyn.model.payload import with_panels as with_panels, with_payload as with_payload
+from scissordyn.model.scissor import scissor as scissor
+from scissordyn.model.section import Section as Section, StructuralMaterial as StructuralMaterial
+from scissordyn.model.track import Track as Track
+from scissordyn.periodic.bifurcation import bifurcation as bifurcation
+from scissordyn.periodic.cycles import cycle as cycle
+from scissordyn.periodic.ensemble import ensemble as ensemble
+from scissordyn.periodic.lyapunov import (
+    separation_exponent as separation_exponent,
+    variational_exponent as variational_exponent,
+)
+from scissordyn.plot.animation import animate as animate
+from scissordyn.plot.preview import preview as preview
+from scissordyn.plot.publication import style as style
+from scissordyn.run.batch import simulate_many as simulate_many
+from scissordyn.run.buckling import buckling as buckling
+from scissordyn.run.checkpoint import Checkpoint as Checkpoint
+from scissordyn.run.constrained_contact import constrain_contact as constrain_contact
+from scissordyn.run.engine import Threads as Threads
+from scissordyn.run.feed_forward import feed_forward as feed_forward
+from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
+from scissordyn.run.internal_forces import internal_forces as internal_forces
+from scissordyn.run.modes import modes as modes
+from scissordyn.run.options import Options as Options
+from scissordyn.run.simulate import replay as replay, simulate as simulate
+from scissordyn.run.store import load as load, save as save
+from scissordyn.study.convergence import convergence as convergence
+from scissordyn.study.distribution import (
+    Beta as Beta,
+    Empirical as Empirical,
+    Interval as Interval,
+    Levels as Levels,
+    LogNormal as LogNormal,
+    Names as Names,
+    Normal as Normal,
+    Trapezoid as Trapezoid,
+    Triangular as Triangular,
+    Uniform as Uniform,
+    Weibull as Weibull,
+)
+from scissordyn.study.engine import Cluster as Cluster
+from scissordyn.study.fit import Fit as Fit
+from scissordyn.study.processes import Processes as Processes
+from scissordyn.units import Pairs as Pairs, Quantity as Quantity, State as State, degrees as degrees, rpm as rpm
+
+__version__: str

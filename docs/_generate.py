@@ -136,6 +136,9 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "analysis.verdict": ("classify_samples",),
         "analysis.lyapunov": ("largest_exponent_map", "largest_exponent", "exponent_from_growth"),
     },
+    "Kernels": {
+        "kernel": ("kernel",),
+    },
     "Pictures": {
         "run.accessor": ("RunAccessor",),
         "plot": (

@@ -10,19 +10,6 @@ from functools import cache
 from numbers import Real
 from typing import Annotated, Any, TypeGuard, TypeVar
 
-__all__ = [
-    "MismatchError",
-    "accepted",
-    "body_point",
-    "in_words",
-    "is_a",
-    "is_number",
-    "members",
-    "plain_hint",
-    "shown",
-    "type_decides",
-]
-
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
 
@@ -75,23 +62,7 @@ def members(hint: Any) -> tuple[Any, ...]:
 
 
 def accepted(value: Any, hint: Any) -> Any:
-    """The value as its annotation says it, with numbers and sequences of other libraries as Python's own.
-
-    Parameters
-    ----------
-    value
-    hint : type hint
-        A class, a protocol, a union, a literal, a tuple, a mapping or a callable.
-
-    Returns
-    -------
-    value
-
-    Raises
-    ------
-    MismatchError
-        If it is something else.
-    """
+    """The value as its annotation says it, with numbers and sequences of other libraries as Python's own."""
     known = hint, type(value)
     if known in _ACCEPTED:
         return value
@@ -167,13 +138,7 @@ def _object(value: Any, hint: Any) -> Any:
 
 
 def body_point(text: str) -> tuple[str, str]:
-    """Body and point of "BODY.POINT", the form that case files have.
-
-    Raises
-    ------
-    MismatchError
-        If it is something else.
-    """
+    """Body and point of "BODY.POINT", the form that case files have."""
     body, _, point = text.rpartition(".")
     if not (body and point):
         raise MismatchError

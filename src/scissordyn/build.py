@@ -26,8 +26,6 @@ from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.library import PACKAGE, digest_of, library_name
 from scissordyn.plugin.element import recipes
 
-__all__ = ["library_source"]
-
 ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
 LOOPS = "scissordyn.run.loop"
 """Where entries are."""

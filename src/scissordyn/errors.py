@@ -7,8 +7,6 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["InputError", "ScissordynError", "command", "did_you_mean", "printable", "shortened", "whole_number"]
-
 BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")
 """Characters that end a line or jump within it."""
 
@@ -18,32 +16,12 @@ LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")
 
 
 def shortened(text: str) -> str:
-    """A text with the first digits of numbers of sixty digits and more.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-    """
+    """A text with the first digits of numbers of sixty digits and more."""
     return LONG_NUMBER.sub(lambda number: f"{number[1]}... ({len(number[0])} digits)", text)
 
 
 def printable(text: str) -> str:
-    r"""A text as one line that a terminal shows as it is: no line breaks, no escape codes, no change of direction.
-
-    Parameters
-    ----------
-    text : str
-        May hold names from a file, which may hold any character.
-
-    Returns
-    -------
-    str
-        With "\x1b" in place of an escape character, and so on.
-    """
+    r"""A text as one line that a terminal shows as it is: no line breaks, no escape codes, no change of direction."""
     line = BREAKS.sub(" ", text)
     if line.isascii() and line.isprintable():
         return line
@@ -54,18 +32,7 @@ def printable(text: str) -> str:
 
 
 def command(*words: object) -> str:
-    """A command for the user to paste into a shell: each word is one word there, whatever characters it has.
-
-    Parameters
-    ----------
-    *words
-        Such as ``"scissordyn", "study", "resume", address``.
-
-    Returns
-    -------
-    str
-        Without quotes around it, and to be put where the line ends: quotes around it would undo its own.
-    """
+    """A command for the user to paste into a shell: each word is one word there, whatever characters it has."""
     import shlex
 
     return printable(" ".join(shlex.quote(str(word)) for word in words))
@@ -143,26 +110,7 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
 
 
 def whole_number(name: str, value: object, least: int = 1, most: int | None = None, *, sample: str = "") -> int:
-    """A count that a user gave.
-
-    Parameters
-    ----------
-    name : str
-        As the user calls it.
-    value
-    least, most : int, optional
-    sample : str
-        What to type.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    InputError
-        If it is none, or out of bounds.
-    """
+    """A count that a user gave."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
         allowed = f"a whole number >= {least}" + (f" and <= {most}" if most is not None else "")
         raise InputError(f"{name} = {value!r}", allowed, sample)

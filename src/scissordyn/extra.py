@@ -7,30 +7,9 @@ from typing import Any
 
 from scissordyn.errors import InputError
 
-__all__ = ["library"]
-
 
 def library(name: str, extra: str, purpose: str) -> Any:
-    """A module of a library of an extra.
-
-    Parameters
-    ----------
-    name : str
-        Of the module.
-    extra : str
-        Of `pyproject.toml`.
-    purpose : str
-        What needs it, named in the error.
-
-    Returns
-    -------
-    module
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
+    """A module of a library of an extra."""
     try:
         return import_module(name)
     except ImportError as error:

@@ -61,15 +61,7 @@ def entry(function: Callable[..., Any]) -> Any:
 
 
 class Entry:
-    """A kernel that Python calls.
-
-    Attributes
-    ----------
-    python : callable
-        The function as it was written.
-    symbol : str
-        Its name in the library.
-    """
+    """A kernel that Python calls."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
@@ -152,23 +144,7 @@ def _what(part: Any) -> str:
 
 
 class Handle:
-    """A tuple of arrays, or of such tuples, in memory as C has it: kernels get its address.
-
-    Parameters
-    ----------
-    content : NamedTuple
-        Integers, floats, C-contiguous arrays and further such tuples; they stay alive as long as the handle.
-
-    Attributes
-    ----------
-    address : int
-        What kernels get; `opener` makes the function that turns it back into the tuple.
-
-    Raises
-    ------
-    TypeError
-        If an array is not of the type that its field declares.
-    """
+    """A tuple of arrays, or of such tuples, in memory as C has it: kernels get its address."""
 
     def __init__(self, content: Any) -> None:
         self.content = content

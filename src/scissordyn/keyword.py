@@ -9,26 +9,13 @@ from typing import Any, TypeVar
 
 from scissordyn.errors import did_you_mean
 
-__all__ = ["knows_keywords", "suggesting", "unexpected"]
-
 MARK = "_suggests_keywords"
 
 Called = TypeVar("Called")
 
 
 def unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
-    """What is wrong with the first keyword that a signature has not, with the nearest one; "" if it has all.
-
-    Parameters
-    ----------
-    signature : Signature
-    named : mapping of str
-        The keywords of a call.
-
-    Returns
-    -------
-    str
-    """
+    """What is wrong with the first keyword that a signature has not, with the nearest one; "" if it has all."""
     parameters = signature.parameters
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
         return ""
@@ -46,17 +33,7 @@ def knows_keywords(function: Called) -> Called:
 
 
 def suggesting(called: Any) -> Any:
-    """A public function, or a class, whose error about an unknown keyword names the nearest one.
-
-    Parameters
-    ----------
-    called
-        A class is changed in place, a function wrapped; anything else, and errors, stay as they are.
-
-    Returns
-    -------
-    object
-    """
+    """A public function, or a class, whose error about an unknown keyword names the nearest one."""
     if isinstance(called, type):
         initial = called.__dict__.get("__init__")
         if inspect.isfunction(initial) and not issubclass(called, BaseException) and not hasattr(initial, MARK):

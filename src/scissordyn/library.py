@@ -37,13 +37,7 @@ def digest_of(files: list[str]) -> str:
 
 @cache
 def library() -> ctypes.CDLL:
-    """The library.
-
-    Raises
-    ------
-    EngineError
-        If there is none, if it is not for this machine, or if it cannot be built anew.
-    """
+    """The library."""
     if not PATH.is_file():
         build("no library of compiled kernels")
     loaded = _load()
@@ -78,13 +72,7 @@ def _text(loaded: ctypes.CDLL, name: str) -> str:
 
 
 def build(reason: str) -> None:
-    """Build the library in a process of its own, which has kernels in Python.
-
-    Raises
-    ------
-    EngineError
-        If it cannot be built.
-    """
+    """Build the library in a process of its own, which has kernels in Python."""
     print(f"scissordyn: {reason}; building it takes some seconds", file=sys.stderr)
     done = subprocess.run([sys.executable, "-m", "scissordyn.build"], capture_output=True, text=True, check=False)
     if done.returncode:

@@ -4,27 +4,12 @@ from __future__ import annotations
 
 import sys
 
-__all__ = ["LOCKS", "hold"]
-
 LOCKS = sys.platform != "win32"
 """Whether there are any. On Windows an open file cannot be deleted, which protects it as well."""
 
 
 def hold(handle: int, *, shared: bool = False) -> bool:
-    """Lock an open file until it is closed or the process ends; does not wait.
-
-    Parameters
-    ----------
-    handle : int
-        File descriptor.
-    shared : bool
-        Whether others may hold it in the same way.
-
-    Returns
-    -------
-    bool
-        False if another process holds it. True on file systems without locks.
-    """
+    """Lock an open file until it is closed or the process ends; does not wait."""
     if sys.platform == "win32":
         return True
     import fcntl

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
 
-__all__ = ["LEAST", "decimals", "numeral", "numerals"]
-
 LEAST = 3
 """Significant digits of every number."""
 
@@ -19,19 +17,7 @@ MOST = 7
 
 
 def numeral(value: float, places: int = 0) -> str:
-    """A number as text, trailing zeros kept: 9.50.
-
-    Parameters
-    ----------
-    value : float
-    places : int
-        Digits after the point; more where the number would have fewer than three significant digits.
-
-    Returns
-    -------
-    str
-        A dash for what is not finite. Halves are rounded away from zero, as browsers do.
-    """
+    """A number as text, trailing zeros kept: 9.50."""
     if not math.isfinite(value):
         return "-"
     if value == 0.0:
@@ -47,34 +33,14 @@ def numeral(value: float, places: int = 0) -> str:
 
 
 def decimals(values: Iterable[float], digits: int = LARGEST) -> int:
-    """Digits after the point that a column of numbers has in common.
-
-    Parameters
-    ----------
-    values : iterable of float
-        Those not finite are ignored.
-    digits : int
-        Significant digits of the largest.
-    """
+    """Digits after the point that a column of numbers has in common."""
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     before = Decimal(largest).adjusted() if largest else 0
     return min(max(digits - 1 - max(before, 0), 0), MOST)
 
 
 def numerals(values: Iterable[float], digits: int = LARGEST) -> list[str]:
-    """Numbers of one column as text.
-
-    Parameters
-    ----------
-    values : iterable of float
-    digits : int
-        Significant digits of the largest.
-
-    Returns
-    -------
-    list of str
-        With the same digits after the point, but for numbers that are small beside the largest.
-    """
+    """Numbers of one column as text."""
     every = [float(value) for value in values]
     places = decimals(every, digits)
     return [numeral(value, places) for value in every]

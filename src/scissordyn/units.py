@@ -20,23 +20,6 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.keyword import knows_keywords, unexpected
 from scissordyn.numeral import numerals
 
-__all__ = [
-    "Meaning",
-    "Pairs",
-    "Quantity",
-    "Sample",
-    "State",
-    "cell",
-    "check_quantities",
-    "checked",
-    "degrees",
-    "extras",
-    "prefix",
-    "quantities",
-    "rpm",
-    "short",
-]
-
 RANGES: Mapping[str, tuple[float, float]] = {
     "1": (1e-12, 1e12),
     "m": (1e-12, 1e6),
@@ -118,20 +101,11 @@ LEADING_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 @dataclass(frozen=True)
 class Sample:
-    """A value that the user can type; as text it is Python, a reader of case files writes it with its unit.
-
-    Parameters
-    ----------
-    key : str
-    value : float
-        In SI.
-    unit : str
-        SI unit.
-    """
+    """A value that the user can type; as text it is Python, a reader of case files writes it with its unit."""
 
     key: str
-    value: float
-    unit: str
+    value: float  # In SI
+    unit: str  # SI unit
 
     def __str__(self) -> str:
         written = {"rad": f"degrees({math.degrees(self.value):.6g})", "rad/s": f"rpm({self.value * 30.0 / math.pi:.6g})"}
@@ -234,18 +208,10 @@ def quantities(described: type) -> dict[str, Quantity]:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a value other than a number means: ``Annotated[Friction, Meaning("a friction law", "LuGre(kinetic=0.1)")]``.
+    """What a value other than a number means: ``Annotated[Friction, Meaning("a friction law", "LuGre(kinetic=0.1)")]``."""
 
-    Parameters
-    ----------
-    help : str
-        One line.
-    example : str
-        A value as Python.
-    """
-
-    help: str
-    example: str = ""
+    help: str  # One line
+    example: str = ""  # A value as Python
 
 
 Arguments = ParamSpec("Arguments")

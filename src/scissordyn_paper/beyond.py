@@ -27,8 +27,6 @@ from scissordyn_paper.periodic import (
 )
 from scissordyn_paper.results import Results
 
-__all__ = ["contacts", "control", "regularity"]
-
 WORDS = {True: "regular", False: "irregular", None: "undecided"}
 
 PERIODIC_WITHIN = 1e-3
@@ -49,18 +47,7 @@ MERITS: tuple[tuple[str, str, float, str], ...] = (
 
 
 def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
-    """Regular or irregular, per clearance and friction, with the evidence.
-
-    Parameters
-    ----------
-    settled : mapping of PaperCase to Dataset
-        As of `periodic.examine`.
-
-    Returns
-    -------
-    list of str
-        Pieces of HTML.
-    """
+    """Regular or irregular, per clearance and friction, with the evidence."""
     found = {case: read(run) for case, run in settled.items()}
     rows: list[Sequence[str | Cell] | str] = ["clearance, without friction"]
     rows += [_regular_row(case, found[case]) for case in BY_CLEARANCE]
@@ -117,17 +104,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
 
 
 def control(results: Results) -> list[str]:
-    """Figures of merit of the drives, with control and without.
-
-    Parameters
-    ----------
-    results : Results
-
-    Returns
-    -------
-    list of str
-        Pieces of HTML.
-    """
+    """Figures of merit of the drives, with control and without."""
     rows: list[Sequence[str | Cell] | str] = []
     free = {size: merits(results.runs[PaperCase(size)], results.runs[PaperCase(None)]) for size in CONTROLLED}
     touching, kept = dict(free), dict(free)
@@ -234,17 +211,7 @@ def _control_words(
 
 
 def contacts(results: Results) -> list[str]:
-    """Statistics of the contacts of every run behind a figure.
-
-    Parameters
-    ----------
-    results : Results
-
-    Returns
-    -------
-    list of str
-        Pieces of HTML.
-    """
+    """Statistics of the contacts of every run behind a figure."""
     groups = {
         "clearance, 150 rpm": [PaperCase(size) for size in CLEARANCES],
         "speed, 0.5 mm": [PaperCase(speed=speed) for speed in SPEEDS],

@@ -17,8 +17,6 @@ from scissordyn.file.provenance import provenance as made_with
 from scissordyn.run.store import load, save
 from scissordyn.study.engine import Engine, Threads, error_text
 
-__all__ = ["Job", "Jobs", "Progress", "computed", "fetch", "fetch_all", "provenance"]
-
 Progress = Callable[[str, int, int], None]
 """Kind of work, number done, total number."""
 
@@ -54,24 +52,13 @@ def provenance() -> str:
 
 @dataclass(frozen=True)
 class Jobs:
-    """Computations of one kind.
+    """Computations of one kind."""
 
-    Parameters
-    ----------
-    jobs : sequence of Job
-        Of distinct names.
-    compute : callable
-        From a job to its result; called by the engine, on other threads or in other processes.
-    folder : Path
-        Folder of a NetCDF file for each job, complete or missing.
-    what : str
-        Kind of work for `progress`.
-    """
-
-    jobs: Sequence[Any]
+    jobs: Sequence[Any]  # Of distinct names
+    # From a job to its result; called by the engine, on other threads or in other processes
     compute: Callable[[Any], xr.Dataset]
-    folder: Path
-    what: str = "runs"
+    folder: Path  # Folder of a NetCDF file for each job, complete or missing
+    what: str = "runs"  # Kind of work for `progress`
 
 
 def fetch(
@@ -83,26 +70,7 @@ def fetch(
     engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> dict[Work, xr.Dataset]:
-    """Results from a folder; those missing or out of date are computed first.
-
-    Parameters
-    ----------
-    jobs, compute, folder, what
-        See `Jobs`.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-
-    Returns
-    -------
-    dict of Job to Dataset
-        In the order of the jobs, each once.
-
-    Raises
-    ------
-    ScissordynError
-        If a job fails.
-    """
+    """Results from a folder; those missing or out of date are computed first."""
     (found,) = fetch_all(Jobs(jobs, compute, folder, what), engine=engine, progress=progress)
     return found
 
@@ -110,26 +78,7 @@ def fetch(
 def fetch_all(
     *asked: Jobs, engine: Engine | None = None, progress: Progress | None = None
 ) -> tuple[dict[Any, xr.Dataset], ...]:
-    """Results of several kinds from their folders; no worker waits for the end of one kind before it begins with the next.
-
-    Parameters
-    ----------
-    asked : Jobs
-        Begun in this order.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-
-    Returns
-    -------
-    tuple of dict of Job to Dataset
-        For each kind, in the order of the jobs, each once.
-
-    Raises
-    ------
-    ScissordynError
-        If a job fails.
-    """
+    """Results of several kinds from their folders; no worker waits for the end of one kind before it begins with the next."""
     found: list[dict[Any, xr.Dataset]] = []
     missing: list[tuple[int, Any]] = []
     for kind, each in enumerate(asked):
@@ -152,29 +101,7 @@ def computed(
     progress: Progress | None = None,
     named: Callable[[Task], str] = lambda _: "",
 ) -> Iterator[tuple[Task, Value]]:
-    """Tasks with their results, in the order in which they come; the first error ends all.
-
-    Parameters
-    ----------
-    compute : callable
-    tasks : sequence
-    what : callable
-        From a task to its kind of work, for `progress`.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-    named : callable
-        What an error begins with, from its task.
-
-    Yields
-    ------
-    (task, result)
-
-    Raises
-    ------
-    ScissordynError
-        If a task fails.
-    """
+    """Tasks with their results, in the order in which they come; the first error ends all."""
     spread = Threads() if engine is None else engine
     of, count = Counter(map(what, tasks)), Counter[str]()
     results = spread.each(compute, tasks)

@@ -17,22 +17,6 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.run.options import StartKind
 from scissordyn.units import Quantity, check_quantities, degrees, quantities, rpm
 
-__all__ = [
-    "ARRAY",
-    "CLEARANCES",
-    "CONTROLLED",
-    "DRIVEN",
-    "FRICTION",
-    "SIZES",
-    "SPEED",
-    "SPEEDS",
-    "STROKE",
-    "Choice",
-    "PaperCase",
-    "contact_starts",
-    "every_case",
-]
-
 SPEED = rpm(150)
 SPEEDS = (rpm(100), SPEED, rpm(250))
 CLEARANCES = (0.7e-3, 0.6e-3, 0.5e-3, 0.4e-3, 0.3e-3, 0.2e-3)
@@ -64,29 +48,15 @@ Travel = Literal["rising", "falling", "oscillating"]
 
 @dataclass(frozen=True)
 class Choice:
-    """The parameters of the paper whose tables are lost or whose wording is ambiguous.
+    """The parameters of the paper whose tables are lost or whose wording is ambiguous."""
 
-    Parameters
-    ----------
-    driven_bar : {"pinned", "slider"}
-        Which bar is driven, see `scissor`.
-    angle : float
-        Angle of the driven bar at the start, the mean angle of an oscillation [rad].
-    travel : {"rising", "falling", "oscillating"}
-        Whether the angle grows or falls at constant speed, or oscillates.
-    restitution : float
-        c_e.
-    bearing_length : float
-        L_b [m].
-    stiffness : {"liu", "bai-zhao-as-printed"}
-        The elastic foundation, or its formula as printed in later literature.
-    """
-
-    driven_bar: Literal["pinned", "slider"] = "pinned"
+    driven_bar: Literal["pinned", "slider"] = "pinned"  # Which bar is driven, see `scissor`
+    # Angle of the driven bar at the start, the mean angle of an oscillation [rad]
     angle: Annotated[float, Quantity("rad", above=0.0, help="angle at the start")] = degrees(30)
-    travel: Travel = "rising"
-    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9
-    bearing_length: Annotated[float, quantities(Clearance)["bearing_length"]] = 15e-3
+    travel: Travel = "rising"  # Whether the angle grows or falls at constant speed, or oscillates
+    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9  # c_e
+    bearing_length: Annotated[float, quantities(Clearance)["bearing_length"]] = 15e-3  # L_b [m]
+    # The elastic foundation, or its formula as printed in later literature
     stiffness: Literal["liu", "bai-zhao-as-printed"] = "liu"
 
     def __post_init__(self) -> None:
@@ -105,26 +75,15 @@ class Choice:
 
 @dataclass(frozen=True)
 class PaperCase:
-    """One run: what a figure varies, on top of a choice.
+    """One run: what a figure varies, on top of a choice."""
 
-    Parameters
-    ----------
-    clearance : float or None
-        c of joint A [m]; None for ideal joints.
-    speed : float
-        Of the driven bar [rad/s]; the largest one of an oscillation.
-    friction : float or None
-        Kinetic coefficient of LuGre friction.
-    constrained : bool
-        Whether the contact is constrained, as by the paper's control.
-    start : {"concentric", "in-contact"}
-    choice : Choice
-    """
-
+    # c of joint A [m]; None for ideal joints
     clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
+    # Of the driven bar [rad/s]; the largest one of an oscillation
     speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
+    # Kinetic coefficient of LuGre friction
     friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
-    constrained: bool = False
+    constrained: bool = False  # Whether the contact is constrained, as by the paper's control
     start: StartKind = "concentric"
     choice: Choice = field(default_factory=Choice)
 
@@ -216,17 +175,7 @@ class PaperCase:
             return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
 
     def described_on(self, ideal: Case) -> Case:
-        """The same with clearance, made of the parts of the ideal case on the same drive, which takes less time.
-
-        Parameters
-        ----------
-        ideal : Case
-            Of `self.ideal`, under any contact.
-
-        Returns
-        -------
-        Case
-        """
+        """The same with clearance, made of the parts of the ideal case on the same drive, which takes less time."""
         with located(self.name):
             (table,) = tomllib.loads(self.toml)["clearance"]
             read: Any = instance(ClearanceTable, table, {"folder": Path()})
@@ -244,17 +193,7 @@ class PaperCase:
 
 
 def every_case(choice: Choice) -> tuple[PaperCase, ...]:
-    """Each distinct run that the figures and statements need.
-
-    Parameters
-    ----------
-    choice : Choice
-
-    Returns
-    -------
-    tuple of PaperCase
-        Ideal joints first.
-    """
+    """Each distinct run that the figures and statements need."""
     cases = [PaperCase(None, speed, choice=choice) for speed in SPEEDS]
     cases += [PaperCase(clearance, choice=choice) for clearance in CLEARANCES]
     cases += [PaperCase(speed=speed, choice=choice) for speed in SPEEDS]

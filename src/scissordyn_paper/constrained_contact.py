@@ -11,25 +11,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
 from scissordyn_paper.measures import JOINT
 
-__all__ = ["with_contact"]
-
 
 def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """Add eccentricity and normal force, so that a constrained contact can be evaluated and drawn like a clearance joint.
-
-    Parameters
-    ----------
-    run : Dataset
-        Of ``constrain_contact(mechanism)``.
-    mechanism : Mechanism
-        With the clearance joint A.
-
-    Returns
-    -------
-    Dataset
-        With joint A among the joints, its `eccentricity`, `normal_force` (negative where the constraint is in compression,
-        which a contact cannot transmit), `in_contact`, `clearance`, and one contact that lasts to the end of the run.
-    """
+    """Add eccentricity and normal force, so that a constrained contact can be evaluated and drawn like a clearance joint."""
     joint = mechanism.joint(JOINT)
     assert joint.clearance is not None
     force = run["rod_force"].isel(rod=0).values

@@ -33,18 +33,6 @@ from scissordyn.units import degrees
 from scissordyn_paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 
-__all__ = [
-    "CONTROLLED_RUNS",
-    "LONGEST_FIRST",
-    "MANOEUVRES",
-    "ControlledRun",
-    "Manoeuvre",
-    "compute",
-    "ideal_of",
-    "merits",
-    "mismatch",
-]
-
 PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
 """Gains of the practical controller [N m/rad, N m s/rad]."""
 
@@ -74,29 +62,15 @@ GUST: Any = Force(
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A reference motion of the driven bar.
-
-    Parameters
-    ----------
-    title : str
-    motion : TimeFunction
-        The reference angle.
-    angle, until : float
-        Angle at the start [rad], end of the run [s].
-    samples : int
-    after : float
-        Start of the evaluation [s].
-    gust : bool
-        Whether a gust acts on the slider; never on that of the ideal mechanism.
-    """
+    """A reference motion of the driven bar."""
 
     title: str
-    motion: TimeFunction
-    angle: float
+    motion: TimeFunction  # The reference angle
+    angle: float  # Angle at the start [rad], end of the run [s]
     until: float
     samples: int
-    after: float = 0.0
-    gust: bool = False
+    after: float = 0.0  # Start of the evaluation [s]
+    gust: bool = False  # Whether a gust acts on the slider; never on that of the ideal mechanism
 
     def mechanism(self) -> Mechanism:
         """The array with its clearance joint, not driven."""
@@ -137,17 +111,10 @@ Scheme = Literal[
 
 @dataclass(frozen=True)
 class ControlledRun:
-    """One manoeuvre under one control scheme.
-
-    Parameters
-    ----------
-    manoeuvre : {"stroke", "deployment", "periodic"}
-    scheme : str
-        "ideal" and "prescribed" prescribe the motion of the bar.
-    """
+    """One manoeuvre under one control scheme."""
 
     manoeuvre: Literal["stroke", "deployment", "periodic"]
-    scheme: Scheme
+    scheme: Scheme  # "ideal" and "prescribed" prescribe the motion of the bar
 
     @property
     def name(self) -> str:
@@ -220,21 +187,7 @@ def ideal_of(job: ControlledRun) -> ControlledRun:
 
 
 def compute(job: ControlledRun) -> xr.Dataset:
-    """Simulate a manoeuvre under a scheme.
-
-    Parameters
-    ----------
-    job : ControlledRun
-
-    Returns
-    -------
-    Dataset
-
-    Raises
-    ------
-    ScissordynError
-        If the run fails.
-    """
+    """Simulate a manoeuvre under a scheme."""
     manoeuvre = MANOEUVRES[job.manoeuvre]
     run = pass_on(simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples))
     if run.attrs["status"] != "complete":
@@ -243,37 +196,13 @@ def compute(job: ControlledRun) -> xr.Dataset:
 
 
 def merits(run: xr.Dataset, ideal: xr.Dataset, after: float = 0.0) -> dict[str, float]:
-    """The figures of merit of a run as plain numbers, those of joint A among them.
-
-    Parameters
-    ----------
-    run, ideal : Dataset
-    after : float
-        [s]
-
-    Returns
-    -------
-    dict of str to float
-        As of `analysis.merit`.
-    """
+    """The figures of merit of a run as plain numbers, those of joint A among them."""
     found = figures_of_merit(run, ideal, after=after)
     return {str(name): float(found[name].sel(joint=JOINT) if "joint" in found[name].dims else found[name]) for name in found}
 
 
 def mismatch(run: xr.Dataset, after: float) -> float:
-    """Root mean square of the change of the eccentricity from one period to the next, in clearances: zero if it repeats.
-
-    Parameters
-    ----------
-    run : Dataset
-        Along the periodic manoeuvre.
-    after : float
-        [s]
-
-    Returns
-    -------
-    float
-    """
+    """Root mean square of the change of the eccentricity from one period to the next, in clearances: zero if it repeats."""
     time = run["time"].values
     lag = round(PERIOD / float(time[1] - time[0]))
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values

@@ -8,31 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-__all__ = ["REFERENCE", "Column", "event_table"]
-
 DEGREE = 180.0 / math.pi
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table of contacts.
+    """A column of the table of contacts."""
 
-    Parameters
-    ----------
-    variable : str
-        In the run.
-    title, unit : str
-    factor : float
-        Shown number per number in SI units.
-    reference : tuple of str
-        One per contact, with the digits that are equal for tolerances of 2e-13 and 3e-14.
-    """
-
-    variable: str
+    variable: str  # In the run
     title: str
     unit: str
-    factor: float
-    reference: tuple[str, ...]
+    factor: float  # Shown number per number in SI units
+    reference: tuple[str, ...]  # One per contact, with the digits that are equal for tolerances of 2e-13 and 3e-14
 
 
 REFERENCE = (
@@ -49,17 +36,7 @@ Lagrange's equations (tests/reference/marching.py)."""
 
 
 def event_table(run: xr.Dataset) -> list[tuple[str, str, str, str]]:
-    """Quantity and contact, the reference, the value of the run, and the relative difference.
-
-    Parameters
-    ----------
-    run : Dataset
-        The run at 0.5 mm of the default choice.
-
-    Returns
-    -------
-    list of (str, str, str, str)
-    """
+    """Quantity and contact, the reference, the value of the run, and the relative difference."""
     rows = []
     for contact in range(len(REFERENCE[0].reference)):
         for column in REFERENCE:

@@ -14,28 +14,15 @@ from scissordyn_paper.figure import further, load, orbit, response, scatter
 from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION
 from scissordyn_paper.results import Results
 
-__all__ = ["FIGURES", "FURTHER", "FurtherFigure", "PaperFigure", "figure_of"]
-
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """One figure of the paper.
+    """One figure of the paper."""
 
-    Parameters
-    ----------
-    number : int
-        In the paper.
-    caption : str
-    cases : tuple of PaperCase
-        The runs it needs.
-    draw : callable
-        From the runs by case to a Figure.
-    """
-
-    number: int
+    number: int  # In the paper
     caption: str
-    cases: tuple[PaperCase, ...]
-    draw: Callable[[Mapping[PaperCase, xr.Dataset]], Figure]
+    cases: tuple[PaperCase, ...]  # The runs it needs
+    draw: Callable[[Mapping[PaperCase, xr.Dataset]], Figure]  # From the runs by case to a Figure
 
 
 FIGURES = {
@@ -88,21 +75,12 @@ FIGURES = {
 
 @dataclass(frozen=True)
 class FurtherFigure:
-    """A figure beyond the paper.
+    """A figure beyond the paper."""
 
-    Parameters
-    ----------
-    name : str
-        Of its files.
-    title, caption : str
-    draw : callable
-        From the results to a Figure.
-    """
-
-    name: str
+    name: str  # Of its files
     title: str
     caption: str
-    draw: Callable[[Results], Figure]
+    draw: Callable[[Results], Figure]  # From the results to a Figure
 
 
 FURTHER = {
@@ -149,21 +127,7 @@ FURTHER = {
 
 
 def figure_of(number: int) -> PaperFigure:
-    """The figure of that number.
-
-    Parameters
-    ----------
-    number : int
-
-    Returns
-    -------
-    PaperFigure
-
-    Raises
-    ------
-    InputError
-        If it shows no results or does not exist.
-    """
+    """The figure of that number."""
     if number not in FIGURES:
         known = ", ".join(map(str, FIGURES))
         raise InputError(

@@ -10,40 +10,6 @@ from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SIZES, SPEE
 from scissordyn_paper.measures import CONTINUOUS, Measures
 from scissordyn_paper.verdict import Finding, Measured
 
-__all__ = [
-    "OSCILLATING",
-    "QUARTER",
-    "VISIBLE",
-    "again_more",
-    "calmer",
-    "constrained",
-    "continuous_04",
-    "dearer",
-    "early",
-    "eventually",
-    "faster",
-    "fewer_rebounds",
-    "fivefold",
-    "flying",
-    "larger_motor",
-    "late_force",
-    "late_impacts",
-    "millimetres",
-    "more_impacts",
-    "more_often",
-    "oscillation",
-    "percent",
-    "position",
-    "quarter",
-    "quasi_periodic",
-    "rebounding",
-    "regular",
-    "smaller_force",
-    "smaller_torque",
-    "tenfold",
-    "within",
-]
-
 VISIBLE = 0.01
 """Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure."""
 

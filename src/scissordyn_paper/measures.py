@@ -12,8 +12,6 @@ from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import contact_spans
 from scissordyn.kinematics.peak import smooth_peak
 
-__all__ = ["CONTINUOUS", "JOINT", "LATE", "SETTLED", "Deviation", "IdealMotion", "Measures", "ideal_motion", "measure"]
-
 JOINT = "A"
 
 SETTLED = 5e-3
@@ -34,109 +32,57 @@ CENTRAL_PART = 0.95
 
 @dataclass(frozen=True)
 class Deviation:
-    """Difference of a quantity from that of the ideal run.
+    """Difference of a quantity from that of the ideal run."""
 
-    Parameters
-    ----------
-    largest : float
-        Largest difference before `SETTLED`, as a fraction of the common range of both curves.
-    before, after : float
-        Root mean square of the difference before `SETTLED` and after it [SI].
-    early : float
-        Fraction of the integral of the squared difference before `SETTLED`.
-    """
-
-    largest: float
-    before: float
+    largest: float  # Largest difference before `SETTLED`, as a fraction of the common range of both curves
+    before: float  # Root mean square of the difference before `SETTLED` and after it [SI]
     after: float
-    early: float
+    early: float  # Fraction of the integral of the squared difference before `SETTLED`
 
 
 @dataclass(frozen=True)
 class Measures:
-    """Numbers of one run, compared with the run with ideal joints.
+    """Numbers of one run, compared with the run with ideal joints."""
 
-    Parameters
-    ----------
-    peak_force, late_peak_force : float
-        Largest normal force, in the whole run and after `LATE` [N].
-    smallest_force : float
-        Smallest normal force; zero in free flight, negative where a constrained contact is in compression [N].
-    ideal_force : float
-        Largest reaction at the same joint without clearance [N].
-    peak_torque, ideal_torque : float
-        Largest driving torque by magnitude, with clearance and without [N m].
-    impacts, early_impacts, late_impacts, settled_impacts : int
-        Contacts that start: all, before `LATE`, from `LATE` on, from `SETTLED` on.
-    whole_fraction, settled_fraction, final_fraction : float
-        Fraction of time in contact: in the whole run, from `SETTLED` on, in the last fifth.
-    late_rate, settled_rate : float
-        Impacts per second from `LATE` on and from `SETTLED` on [1/s].
-    deviations : dict of str to Deviation
-        By quantity.
-    position_deviation, angle_deviation : float
-        Largest difference of the slider's displacement and of bar 2's angle, as a fraction of that range.
-    irregularity : float
-        Root mean square of the slider acceleration's difference from the ideal one after `SETTLED`, over the root mean square
-        of the ideal one.
-    arc : float
-        Smallest arc of the bearing with 95 % of the contact time [rad].
-    trusted_until, end : float
-        [s]
-    """
-
-    peak_force: float
+    peak_force: float  # Largest normal force, in the whole run and after `LATE` [N]
     late_peak_force: float
+    # Smallest normal force; zero in free flight, negative where a constrained contact is in compression [N]
     smallest_force: float
-    ideal_force: float
-    peak_torque: float
+    ideal_force: float  # Largest reaction at the same joint without clearance [N]
+    peak_torque: float  # Largest driving torque by magnitude, with clearance and without [N m]
     ideal_torque: float
-    impacts: int
+    impacts: int  # Contacts that start: all, before `LATE`, from `LATE` on, from `SETTLED` on
     early_impacts: int
     late_impacts: int
     settled_impacts: int
-    whole_fraction: float
+    whole_fraction: float  # Fraction of time in contact: in the whole run, from `SETTLED` on, in the last fifth
     settled_fraction: float
     final_fraction: float
-    late_rate: float
+    late_rate: float  # Impacts per second from `LATE` on and from `SETTLED` on [1/s]
     settled_rate: float
-    deviations: dict[str, Deviation]
+    deviations: dict[str, Deviation]  # By quantity
+    # Largest difference of the slider's displacement and of bar 2's angle, as a fraction of that range
     position_deviation: float
     angle_deviation: float
+    # Root mean square of the slider acceleration's difference from the ideal one after `SETTLED`, over the root mean square of
+    # the ideal one
     irregularity: float
-    arc: float
-    trusted_until: float
+    arc: float  # Smallest arc of the bearing with 95 % of the contact time [rad]
+    trusted_until: float  # [s]
     end: float
 
 
 @dataclass(frozen=True, eq=False)
 class IdealMotion:
-    """What the runs on one drive are compared with.
+    """What the runs on one drive are compared with."""
 
-    Parameters
-    ----------
-    curves : dict of str to ndarray, shape (nt,)
-        Motion of the slider and of bar 2, by quantity.
-    force, torque : float
-        Largest reaction at the joint [N] and largest driving torque by magnitude [N m].
-    """
-
-    curves: dict[str, np.ndarray]
-    force: float
+    curves: dict[str, np.ndarray]  # (nt,) Motion of the slider and of bar 2, by quantity
+    force: float  # Largest reaction at the joint [N] and largest driving torque by magnitude [N m]
     torque: float
 
 
 def ideal_motion(run: xr.Dataset) -> IdealMotion:
-    """What to compare with, from the run with ideal joints.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    IdealMotion
-    """
+    """What to compare with, from the run with ideal joints."""
     # at a right angle the ideal reactions are not determined: that instant is left out
     reaction = np.hypot(*_at_joint(run, "reaction", "axis", "time"))
     force = smooth_peak(run.variables["time"].values, reaction)[0]
@@ -145,19 +91,7 @@ def ideal_motion(run: xr.Dataset) -> IdealMotion:
 
 
 def measure(run: xr.Dataset, ideal: xr.Dataset | IdealMotion) -> Measures:
-    """Measure a run.
-
-    Parameters
-    ----------
-    run : Dataset
-        With clearance at joint A.
-    ideal : Dataset or IdealMotion
-        The run of the same drive with ideal joints, recorded at the same instants.
-
-    Returns
-    -------
-    Measures
-    """
+    """Measure a run."""
     expected = ideal if isinstance(ideal, IdealMotion) else ideal_motion(ideal)
     time = run.variables["time"].values
     end = float(time[-1])

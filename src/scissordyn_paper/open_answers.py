@@ -36,8 +36,6 @@ from scissordyn_paper.page import FORMATS, Cell, cited, document, folded, paragr
 from scissordyn_paper.report import DOI, SOURCE
 from scissordyn_paper.sensitivity import DEFAULT
 
-__all__ = ["Change", "OpenAnswers", "answer_open_question", "changes"]
-
 TITLE = "Beyond the paper: do bars that bend and oil in the joint help?"
 
 Found = Mapping[OpenCase, xr.Dataset]
@@ -51,22 +49,12 @@ NOTICED = 0.01
 
 @dataclass(frozen=True)
 class Change:
-    """What one change of bars, joint or both does to one measure.
-
-    Parameters
-    ----------
-    manoeuvre : {"stroke", "deployment"}
-    what : str
-        The change in words.
-    measure : str
-        A key of `COMPARED`.
-    pairs : tuple of (float, float)
-        The measure with the change and without it, for each pair of runs that have all else in common.
-    """
+    """What one change of bars, joint or both does to one measure."""
 
     manoeuvre: Manoeuvre
-    what: str
-    measure: str
+    what: str  # The change in words
+    measure: str  # A key of `COMPARED`
+    # The measure with the change and without it, for each pair of runs that have all else in common
     pairs: tuple[tuple[float, float], ...]
 
     @property
@@ -96,34 +84,14 @@ class Change:
 
 @dataclass(frozen=True)
 class OpenAnswers:
-    """The result.
-
-    Parameters
-    ----------
-    changes : tuple of Change
-    report : Path
-        The page in HTML.
-    """
+    """The result."""
 
     changes: tuple[Change, ...]
-    report: Path
+    report: Path  # The page in HTML
 
 
 def answer_open_question(folder: Path, *, engine: Engine | None = None, progress: Progress | None = None) -> OpenAnswers:
-    """Compute what is missing, compare, and write page, tables and pictures.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if missing. Results of an earlier call of the same version are used again.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-
-    Returns
-    -------
-    OpenAnswers
-    """
+    """Compute what is missing, compare, and write page, tables and pictures."""
     folder.mkdir(parents=True, exist_ok=True)
     runs = fetch(LONGEST_FIRST, compute, folder / "beyond", what="runs beyond the paper", engine=engine, progress=progress)
     found = {case: runs[case] for case in OPEN_CASES}
@@ -139,16 +107,7 @@ def answer_open_question(folder: Path, *, engine: Engine | None = None, progress
 
 
 def changes(found: Found) -> tuple[Change, ...]:
-    """Every change of bars, joint and both, by manoeuvre and measure.
-
-    Parameters
-    ----------
-    found : mapping of OpenCase to Dataset
-
-    Returns
-    -------
-    tuple of Change
-    """
+    """Every change of bars, joint and both, by manoeuvre and measure."""
     return tuple(
         Change(
             manoeuvre, what, measure, tuple((float(found[one][measure]), float(found[other][measure])) for one, other in pairs)

@@ -28,19 +28,6 @@ from scissordyn_paper.cases import SIZES, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.sensitivity import DEFAULT, one_at_a_time
 
-__all__ = [
-    "BARS",
-    "COMPARED",
-    "LONGEST_FIRST",
-    "MANOEUVRES",
-    "MEASURES",
-    "OILS",
-    "OPEN_CASES",
-    "STIFFER",
-    "OpenCase",
-    "compute",
-]
-
 Manoeuvre = Literal["stroke", "deployment"]
 
 MANOEUVRES: Mapping[Manoeuvre, str] = {
@@ -97,29 +84,14 @@ COMPARED: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class OpenCase:
-    """One run of the paper's array with other bars and another joint.
-
-    Parameters
-    ----------
-    manoeuvre : {"stroke", "deployment"}
-    bars : str
-        A key of `BARS` or `STIFFER`.
-    oil : float or None
-        Viscosity [Pa s]; None for a dry joint.
-    clearance : float
-        [m]
-    member : int
-        Of an ensemble of neighbours.
-    choice : Choice
-        Of what the paper leaves open.
-    """
+    """One run of the paper's array with other bars and another joint."""
 
     manoeuvre: Manoeuvre = "stroke"
-    bars: str = "rigid"
-    oil: float | None = None
-    clearance: float = SIZES[1]
-    member: int = 0
-    choice: Choice = DEFAULT
+    bars: str = "rigid"  # A key of `BARS` or `STIFFER`
+    oil: float | None = None  # Viscosity [Pa s]; None for a dry joint
+    clearance: float = SIZES[1]  # [m]
+    member: int = 0  # Of an ensemble of neighbours
+    choice: Choice = DEFAULT  # Of what the paper leaves open
 
     @property
     def name(self) -> str:
@@ -205,22 +177,7 @@ def _described(text: str) -> Case:
 
 
 def compute(case: OpenCase) -> xr.Dataset:
-    """Simulate a case and measure it.
-
-    Parameters
-    ----------
-    case : OpenCase
-
-    Returns
-    -------
-    Dataset
-        `MEASURES`, and the path of the journal over time.
-
-    Raises
-    ------
-    ScissordynError
-        If the run fails.
-    """
+    """Simulate a case and measure it."""
     with located(case.name):
         described = _described(case.toml)
         mechanism = described.mechanism

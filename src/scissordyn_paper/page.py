@@ -9,22 +9,6 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-__all__ = [
-    "FORMATS",
-    "Cell",
-    "badge",
-    "cited",
-    "document",
-    "folded",
-    "heading",
-    "paragraph",
-    "picture",
-    "remarked",
-    "section",
-    "small",
-]
-__all__ += ["table", "tally"]
-
 FORMATS = ("png", "svg")
 """Of the pictures beside the page."""
 
@@ -38,24 +22,12 @@ paragraph, remarked, section, small, tally = _MACROS.paragraph, _MACROS.remarked
 
 
 class Cell(NamedTuple):
-    """A cell of a table.
+    """A cell of a table."""
 
-    Parameters
-    ----------
-    text : str
-        Escaped, unless it is `Markup` of this page's elements.
-    kind : str
-        Class: "", "number", "nowrap" or "tint".
-    tint : float or None
-        From 0, the colour of "differs", to 1, the colour of "agrees".
-    note : str
-        Shown on hover.
-    """
-
-    text: str
-    kind: str = ""
-    tint: float | None = None
-    note: str = ""
+    text: str  # Escaped, unless it is `Markup` of this page's elements
+    kind: str = ""  # Class: "", "number", "nowrap" or "tint"
+    tint: float | None = None  # From 0, the colour of "differs", to 1, the colour of "agrees"
+    note: str = ""  # Shown on hover
 
     @property
     def colour(self) -> Markup:
@@ -65,20 +37,7 @@ class Cell(NamedTuple):
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, tinted: bool = False) -> Markup:
-    """A table.
-
-    Parameters
-    ----------
-    head : sequence of str
-    rows : iterable
-        Cells, or one text as a heading across the table.
-    tinted : bool
-        Whether all columns but the first are narrow and coloured.
-
-    Returns
-    -------
-    Markup
-    """
+    """A table."""
     cells = (row if isinstance(row, str) else [one if isinstance(one, Cell) else Cell(one) for one in row] for row in rows)
     found: Markup = _MACROS.table(head, list(cells), tinted)
     return found

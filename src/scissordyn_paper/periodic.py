@@ -31,18 +31,6 @@ from scissordyn_paper.cache import Progress
 from scissordyn_paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 
-__all__ = [
-    "BY_CLEARANCE",
-    "BY_FRICTION",
-    "EVERY",
-    "LONGEST_FIRST",
-    "PERIODIC",
-    "Regularity",
-    "examine",
-    "fetch_diagram",
-    "read",
-]
-
 PERIODIC = Choice(angle=degrees(45), travel="oscillating")
 """The default choice with the periodic drive."""
 
@@ -72,42 +60,21 @@ DIAGRAM_VALUES, DIAGRAM_CYCLES, DIAGRAM_KEPT = 60, 160, 100
 
 @dataclass(frozen=True)
 class Regularity:
-    """Regularity of a motion under the periodic drive, with the evidence.
+    """Regularity of a motion under the periodic drive, with the evidence."""
 
-    Parameters
-    ----------
-    kind : str
-        "continuous contact", "periodic", "quasi-periodic", "irregular" or "transient only", see `analysis.verdict`.
-    name : str
-        The kind, with the period where there is one.
-    members, agreeing : int
-        Number of evaluated trajectories, and number of those with this verdict.
-    growth : float
-        K of the 0-1 test; NaN where the samples repeat, as the test would evaluate round-off.
-    exponent, exponent_error : float
-        Largest Lyapunov exponent and its standard error [1/s].
-    contact_fraction : float
-        Of the time, over the counted periods.
-    impacts : float
-        Contacts that start in a period, on the average.
-    trusted_cycles, followed_cycles : int
-        Number of periods after which starts that differ by round-off diverge, and number of simulated periods.
-    evidence : tuple of str
-        Sentences.
-    """
-
-    kind: str
-    name: str
-    members: int
+    kind: str  # "continuous contact", "periodic", "quasi-periodic", "irregular" or "transient only", see `analysis.verdict`
+    name: str  # The kind, with the period where there is one
+    members: int  # Number of evaluated trajectories, and number of those with this verdict
     agreeing: int
-    growth: float
-    exponent: float
+    growth: float  # K of the 0-1 test; NaN where the samples repeat, as the test would evaluate round-off
+    exponent: float  # Largest Lyapunov exponent and its standard error [1/s]
     exponent_error: float
-    contact_fraction: float
-    impacts: float
+    contact_fraction: float  # Of the time, over the counted periods
+    impacts: float  # Contacts that start in a period, on the average
+    # Number of periods after which starts that differ by round-off diverge, and number of simulated periods
     trusted_cycles: int
     followed_cycles: int
-    evidence: tuple[str, ...]
+    evidence: tuple[str, ...]  # Sentences
 
     @property
     def regular(self) -> bool | None:
@@ -126,21 +93,6 @@ def examine(case: PaperCase) -> xr.Dataset:
 
     Where the samples do not repeat, or starts that differ by round-off diverge, the verdict is that of most members of an
     ensemble.
-
-    Parameters
-    ----------
-    case : PaperCase
-        Under the periodic drive.
-
-    Returns
-    -------
-    Dataset
-        As of `periodic.cycles.cycle`, without the first periods; the attribute "regularity" is a `Regularity` as JSON.
-
-    Raises
-    ------
-    ScissordynError
-        If a run fails.
     """
     mechanism = case.described().mechanism
     run = cycle(mechanism, cycles=CYCLES)
@@ -192,35 +144,13 @@ def examine(case: PaperCase) -> xr.Dataset:
 
 
 def read(run: xr.Dataset) -> Regularity:
-    """The result of `examine`.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    Regularity
-    """
+    """The result of `examine`."""
     kept = json.loads(run.attrs["regularity"])
     return Regularity(**{**kept, "evidence": tuple(kept["evidence"])})
 
 
 def fetch_diagram(path: Path, *, engine: Engine | None = None, progress: Progress | None = None) -> xr.Dataset:
-    """The asymptotic motion for clearances from 0.2 to 0.7 mm, from a file or computed.
-
-    Parameters
-    ----------
-    path : Path
-        NetCDF file; one of another version is replaced.
-    engine : Engine, optional
-    progress : callable, optional
-
-    Returns
-    -------
-    Dataset
-        As of `periodic.bifurcation`.
-    """
+    """The asymptotic motion for clearances from 0.2 to 0.7 mm, from a file or computed."""
     values = np.linspace(CLEARANCES[-1], CLEARANCES[0], DIAGRAM_VALUES)
 
     def announce(done: int, of: int) -> None:

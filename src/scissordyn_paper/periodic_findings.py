@@ -10,19 +10,6 @@ from scissordyn_paper.measures import CONTINUOUS
 from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION, Regularity
 from scissordyn_paper.verdict import Finding, Settled
 
-__all__ = [
-    "again_more",
-    "calmer",
-    "continuous_04",
-    "eventually",
-    "fewer_rebounds",
-    "flying",
-    "more_often",
-    "quasi_periodic",
-    "rebounding",
-    "regular",
-]
-
 
 def _label(case: PaperCase) -> str:
     return f"{1e3 * (case.clearance or 0.0):g} mm" if case.friction is None else f"{case.friction:g}"

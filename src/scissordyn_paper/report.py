@@ -32,8 +32,6 @@ from scissordyn_paper.sensitivity import DEFAULT, FACTORS, MEMBERS, PAIR, full_f
 from scissordyn_paper.summary import in_words, summary
 from scissordyn_paper.verdict import Verdict
 
-__all__ = ["TITLE", "page"]
-
 TITLE = "Scissor structures with a clearance joint: a paper reproduced"
 
 SOURCE = (
@@ -63,23 +61,7 @@ def page(
     singly: xr.Dataset,
     together: xr.Dataset,
 ) -> str:
-    """The whole report.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        Of the default choice.
-    results : Results
-    pictures : mapping of int or str to bytes
-        SVG by number or name of the figure.
-    singly, together : Dataset
-        Surveys of `one_at_a_time` and `full_factorial`.
-
-    Returns
-    -------
-    str
-        Self-contained HTML; the same results give the same page.
-    """
+    """The whole report."""
     parts = [
         cited(TITLE, SOURCE, DOI),
         *summary(verdicts, together),

@@ -28,50 +28,19 @@ from scissordyn_paper.statements import CLAUSES
 from scissordyn_paper.tables import as_csv, as_json
 from scissordyn_paper.verdict import Settled, Verdict, answer
 
-__all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
-
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The result of the reproduction.
+    """The result of the reproduction."""
 
-    Parameters
-    ----------
-    verdicts : tuple of Verdict
-        Of the default choice.
-    report : Path
-        The HTML report.
-    """
-
-    verdicts: tuple[Verdict, ...]
-    report: Path
+    verdicts: tuple[Verdict, ...]  # Of the default choice
+    report: Path  # The HTML report
 
 
 def reproduce(
     folder: str | os.PathLike[str], *, engine: Engine | None = None, progress: Progress | None = None
 ) -> Reproduction:
-    """Reproduce the paper and write a report.
-
-    Parameters
-    ----------
-    folder : path
-        Created if missing. Results of an earlier call of the same version are used again.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-        Called with the kind of work, the number done and the total.
-
-    Returns
-    -------
-    Reproduction
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written.
-    ScissordynError
-        If a run fails.
-    """
+    """Reproduce the paper and write a report."""
     target = _made(folder)
     results = _results(target, engine, progress)
     answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
@@ -114,26 +83,7 @@ def draw_figure(
     engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """One figure of the paper; missing runs are computed.
-
-    Parameters
-    ----------
-    number : int
-        In the paper.
-    folder : path
-    engine : Engine, optional
-    progress : callable, optional
-
-    Returns
-    -------
-    list of Path
-        The pictures.
-
-    Raises
-    ------
-    InputError
-        If there is no such figure, or the folder cannot be written.
-    """
+    """One figure of the paper; missing runs are computed."""
     cases = figure_of(number).cases
     target = _made(folder)
     needed = [*cases, *(case.ideal for case in cases)]
@@ -141,18 +91,7 @@ def draw_figure(
 
 
 def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = None) -> tuple[Verdict, ...]:
-    """The answers to all clauses from the runs of the default choice.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-    settled : mapping of PaperCase to Regularity, optional
-        The motions under the periodic drive.
-
-    Returns
-    -------
-    tuple of Verdict
-    """
+    """The answers to all clauses from the runs of the default choice."""
     measured = {case: measure(run, runs[case.ideal]) for case, run in runs.items() if case.clearance is not None}
     return tuple(answer(clause, DEFAULT, measured, settled) for clause in CLAUSES)
 

@@ -18,32 +18,12 @@ from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.constrained_contact import with_contact
 
-__all__ = ["compute", "fetch_runs"]
-
 NEIGHBOUR = 1e-12
 """Members of an ensemble differ by this fraction of the clearance: far below tolerances of manufacture and integration."""
 
 
 def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Dataset:
-    """Simulate a case.
-
-    Parameters
-    ----------
-    case : PaperCase
-    trust : bool
-        Whether to run twice and find the predictability horizon.
-    member : int
-        Of an ensemble whose clearances differ by `member` times 1e-12 of themselves; 0 is the case itself.
-
-    Returns
-    -------
-    Dataset
-
-    Raises
-    ------
-    ScissordynError
-        If the run fails.
-    """
+    """Simulate a case."""
     described = _described(case)
     mechanism = described.mechanism
     if member and case.clearance is not None:
@@ -66,20 +46,5 @@ def _described(case: PaperCase) -> Case:
 def fetch_runs(
     cases: Sequence[PaperCase], folder: Path, *, engine: Engine | None = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
-    """Runs from a folder; those missing or out of date are computed first.
-
-    Parameters
-    ----------
-    cases : sequence of PaperCase
-        Of one choice.
-    folder : Path
-        Folder of a NetCDF file for each run, complete or missing.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-
-    Returns
-    -------
-    dict of PaperCase to Dataset
-    """
+    """Runs from a folder; those missing or out of date are computed first."""
     return fetch(cases, compute, folder, engine=engine, progress=progress)

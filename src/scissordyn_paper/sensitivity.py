@@ -24,18 +24,6 @@ from scissordyn_paper.runs import compute
 from scissordyn_paper.statements import CLAUSES
 from scissordyn_paper.verdict import Finding, answer
 
-__all__ = [
-    "DEFAULT",
-    "FACTORS",
-    "Holds",
-    "Survey",
-    "fetch_sensitivity",
-    "fetch_surveys",
-    "full_factorial",
-    "one_at_a_time",
-    "survey",
-]
-
 DEFAULT = Choice()
 
 STROKES = (
@@ -89,36 +77,15 @@ def full_factorial() -> tuple[Choice, ...]:
 
 @dataclasses.dataclass(frozen=True)
 class Holds:
-    """The answers to the clauses under one choice.
+    """The answers to the clauses under one choice."""
 
-    Parameters
-    ----------
-    agreeing : tuple of float
-        By clause, in the order of `CLAUSES`: fraction of the ensemble for which it holds.
-    words : tuple of str
-        By clause: measured values of the first member.
-    spread : float
-        Largest relative spread of a peak force within the ensemble: zero while the members agree.
-    """
-
-    agreeing: tuple[float, ...]
-    words: tuple[str, ...]
-    spread: float
+    agreeing: tuple[float, ...]  # By clause, in the order of `CLAUSES`: fraction of the ensemble for which it holds
+    words: tuple[str, ...]  # By clause: measured values of the first member
+    spread: float  # Largest relative spread of a peak force within the ensemble: zero while the members agree
 
 
 def survey(choice: Choice, members: int = PAIR) -> Holds:
-    """Answer every clause for a choice, from an ensemble of neighbours.
-
-    Parameters
-    ----------
-    choice : Choice
-    members : int
-        Runs of each case, with clearances that differ by 1e-12 of themselves.
-
-    Returns
-    -------
-    Holds
-    """
+    """Answer every clause for a choice, from an ensemble of neighbours."""
     cases = [case for case in every_case(choice) if case.clearance is not None]
     words: tuple[str, ...] = ()
     holds, peaks = [], []
@@ -152,23 +119,13 @@ def _constrained(case: PaperCase) -> Measures:
 
 @dataclasses.dataclass(frozen=True)
 class Survey:
-    """What is asked of some choices.
-
-    Parameters
-    ----------
-    choices : sequence of Choice
-    path : Path
-        NetCDF file, complete or missing.
-    settled : mapping of str to Finding
-        Answers by clause that replace those from two oscillations, for the periodic drive.
-    members : int
-        See `survey`.
-    """
+    """What is asked of some choices."""
 
     choices: Sequence[Choice]
-    path: Path
+    path: Path  # NetCDF file, complete or missing
+    # Answers by clause that replace those from two oscillations, for the periodic drive
     settled: Mapping[str, Finding] = dataclasses.field(default_factory=dict)
-    members: int = PAIR
+    members: int = PAIR  # See `survey`
 
     @property
     def tasks(self) -> tuple[tuple[Choice, int], ...]:
@@ -210,40 +167,13 @@ def fetch_sensitivity(
     engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Survey many choices, or read the survey from its file if it is of the same choices and version.
-
-    Parameters
-    ----------
-    choices, path, settled, members
-        See `Survey`.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-
-    Returns
-    -------
-    Dataset
-        `agreeing` (choice, clause), `words` (choice, clause), `spread` (choice), and the fields of the choices.
-    """
+    """Survey many choices, or read the survey from its file if it is of the same choices and version."""
     (found,) = fetch_surveys(Survey(choices, path, settled or {}, members), engine=engine, progress=progress)
     return found
 
 
 def fetch_surveys(*asked: Survey, engine: Engine | None = None, progress: Progress | None = None) -> tuple[xr.Dataset, ...]:
-    """Several surveys as of `fetch_sensitivity`; no worker waits for the end of one before it begins with the next.
-
-    Parameters
-    ----------
-    asked : Survey
-        Begun in this order; of distinct numbers of members.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
-    progress : callable, optional
-
-    Returns
-    -------
-    tuple of Dataset
-    """
+    """Several surveys as of `fetch_sensitivity`; no worker waits for the end of one before it begins with the next."""
     stored = {each.path: found for each in asked if (found := each.stored()) is not None}
     results: dict[tuple[Choice, int], Holds] = {}
     for task, holds in computed(

@@ -22,8 +22,6 @@ from scissordyn_paper.findings import QUARTER, VISIBLE, millimetres, percent
 from scissordyn_paper.measures import CONTINUOUS, LATE, SETTLED
 from scissordyn_paper.verdict import Clause, Periodically
 
-__all__ = ["CLAUSES"]
-
 _SETTLED, _LATE = f"{1e3 * SETTLED:g} ms", f"{1e3 * LATE:g} ms"
 _SCATTER = (
     "a single stroke is not periodic, so period and quasi-period are not defined; the paper's picture of velocity and "

@@ -11,8 +11,6 @@ from scissordyn_paper.page import paragraph, tally
 from scissordyn_paper.sensitivity import DEFAULT, FACTORS, full_factorial
 from scissordyn_paper.verdict import Verdict
 
-__all__ = ["OFTEN", "in_words", "summary"]
-
 OFTEN = 0.95
 """Fraction of choices from which on a clause is taken as true, or as false, for any choice."""
 
@@ -29,20 +27,7 @@ PLAIN = {
 
 
 def summary(verdicts: Sequence[Verdict], together: xr.Dataset) -> list[str]:
-    """The summary of the results.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        Of the default choice.
-    together : Dataset
-        Survey of `full_factorial`.
-
-    Returns
-    -------
-    list of str
-        Pieces of HTML.
-    """
+    """The summary of the results."""
     agreeing = [verdict for verdict in verdicts if verdict.finding.holds]
     periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
     holding = sum(found.holds for found in periodic)
@@ -75,15 +60,7 @@ def summary(verdicts: Sequence[Verdict], together: xr.Dataset) -> list[str]:
 def in_words(clauses: Sequence[str], fractions: np.ndarray) -> str:
     """Clauses that agree for any choice, and those that never do.
 
-    Parameters
-    ----------
-    clauses : sequence of str
-    fractions : ndarray, shape (clauses,)
-        Of the choices for which each agrees.
-
-    Returns
-    -------
-    str
+    Shapes: `fractions` (clauses,).
     """
     always, never, open_ = _sorted(clauses, fractions)
     percent = f"{100.0 * OFTEN:g} %"

@@ -11,20 +11,9 @@ from scissordyn_paper.cache import provenance
 from scissordyn_paper.sensitivity import DEFAULT
 from scissordyn_paper.verdict import Verdict
 
-__all__ = ["as_csv", "as_json"]
-
 
 def as_json(verdicts: Sequence[Verdict]) -> str:
-    """The verdicts with criteria and numbers.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-
-    Returns
-    -------
-    str
-    """
+    """The verdicts with criteria and numbers."""
     rows = [
         {
             "clause": verdict.clause.key,
@@ -43,16 +32,7 @@ def as_json(verdicts: Sequence[Verdict]) -> str:
 
 
 def as_csv(verdicts: Sequence[Verdict]) -> str:
-    """The verdicts as a table: clause, answer, statement, measured values, and the same for the periodic drive.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-
-    Returns
-    -------
-    str
-    """
+    """The verdicts as a table: clause, answer, statement, measured values, and the same for the periodic drive."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("clause", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic"))

@@ -9,8 +9,6 @@ from scissordyn_paper.cases import Choice, PaperCase
 from scissordyn_paper.measures import Measures
 from scissordyn_paper.periodic import Regularity
 
-__all__ = ["Clause", "Finding", "Measured", "Periodically", "Settled", "Verdict", "answer"]
-
 Measured = Mapping[PaperCase, Measures]
 
 Settled = Mapping[PaperCase, Regularity]
@@ -19,21 +17,11 @@ Settled = Mapping[PaperCase, Regularity]
 
 @dataclass(frozen=True)
 class Finding:
-    """The finding for one clause.
+    """The finding for one clause."""
 
-    Parameters
-    ----------
-    holds : bool
-        Whether the criterion is met.
-    words : str
-        The measured numbers in a sentence.
-    numbers : dict of str to float
-        The numbers by name; the name ends in its unit.
-    """
-
-    holds: bool
-    words: str
-    numbers: dict[str, float]
+    holds: bool  # Whether the criterion is met
+    words: str  # The measured numbers in a sentence
+    numbers: dict[str, float]  # The numbers by name; the name ends in its unit
 
     @property
     def answer(self) -> str:
@@ -43,49 +31,23 @@ class Finding:
 
 @dataclass(frozen=True)
 class Periodically:
-    """Evaluation of a clause for the periodic drive, from the asymptotic motion.
+    """Evaluation of a clause for the periodic drive, from the asymptotic motion."""
 
-    Parameters
-    ----------
-    criterion : str
-        Criterion of the clause.
-    find : callable
-        (motions under the periodic drive) -> Finding.
-    measures_regularity : bool
-        Whether the terms of the clause are defined only for such a drive.
-    """
-
-    criterion: str
-    find: Callable[[Settled], Finding]
-    measures_regularity: bool = False
+    criterion: str  # Criterion of the clause
+    find: Callable[[Settled], Finding]  # (motions under the periodic drive) -> Finding
+    measures_regularity: bool = False  # Whether the terms of the clause are defined only for such a drive
 
 
 @dataclass(frozen=True)
 class Clause:
-    """One clause of the paper's statements.
+    """One clause of the paper's statements."""
 
-    Parameters
-    ----------
-    key : str
-        Number of the statement and a letter, as "4c".
-    says : str
-        The paper's statement, paraphrased.
-    criterion : str
-        Criterion of the clause.
-    because : str
-        How the criterion follows from the paper's wording.
-    find : callable
-        (choice, measured runs) -> Finding.
-    periodically : Periodically, optional
-        The same clause for the periodic drive.
-    """
-
-    key: str
-    says: str
-    criterion: str
-    because: str
-    find: Callable[[Choice, Measured], Finding]
-    periodically: Periodically | None = None
+    key: str  # Number of the statement and a letter, as "4c"
+    says: str  # The paper's statement, paraphrased
+    criterion: str  # Criterion of the clause
+    because: str  # How the criterion follows from the paper's wording
+    find: Callable[[Choice, Measured], Finding]  # (choice, measured runs) -> Finding
+    periodically: Periodically | None = None  # The same clause for the periodic drive
 
     @property
     def statement(self) -> int:
@@ -95,23 +57,14 @@ class Clause:
 
 @dataclass(frozen=True)
 class Verdict:
-    """An answered clause.
-
-    Parameters
-    ----------
-    clause : Clause
-    finding : Finding
-    trusted : bool
-        Whether all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
-        are one sample, and only the distribution over an ensemble is meaningful.
-    periodic : Finding or None
-        The same clause under the periodic drive.
-    """
+    """An answered clause."""
 
     clause: Clause
     finding: Finding
+    # Whether all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
+    # are one sample, and only the distribution over an ensemble is meaningful
     trusted: bool
-    periodic: Finding | None = None
+    periodic: Finding | None = None  # The same clause under the periodic drive
 
     @property
     def answer(self) -> str:
@@ -132,21 +85,7 @@ class _RecordedMeasures(dict[PaperCase, Measures]):
 
 
 def answer(clause: Clause, choice: Choice, measured: Measured, settled: Settled | None = None) -> Verdict:
-    """Answer a clause.
-
-    Parameters
-    ----------
-    clause : Clause
-    choice : Choice
-    measured : mapping of PaperCase to Measures
-        With every run of the choice.
-    settled : mapping of PaperCase to Regularity, optional
-        Every motion under the periodic drive, for the clauses that are defined there.
-
-    Returns
-    -------
-    Verdict
-    """
+    """Answer a clause."""
     recorded = _RecordedMeasures(measured)
     finding = clause.find(choice, recorded)
     trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)

@@ -11,8 +11,6 @@ from scissordyn.analysis.measured import Measured
 from scissordyn.errors import InputError
 from scissordyn.file.export import TimeColumn, time_columns
 
-__all__ = ["agreement", "matched_events", "rises"]
-
 FORCES = ("normal_force", "indentation", "friction_force")
 """Quantities that are zero but for events: an event is a rise above a small part of the largest value."""
 
@@ -38,21 +36,6 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
     * events: rises of m above 5 % of its largest value for contact forces and indentations, above the middle of its range for
       others; run_events: of r; matched_events: pairs that are nearest to each other; event_lag: mean of run less measured of
       the pairs, and event_deviation: their root mean square [s].
-
-    Parameters
-    ----------
-    run : Dataset
-    record : Measured
-
-    Returns
-    -------
-    Dataset
-        The measures over `column`; `measured`, `run` over `time` and `column`.
-
-    Raises
-    ------
-    InputError
-        If they have no time in common, or a quantity is not in the run.
     """
     known = {column.heading: column for column in time_columns(run)}
     time = run["time"].values

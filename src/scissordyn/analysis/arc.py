@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError
 
-__all__ = ["smallest_arc"]
-
 
 def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike | None = None) -> float:
     """The smallest arc with a given fraction of the weight of points on a circle.
@@ -20,24 +18,7 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     across the zero of the angle where that is shorter. The arc of all points is 2 pi
     less the largest gap (the circular range, Mardia and Jupp 2000, Directional Statistics, doi:10.1002/9780470316979).
 
-    Parameters
-    ----------
-    angles : array_like, shape (n,)
-        [rad]
-    fraction : float
-        Between 0 and 1.
-    weights : array_like, shape (n,), optional
-        Not negative; equal if not given.
-
-    Returns
-    -------
-    float
-        [rad], NaN without points that have a weight.
-
-    Raises
-    ------
-    InputError
-        If the fraction is out of bounds or the shapes differ.
+    Shapes: `angles` (n,) [rad], `weights` (n,).
     """
     if not 0.0 < fraction <= 1.0:
         raise InputError(f"fraction = {fraction!r}", "a number > 0 and <= 1")

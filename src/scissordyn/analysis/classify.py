@@ -14,8 +14,6 @@ from scissordyn.errors import InputError
 from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
 from scissordyn.run.joints import some_clearance_joints
 
-__all__ = ["classify"]
-
 MAPS = ("strobe", "cycle")
 """Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs."""
 

@@ -13,8 +13,6 @@ from scissordyn.analysis.variable import described
 from scissordyn.analysis.verdict import Kind, Verdict
 from scissordyn.errors import InputError
 
-__all__ = ["Consensus", "consensus"]
-
 
 @dataclass(frozen=True)
 class Consensus:

@@ -14,8 +14,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 from scissordyn.run.joints import some_clearance_joints
 
-__all__ = ["QUANTILES", "contact_spans", "contact_statistics"]
-
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of forces and impulses."""
 
@@ -26,15 +24,7 @@ CENTRAL_PART = 0.95
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     """Start and end of every contact of a joint.
 
-    Parameters
-    ----------
-    run : Dataset
-    joint : str
-
-    Returns
-    -------
-    ndarray, shape (contacts, 2)
-        [s]; a contact at the end of the run lasts to that end.
+    Shapes: returns (contacts, 2) [s].
     """
     table = run.variables  # run[name] would make a DataArray with its coordinates
     ours = table["contact_joint"].values.astype(str) == joint

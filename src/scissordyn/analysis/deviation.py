@@ -12,8 +12,6 @@ from scissordyn.errors import InputError
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 from scissordyn.run.spacing import time_mean
 
-__all__ = ["deviation"]
-
 PART = re.compile(r"unit (\d+)/(bar \d+)")
 """Names of the bars of an array."""
 
@@ -25,26 +23,6 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     units, largest over the bars of a unit:
 
         s(t) = max_bars ( max_k e_k(t) - min_k e_k(t) )
-
-    Parameters
-    ----------
-    run : Dataset
-    ideal : Dataset
-        The run of the same mechanism without clearances, recorded at the same instants.
-    after, until : float
-        Window of the evaluation [s]; to the end of the run if `until` is not given.
-
-    Returns
-    -------
-    Dataset
-        `position_error_max` and `position_error_rms` of every body's mass centre, `output_error_max` and `output_error_rms` of
-        the slider along its guide, or of the output body; `synchronisation_error` over time with `synchronisation_error_max`
-        and `synchronisation_error_rms`. Variables that the mechanism does not have are left out.
-
-    Raises
-    ------
-    InputError
-        If the runs have other instants or bodies.
     """
     start, end = window(run, after, until)
     own, other = run["time"].values, ideal["time"].values[: run.sizes["time"]]

@@ -7,8 +7,6 @@ import xarray as xr
 
 from scissordyn.analysis.variable import Variable
 
-__all__ = ["RATES", "cubic", "interpolate", "slope"]
-
 RATES = {
     "slider_position": "slider_velocity",
     "slider_velocity": "slider_acceleration",
@@ -27,19 +25,6 @@ def cubic(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
     """The cubic with given values and rates at both ends of an interval.
 
     Its error is y''''(t) h^4/384 at most (Davis 1975, Interpolation and Approximation).
-
-    Parameters
-    ----------
-    s : ndarray
-        Position in the interval, as a fraction.
-    step : ndarray
-        h [s].
-    ends : tuple of ndarray
-        Value, rate, value, rate.
-
-    Returns
-    -------
-    ndarray
     """
     y0, r0, y1, r1 = ends
     value: np.ndarray = (
@@ -61,18 +46,7 @@ def slope(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
 def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
     """Interpolated variables of a run between its samples.
 
-    Parameters
-    ----------
-    run : Dataset
-    when : ndarray, shape (n,)
-        Inside the run [s].
-    dim : str
-        Name of the new dimension.
-
-    Returns
-    -------
-    dict of str to Variable
-        The variables of `RATES` that are in the run, and accelerations as slopes of the velocities, with one order less.
+    Shapes: `when` (n,) [s].
     """
     time = run["time"].values
     left = np.clip(np.searchsorted(time, when, side="right") - 1, 0, time.size - 2)

@@ -13,8 +13,6 @@ from scipy.integrate import solve_ivp
 from scissordyn.analysis.variable import described
 from scissordyn.errors import InputError, ScissordynError
 
-__all__ = ["exponent_from_growth", "largest_exponent", "largest_exponent_map"]
-
 OFFSET = 1e-8
 """Distance of two trajectories after rescaling: the square root of round-off, which balances round-off and nonlinearity."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from scissordyn.errors import InputError
 
-__all__ = ["Measured"]
-
 
 @dataclass(frozen=True)
 class Measured:

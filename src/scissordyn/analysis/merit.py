@@ -13,8 +13,6 @@ from scissordyn.run.configuration import number_attribute, read_configuration
 from scissordyn.run.joints import clearance_joints
 from scissordyn.run.spacing import time_mean
 
-__all__ = ["figures_of_merit"]
-
 
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
     """Figures of merit of a drive or a controller.

@@ -14,8 +14,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.run.configuration import read_configuration
 
-__all__ = ["MotorCurve", "torque_over_speed"]
-
 SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 
 

@@ -12,8 +12,6 @@ from scipy.spatial.distance import cdist
 from scissordyn.analysis.variable import as_table, described
 from scissordyn.errors import InputError
 
-__all__ = ["MOST_SAMPLES", "recurrence"]
-
 MOST_SAMPLES = 5000
 """Largest number of samples; the recurrence matrix has its square of entries."""
 

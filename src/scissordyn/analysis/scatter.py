@@ -7,8 +7,6 @@ import xarray as xr
 from scissordyn.analysis.variable import window
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["velocity_acceleration"]
-
 
 def velocity_acceleration(
     run: xr.Dataset, *, after: float = 0.0, until: float | None = None, body: str = "", axis: str = "y"

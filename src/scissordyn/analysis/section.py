@@ -12,8 +12,6 @@ from scissordyn.analysis.hermite import RATES, cubic, interpolate, slope
 from scissordyn.analysis.variable import described
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["Direction", "section"]
-
 Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
 

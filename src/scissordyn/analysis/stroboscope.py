@@ -11,8 +11,6 @@ from scissordyn.analysis.hermite import interpolate
 from scissordyn.analysis.variable import described
 from scissordyn.errors import InputError
 
-__all__ = ["stroboscopic"]
-
 ON_THE_GRID = 1e-9
 """A sample within this fraction of the period of an instant of the map is used as it is."""
 

@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError
 
-__all__ = ["Variable", "as_table", "described", "series", "window"]
-
 Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
 
 
@@ -21,26 +19,7 @@ def described(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: s
 
 
 def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, float]:
-    """The window of a run.
-
-    Parameters
-    ----------
-    run : Dataset
-    after : float
-        Its start [s].
-    until : float, optional
-        Its end [s]; the run's end if not given.
-
-    Returns
-    -------
-    start, end : float
-        [s]
-
-    Raises
-    ------
-    InputError
-        If it is empty or not inside the run.
-    """
+    """The window of a run."""
     first, last = float(run["time"].values[0]), float(run["time"].values[-1])
     end = last if until is None else until
     if not (math.isfinite(after) and math.isfinite(end) and after < end <= last * (1.0 + 1e-12)) or end <= first:
@@ -54,20 +33,7 @@ def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, f
 def series(values: ArrayLike, *, least: int) -> np.ndarray:
     """Numbers as a finite array of one dimension.
 
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-    least : int
-        Smallest number.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Raises
-    ------
-    InputError
-        If they are too few, not finite, or not of one dimension.
+    Shapes: `values` (n,); returns (n,).
     """
     found = np.asarray(values, float)
     if found.ndim != 1 or found.size < least or not np.all(np.isfinite(found)):
@@ -81,20 +47,7 @@ def series(values: ArrayLike, *, least: int) -> np.ndarray:
 def as_table(values: ArrayLike, *, least: int) -> np.ndarray:
     """Numbers as a finite array of two dimensions: a row a sample, a column a quantity.
 
-    Parameters
-    ----------
-    values : array_like, shape (n,) or (n, quantities)
-    least : int
-        Smallest number of samples.
-
-    Returns
-    -------
-    ndarray, shape (n, quantities)
-
-    Raises
-    ------
-    InputError
-        If they are too few or not finite.
+    Shapes: `values` (n,); returns (n, quantities).
     """
     found = np.asarray(values, float)
     table = found[:, None] if found.ndim == 1 else found

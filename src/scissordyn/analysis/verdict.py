@@ -15,8 +15,6 @@ from scissordyn.analysis.variable import as_table
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.errors import InputError
 
-__all__ = ["ENOUGH", "Kind", "Verdict", "classify_samples"]
-
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
 ENOUGH = 200

@@ -10,8 +10,6 @@ from scipy import fft
 from scissordyn.analysis.variable import described, series
 from scissordyn.errors import InputError, whole_number
 
-__all__ = ["zero_one_test"]
-
 LAGS = 0.1
 """Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)."""
 

@@ -12,8 +12,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-__all__ = ["Reference", "bibliography", "dois", "references"]
-
 FILE = Path(__file__).parent / "references.toml"
 
 DOI = re.compile(r"10\.\d{4,9}/(?!\.)[^\s}\"'`;,|<>\]]+")
@@ -37,30 +35,14 @@ ENOUGH = 2
 
 @dataclass(frozen=True)
 class Reference:
-    """A publication.
+    """A publication."""
 
-    Parameters
-    ----------
-    key : str
-        Of BibTeX.
-    type : str
-        Of BibTeX, or "software" or "patent".
-    authors : tuple of str
-        "Family, Given".
-    title : str
-    year : int or None
-    journal, booktitle, publisher, school, institution, volume, number, pages, doi, isbn, url, version : str
-        Empty where there is none.
-    seen : tuple of str
-        Where the DOI was found.
-    """
-
-    key: str
-    type: str
-    authors: tuple[str, ...]
+    key: str  # Of BibTeX
+    type: str  # Of BibTeX, or "software" or "patent"
+    authors: tuple[str, ...]  # "Family, Given"
     title: str
     year: int | None = None
-    journal: str = ""
+    journal: str = ""  # Empty where there is none
     booktitle: str = ""
     publisher: str = ""
     school: str = ""
@@ -72,7 +54,7 @@ class Reference:
     isbn: str = ""
     url: str = ""
     version: str = ""
-    seen: tuple[str, ...] = ()
+    seen: tuple[str, ...] = ()  # Where the DOI was found
 
     @property
     def verified(self) -> bool:
@@ -163,18 +145,7 @@ def dois(text: str) -> tuple[str, ...]:
 
 
 def references(source: str) -> tuple[Reference, ...]:
-    """The publications that a source names, as that of a law or a mechanism.
-
-    Parameters
-    ----------
-    source : str
-        Publications apart by semicolons, each found by its DOI, or by its first author and year, as "Hertz 1881". A DOI that
-        the bibliography does not have gives a reference of that text; what names nobody and no year, as "definition", none.
-
-    Returns
-    -------
-    tuple of Reference
-    """
+    """The publications that a source names, as that of a law or a mechanism."""
     found: list[Reference] = []
     for part in source.split(";"):
         doi, named = next(iter(dois(part)), ""), NAMED.search(part)

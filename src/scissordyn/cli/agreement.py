@@ -8,27 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["compare_with_data"]
-
 
 def compare_with_data(run: xr.Dataset, path: Path, output: Path | None, form: str) -> int:
-    """Print measures of agreement, and draw both curves and their differences.
-
-    Parameters
-    ----------
-    run : Dataset
-    path : Path
-        Of the measured curves.
-    output : Path or None
-        Folder of the picture.
-    form : str
-        Of the picture.
-
-    Returns
-    -------
-    int
-        The status of the command.
-    """
+    """Print measures of agreement, and draw both curves and their differences."""
     from scissordyn.analysis.agreement import agreement
     from scissordyn.cli.show import console
     from scissordyn.config.measured import read_measured

@@ -10,8 +10,6 @@ import typer
 from scissordyn.cli.option import BarQuantity, Magnified, OwnCode, SavedRun
 from scissordyn.cli.output import check_file
 
-__all__ = ["animate"]
-
 LONGEST = 3600.0
 """Of a film [s]."""
 

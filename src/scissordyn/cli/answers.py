@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult
     from scissordyn.study.summary import Table
 
-__all__ = ["show_answers", "show_causes", "show_damage", "show_warnings"]
-
 ROWS = 12
 """Points of a front or of a table that are shown."""
 

@@ -19,8 +19,6 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bifurcation"]
-
 
 def bifurcation(
     case: Annotated[Path, typer.Argument(help="A case file with a periodic drive.")],

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.summary import SpanAnswer
 
-__all__ = ["check"]
-
 MOST_NAMES = 20
 """All joints of a mechanism that has more than these are not named one by one."""
 

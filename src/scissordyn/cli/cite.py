@@ -9,8 +9,6 @@ import typer
 
 from scissordyn.cli.option import SavedRun
 
-__all__ = ["cite"]
-
 
 def cite(
     run: SavedRun,

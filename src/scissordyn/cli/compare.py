@@ -14,8 +14,6 @@ from scissordyn.cli.output import check_folder
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["change", "compare", "measures"]
-
 MOST = 20
 """Differing entries of the configurations that are listed."""
 
@@ -107,16 +105,7 @@ SELDOM = ("motor_work", "load_work")
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
-    """Figures of a run with their units, by name.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    dict of str to (float, str)
-    """
+    """Figures of a run with their units, by name."""
     import numpy as np
 
     from scissordyn.run.joints import clearance_joints

@@ -6,8 +6,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["controllers"]
-
 
 def controllers(
     name: Annotated[str | None, typer.Argument(help="One controller, or a class of yours as FILE.py:CLASS.")] = None,

@@ -11,20 +11,9 @@ from scissordyn.errors import command
 if TYPE_CHECKING:
     from scissordyn.study.convergence import Convergence
 
-__all__ = ["converged_lines", "plain"]
-
 
 def converged_lines(found: Convergence, case: str, changed: Sequence[str] = ()) -> list[str]:
-    """What was found, a line each.
-
-    Parameters
-    ----------
-    found : Convergence
-    case : str
-        The case file, for the command that runs it so.
-    changed : sequence of str
-        What of the case was changed.
-    """
+    """What was found, a line each."""
     import xarray as xr
 
     from scissordyn.plot.scale import scale_of

@@ -12,25 +12,9 @@ from scissordyn.model.description import Description
 from scissordyn.model.walk import declared
 from scissordyn.run.configuration import Configuration
 
-__all__ = ["differences"]
-
 
 def differences(one: Any, two: Any, place: str = "", unit: str = "") -> Iterator[tuple[str, str, str]]:
-    """Entries in which two descriptions differ, with their address.
-
-    Parameters
-    ----------
-    one, two
-        What saved runs say of themselves, or parts of it.
-    place : str
-    unit : str
-        SI unit of numbers here; "" if there is none.
-
-    Yields
-    ------
-    (str, str, str)
-        Address, and both values in short, with a unit that suits them.
-    """
+    """Entries in which two descriptions differ, with their address."""
     parts = [None if part is None else list(part) for part in (_parts(one, unit), _parts(two, unit))]
     left, right = ({name: (value, of) for name, value, of in part or ()} for part in parts)
     if parts[0] is None or parts[1] is None or _kind(one) != _kind(two) or (isinstance(one, tuple) and len(one) != len(two)):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import signal
 
-__all__ = ["run"]
-
 
 def run() -> None:
     """Load the commands and run one; Ctrl-C while they are loaded ends the process without a traceback."""

@@ -11,8 +11,6 @@ from scissordyn.cli.output import check_folder
 from scissordyn.config.examples import folder_of_examples
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["examples"]
-
 
 def examples(
     name: Annotated[str, typer.Argument(help="Print this one.", show_default=False)] = "",

@@ -14,8 +14,6 @@ from scissordyn.errors import InputError, command
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-__all__ = ["explore"]
-
 NEEDED = ("panel", "bokeh", "tomlkit")
 
 

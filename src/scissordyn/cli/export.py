@@ -13,8 +13,6 @@ from scissordyn.cli.output import check_file
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["export"]
-
 
 def export(
     source: Annotated[Path, typer.Argument(help="A saved run, or a case file.")],

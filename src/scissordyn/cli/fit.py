@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from scissordyn.config.case import Case
 
-__all__ = ["fit"]
-
 
 def fit(
     case: CaseFile,

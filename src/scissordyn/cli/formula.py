@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["plain_formula"]
-
 LETTERS = (
     "alpha α beta β gamma γ delta δ epsilon ε varepsilon ε zeta ζ eta η theta θ iota ι kappa κ lambda λ mu μ nu ν xi ξ pi π "
     "rho ρ sigma σ tau τ phi φ varphi φ chi χ psi ψ omega ω Gamma Γ Delta Δ Theta Θ Lambda Λ Sigma Σ Phi Φ Psi Ψ Omega Ω"
@@ -55,17 +53,7 @@ SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 def plain_formula(latex: str) -> str:
-    """A formula in characters: fractions with a slash, Greek letters and small powers as such.
-
-    Parameters
-    ----------
-    latex : str
-
-    Returns
-    -------
-    str
-        Without backslashes and braces; a line for each formula.
-    """
+    """A formula in characters: fractions with a slash, Greek letters and small powers as such."""
     text = re.sub(r"\\(?:operatorname)\*?\s*" + GROUP, r" \1 ", latex)
     text = re.sub(r"\\(?:text|mathrm|mathbf|boldsymbol|mathit)\*?\s*" + GROUP, r"\1", text)
     text = re.sub(rf"(\\(?:{FUNCTIONS}))\s*(\\[dt]?frac\s*{GROUP}\s*{GROUP})", r"\1(\2)", text)

@@ -9,8 +9,6 @@ import typer
 
 from scissordyn.cli.option import Quiet
 
-__all__ = ["import_drawing"]
-
 SAMPLE = "-o case.toml"
 
 

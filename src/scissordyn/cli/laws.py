@@ -13,8 +13,6 @@ from scissordyn.errors import InputError, did_you_mean
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["laws"]
-
 
 def laws(
     name: Annotated[str | None, typer.Argument(help="One law or material, or a class of yours as FILE.py:CLASS.")] = None,

@@ -43,8 +43,6 @@ from scissordyn.cli.sweep import sweep
 from scissordyn.cli.zoo import zoo
 from scissordyn.errors import ScissordynError, printable, shortened
 
-__all__ = ["app", "run", "status_of"]
-
 app = typer.Typer(
     name="scissordyn",
     help="Dynamics of deployable scissor structures with clearance joints.",
@@ -185,18 +183,7 @@ def run() -> None:
 
 
 def status_of(arguments: Sequence[str]) -> int:
-    """Run one command.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-        The arguments after ``scissordyn``.
-
-    Returns
-    -------
-    int
-        0 done, 1 an internal error, 2 invalid input, 3 a failed run, 130 interrupted (143 for the process if by SIGTERM).
-    """
+    """Run one command."""
     _returned.clear()
     try:
         status = int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)

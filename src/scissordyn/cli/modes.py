@@ -14,8 +14,6 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["modes"]
-
 
 def modes(
     case: CaseFile,

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from scissordyn.analysis.motor import MotorCurve
     from scissordyn.config.case import Case
 
-__all__ = ["motor"]
-
 LEAST = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
 
 

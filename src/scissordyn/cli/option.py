@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["AsJson", "BarQuantity", "BlockSize", "CaseFile", "Changes", "Magnified", "OwnCode", "Quiet", "SavedRun"]
-
 CaseFile = Annotated[Path, typer.Argument(help="A case file.")]
 SavedRun = Annotated[Path, typer.Argument(help="A saved run.")]
 Changes = Annotated[

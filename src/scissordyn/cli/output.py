@@ -7,24 +7,12 @@ from pathlib import Path
 
 from scissordyn.errors import InputError
 
-__all__ = ["check_file", "check_folder"]
-
 PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 """Endings of pictures."""
 
 
 def check_file(path: Path, case: Path, sample: str) -> None:
-    """Raise `InputError` unless a file can be written there without loss of another.
-
-    Parameters
-    ----------
-    path : Path
-        File of the result.
-    case : Path
-        The case file or saved run, which must not be overwritten by its result.
-    sample : str
-        An example to type.
-    """
+    """Raise `InputError` unless a file can be written there without loss of another."""
     from scissordyn.file.output_file import check_target
 
     if path.exists() and case.exists() and path.samefile(case):

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from scissordyn_paper.open_answers import Change
     from scissordyn_paper.verdict import Verdict
 
-__all__ = ["paper"]
-
 MOST_WORKERS = 16
 """More processes would wait for the longest motions, of which there are ten, and each takes some hundred megabytes."""
 

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["print_parameters", "print_text"]
-
 NARROW = 90
 """On narrower terminals what is allowed stands in the column of what a parameter means."""
 

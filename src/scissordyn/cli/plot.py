@@ -11,8 +11,6 @@ from scissordyn.cli.option import BarQuantity, Magnified, OwnCode, SavedRun
 from scissordyn.cli.output import check_folder
 from scissordyn.errors import InputError
 
-__all__ = ["plot"]
-
 
 def plot(
     run: SavedRun,

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["preview"]
-
 UNMOVED = 1e-6
 """Assembly is said to move nothing if it moves bodies by less than this fraction of the mechanism's size, or angle [rad]."""
 

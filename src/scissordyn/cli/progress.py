@@ -6,24 +6,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["DESCRIPTION", "bar", "progress_bar"]
-
 DESCRIPTION = "{task.description}"
 """A column."""
 
 
 @contextmanager
 def bar(*columns: str, described: str, total: float | None) -> Iterator[Callable[..., None] | None]:
-    """A function that updates a bar on stderr, with the keywords of rich's `Progress.update`; None without a terminal.
-
-    Parameters
-    ----------
-    *columns : str
-        Names of columns of rich, or texts with fields.
-    described : str
-        What the bar says at first.
-    total : float or None
-    """
+    """A function that updates a bar on stderr, with the keywords of rich's `Progress.update`; None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -38,13 +27,7 @@ def bar(*columns: str, described: str, total: float | None) -> Iterator[Callable
 
 @contextmanager
 def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
-    """A function of the simulated time that updates a bar on stderr; None without a terminal.
-
-    Parameters
-    ----------
-    until : float
-        End of the simulated time [s].
-    """
+    """A function of the simulated time that updates a bar on stderr; None without a terminal."""
     percent = "{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"
     with bar(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn", described="preparing ", total=until) as update:
         yield None if update is None else lambda time: update(completed=time, description="simulating")

@@ -17,23 +17,9 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-__all__ = ["print_json", "run_record"]
-
 
 def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, Any]:
-    """A run in plain data.
-
-    Parameters
-    ----------
-    run : Dataset
-    files : sequence of path
-        That were written.
-
-    Returns
-    -------
-    dict
-        Forces in N, times in s, energies in J; "summary" answers first what a designer asks.
-    """
+    """A run in plain data."""
     trusted = float(run.attrs.get("trusted_until", math.nan))
     residual = float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else math.nan
     return {
@@ -52,10 +38,5 @@ def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, A
 
 
 def print_json(record: dict[str, Any]) -> None:
-    """Print plain data as one line of JSON, with every character beyond ASCII as its code.
-
-    Parameters
-    ----------
-    record : dict
-    """
+    """Print plain data as one line of JSON, with every character beyond ASCII as its code."""
     print(json.dumps(record, allow_nan=False))

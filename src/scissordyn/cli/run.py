@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.checkpoint import Checkpoint
 
-__all__ = ["run"]
-
 PATIENCE = 20.0
 """Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
 

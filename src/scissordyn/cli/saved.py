@@ -12,21 +12,9 @@ if TYPE_CHECKING:
 
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["mechanism_of", "read_run", "seconds"]
-
 
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
-    """A saved run with at least so many samples.
-
-    Parameters
-    ----------
-    path : Path
-    samples : int
-
-    Returns
-    -------
-    Dataset
-    """
+    """A saved run with at least so many samples."""
     from scissordyn.config.table import located
     from scissordyn.file.sound import check_run
     from scissordyn.run.configuration import is_run
@@ -49,18 +37,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
 
 
 def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
-    """The mechanism that was run.
-
-    Parameters
-    ----------
-    run : Dataset
-    allow_code : list of Path or None
-        Files of the user whose functions may be executed.
-
-    Returns
-    -------
-    Mechanism
-    """
+    """The mechanism that was run."""
     from scissordyn.file.sound import check_names
     from scissordyn.run.configuration import read_configuration
 
@@ -70,19 +47,7 @@ def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
 
 
 def seconds(text: str | None, option: str) -> float | None:
-    """A time with its unit, as in "10 ms".
-
-    Parameters
-    ----------
-    text : str or None
-    option : str
-        Named in the error.
-
-    Returns
-    -------
-    float or None
-        [s]
-    """
+    """A time with its unit, as in "10 ms"."""
     if text is None:
         return None
     from scissordyn.config.quantity import read_quantity

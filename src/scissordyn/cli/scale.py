@@ -7,21 +7,9 @@ import numpy as np
 from scissordyn.numeral import numerals
 from scissordyn.units import prefix
 
-__all__ = ["column"]
-
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:
-    """A unit with its prefix, and the numbers as `numeral.numerals` writes them.
-
-    Parameters
-    ----------
-    values : ndarray
-        In SI.
-    unit : str
-        SI unit; a prefix is put before it if it is a single name.
-    digits : int
-        Significant digits of the largest number.
-    """
+    """A unit with its prefix, and the numbers as `numeral.numerals` writes them."""
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
     factor, letter = prefix(largest) if unit.isalpha() and unit != "deg" else (1.0, "")

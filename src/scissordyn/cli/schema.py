@@ -10,8 +10,6 @@ import typer
 
 from scissordyn.errors import InputError, command
 
-__all__ = ["schema"]
-
 
 def schema(
     which: Annotated[str, typer.Argument(help="case or study.")] = "case",

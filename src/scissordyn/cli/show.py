@@ -24,8 +24,6 @@ from scissordyn.run.summary import JointSummary, joint_summaries, kinds_left_out
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 
-__all__ = ["TextConsole", "console", "show_answer", "show_events", "show_summary"]
-
 WIDTH = 100
 """Columns of the output without a terminal."""
 
@@ -85,27 +83,13 @@ def console() -> Console:
 
 
 def show_answer(run: xr.Dataset, to: Console) -> None:
-    """Print what a designer asks of a run, one sentence a line.
-
-    Parameters
-    ----------
-    run : Dataset
-    to : Console
-    """
+    """Print what a designer asks of a run, one sentence a line."""
     for line in summary_of(run).lines:
         to.print(line, markup=False)
 
 
 def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
-    """Print the first contacts of a run.
-
-    Parameters
-    ----------
-    run : Dataset
-    rows : int
-        Largest number of contacts to show.
-    to : Console
-    """
+    """Print the first contacts of a run."""
     found = run.sizes["contact"]
     if not found or rows <= 0:
         return
@@ -196,15 +180,7 @@ def _largest(joint: JointSummary) -> str:
 
 
 def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = None) -> None:
-    """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean.
-
-    Parameters
-    ----------
-    run : Dataset
-    to : Console
-    mechanism : Mechanism, optional
-        The one that was run, to compare its laws with others.
-    """
+    """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean."""
     attributes = run.attrs
     statistics = json.loads(attributes["statistics"])
     end = float(attributes["end"])

@@ -1,7 +1,5 @@
 """Exit statuses."""
 
-__all__ = ["BAD_INPUT", "BUG", "DONE", "INTERRUPTED", "UNFINISHED"]
-
 DONE = 0
 BUG = 1
 BAD_INPUT = 2

@@ -8,8 +8,6 @@ import os
 import sys
 import unicodedata
 
-__all__ = ["give_up", "prepare_streams"]
-
 WRITTEN = "scissordyn"
 """Name of the error handler of encodings."""
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from scissordyn.study.execute import Progress
     from scissordyn.study.result import StudyResult
 
-__all__ = ["compute", "study"]
-
 ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")
 
 EVENTS = 20
@@ -149,27 +147,7 @@ def compute(
     points: int | None = None,
     budget: float | None = None,
 ) -> int:
-    """Do what is missing of a study, and show its answers.
-
-    Parameters
-    ----------
-    described : Study
-    address : str
-        Of the store.
-    where : Where
-    block : int, optional
-    retry : bool
-        Do cases that failed again.
-    points : int, optional
-        Points from now on.
-    budget : float, optional
-        Time for cheap and accurate runs [s].
-
-    Returns
-    -------
-    int
-        Exit status.
-    """
+    """Do what is missing of a study, and show its answers."""
     from scissordyn.run.engine import EngineError
     from scissordyn.study.block import ProgramError
     from scissordyn.study.result import computed

@@ -11,8 +11,6 @@ from scissordyn.cli.option import BlockSize, CaseFile, Changes
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError
 
-__all__ = ["addressed", "sweep"]
-
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
 DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
@@ -71,14 +69,7 @@ def sweep(
 
 
 def addressed(given: list[str] | None, option: str) -> dict[str, str]:
-    """Texts by address, of ``ADDRESS=VALUES``.
-
-    Parameters
-    ----------
-    given : list of str or None
-    option : str
-        For messages.
-    """
+    """Texts by address, of ``ADDRESS=VALUES``."""
     found: dict[str, str] = {}
     for each in given or ():
         called = DISTRIBUTED.fullmatch(each)

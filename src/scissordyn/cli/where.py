@@ -17,8 +17,6 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     from scissordyn.run.engine import Engine
 
-__all__ = ["MOST_THREADS", "QueueFile", "Scheduler", "ThreadCount", "Where", "WorkerCount"]
-
 MOST_THREADS = 4096
 """More than any machine has processors."""
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from scissordyn.collection.entry import Entry
 
-__all__ = ["zoo"]
-
 
 def zoo(
     name: Annotated[str, typer.Argument(help="Show this one.", show_default=False)] = "",

@@ -11,8 +11,6 @@ from pathlib import Path
 from scissordyn.collection.entry import DECLARATION, Entry, read_entry
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["GROUP", "Zoo", "zoo"]
-
 GROUP = "scissordyn.zoo"
 """The group of entry points by which other packages name folders of theirs."""
 

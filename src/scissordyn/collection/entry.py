@@ -22,8 +22,6 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 
-__all__ = ["CASE", "DECLARATION", "Entry", "Kind", "read_entry"]
-
 DECLARATION, CASE = "zoo.toml", "case.toml"
 """Files of an entry's folder."""
 
@@ -32,30 +30,16 @@ Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", 
 
 @dataclass(frozen=True)
 class Entry:
-    """A named mechanism with its source and the numbers that a right program gives.
+    """A named mechanism with its source and the numbers that a right program gives."""
 
-    Parameters
-    ----------
-    name : str
-        As ``sd.zoo[name]`` and ``scissordyn zoo NAME`` have it.
-    title, kind, about : str
-        What it is; `about` says where its parameters are from.
-    licence : str
-        Of the files, as an SPDX expression; facts and figures of a source are not subject to it.
-    numbers : tuple of Number
-    case_file : Path
-    package : str
-        That it comes with.
-    """
-
-    name: str
-    title: str
+    name: str  # As ``sd.zoo[name]`` and ``scissordyn zoo NAME`` have it
+    title: str  # What it is; `about` says where its parameters are from
     kind: str
     about: str
-    licence: str
+    licence: str  # Of the files, as an SPDX expression; facts and figures of a source are not subject to it
     numbers: tuple[Number, ...]
     case_file: Path
-    package: str = "scissordyn"
+    package: str = "scissordyn"  # That it comes with
 
     @property
     def text(self) -> str:
@@ -78,27 +62,11 @@ class Entry:
         return references(self.mechanism.source)
 
     def simulate(self, *, ideal: bool = False) -> xr.Dataset:
-        """Run it as its case file says.
-
-        Parameters
-        ----------
-        ideal : bool
-            With ideal joints in place of those with clearance.
-
-        Returns
-        -------
-        Dataset
-        """
+        """Run it as its case file says."""
         return simulate(self.mechanism.ideal() if ideal else self.mechanism, **self.case.run.keywords)
 
     def check(self) -> tuple[Found, ...]:
-        """Run it, and compare its numbers with what they should be.
-
-        Returns
-        -------
-        tuple of Found
-            One for each of `numbers`, in order.
-        """
+        """Run it, and compare its numbers with what they should be."""
         runs = {ideal: self.simulate(ideal=ideal) for ideal in {number.ideal for number in self.numbers}}
         for run in runs.values():
             if run.attrs["status"] != "complete":
@@ -138,23 +106,7 @@ class _EntryTable(Table):
 
 
 def read_entry(folder: Path, package: str) -> Entry:
-    """The entry that a folder describes.
-
-    Parameters
-    ----------
-    folder : Path
-    package : str
-        That the folder comes with.
-
-    Returns
-    -------
-    Entry
-
-    Raises
-    ------
-    InputError
-        For the first error of the declaration, with its line, or a case file that is missing.
-    """
+    """The entry that a folder describes."""
     path = folder / DECLARATION
     text = read_text(path, "the declaration of a mechanism in TOML")
     tree = parsed(text, path)

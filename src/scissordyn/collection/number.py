@@ -16,8 +16,6 @@ from scissordyn.config.table import located
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 
-__all__ = ["Found", "Number", "Origin"]
-
 Origin = Literal["closed form", "published", "second formulation", "this program"]
 """Who says how large a number is."""
 
@@ -27,55 +25,22 @@ BETWEEN = 1e-6
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a run, and how large it should be.
+    """A number of a run, and how large it should be."""
 
-    Parameters
-    ----------
-    what : str
-        In words.
-    variable : str
-        Of the run.
-    where : mapping of str to str or int
-        Names, or indices from 0, along its dimensions but for time.
-    at : str
-        An instant with its unit, which has to be one of the samples, "start", "end", "largest" or "smallest"; empty for a
-        variable without time.
-    value, tolerance : str
-        With their units: how large it is, and the largest difference.
-    origin : str
-        See `Origin`.
-    reason : str
-        The formula, the publication, or the other program.
-    ideal : bool
-        Whether it is a number of the mechanism with ideal joints.
-    """
-
-    what: str
-    variable: str
-    where: Mapping[str, str | int]
+    what: str  # In words
+    variable: str  # Of the run
+    where: Mapping[str, str | int]  # Names, or indices from 0, along its dimensions but for time
+    # An instant with its unit, which has to be one of the samples, "start", "end", "largest" or "smallest"; empty for a
+    # variable without time
     at: str
-    value: str
+    value: str  # With their units: how large it is, and the largest difference
     tolerance: str
-    origin: Origin
-    reason: str
-    ideal: bool = True
+    origin: Origin  # See `Origin`
+    reason: str  # The formula, the publication, or the other program
+    ideal: bool = True  # Whether it is a number of the mechanism with ideal joints
 
     def measure(self, run: xr.Dataset) -> Found:
-        """The number in a run, compared with what it should be.
-
-        Parameters
-        ----------
-        run : Dataset
-
-        Returns
-        -------
-        Found
-
-        Raises
-        ------
-        InputError
-            If the run has no such variable, name or instant, or a unit does not fit.
-        """
+        """The number in a run, compared with what it should be."""
         with located(f"number '{self.what}'"):
             if self.variable not in run:
                 near = did_you_mean(self.variable, map(str, run.variables))
@@ -108,18 +73,10 @@ class Number:
 
 @dataclass(frozen=True)
 class Found:
-    """What a run gives for a number.
-
-    Parameters
-    ----------
-    number : Number
-    found, expected, tolerance : float
-        In the unit of the variable.
-    unit : str
-    """
+    """What a run gives for a number."""
 
     number: Number
-    found: float
+    found: float  # In the unit of the variable
     expected: float
     tolerance: float
     unit: str

@@ -23,13 +23,7 @@ LIMIT = 600
 
 
 def compiler_command(target: str = "") -> list[str]:
-    """How the C compiler is called, for this machine or another one.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """How the C compiler is called, for this machine or another one."""
     zig = [sys.executable, "-m", "ziglang", "cc", "-s"] if find_spec("ziglang") else []
     wanted = os.environ.get("CC", "").split()
     if target:
@@ -47,13 +41,7 @@ def compiler_command(target: str = "") -> list[str]:
 
 
 def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, *, target: str = "") -> None:
-    """Compile a file of C to a shared library, which is replaced as a whole or stays as it is; `target` is another machine.
-
-    Raises
-    ------
-    InputError
-        If there is no compiler, or it fails.
-    """
+    """Compile a file of C to a shared library, which is replaced as a whole or stays as it is; `target` is another machine."""
     command = compiler_command(target)
     name, allowed = " ".join(command), "a C compiler for C11 that works, in CC"
     with tempfile.TemporaryDirectory(dir=library.parent, prefix=".build-") as folder:

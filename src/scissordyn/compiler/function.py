@@ -32,17 +32,7 @@ MOST_PASSES = 8
 
 
 class Body:
-    """The statements of one function, for arguments of given types.
-
-    Parameters
-    ----------
-    unit : Unit
-    definition : ast.FunctionDef
-    kinds : tuple of Kind
-        Of the arguments.
-    names : callable
-        What the function's module means by a name.
-    """
+    """The statements of one function, for arguments of given types."""
 
     def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any, file: str = "") -> None:
         self.unit, self.definition, self.place = unit, definition, f"{file or 'kernel'}:{{}}: {definition.name}"

@@ -170,20 +170,7 @@ SCALARS = {int: INT, float: FLOAT, bool: BOOL, type(None): VOID}
 
 
 def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> Kind:
-    """The type of a value of Python; `known` keeps the types of records and named tuples by what they are.
-
-    Parameters
-    ----------
-    value
-        A number, an array, or a named tuple of such.
-    name : str
-        What a record is called.
-    known : dict, optional
-
-    Returns
-    -------
-    Kind
-    """
+    """The type of a value of Python; `known` keeps the types of records and named tuples by what they are."""
     known = {} if known is None else known
     if isinstance(value, bool | np.bool_):
         return BOOL

@@ -53,17 +53,7 @@ class _Translated:
 
 
 class Unit:
-    """The functions of a file.
-
-    Parameters
-    ----------
-    types : dict, optional
-        Types of records and named tuples, see `kind_of`.
-    table : bool
-        Whether kernel pointers are numbers of a table in the file instead of addresses.
-    derivatives : int
-        If it is not 0, all floats are dual numbers: a value and this many derivatives.
-    """
+    """The functions of a file."""
 
     whole = INT
 

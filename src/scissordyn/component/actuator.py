@@ -13,8 +13,6 @@ from scissordyn.control.signal import check_signal
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, State, check_quantities
 
-__all__ = ["Actuator"]
-
 
 @component(port=ACTUATOR, section="actuator", passive=False, motor=True, symbol="motor")
 class Actuator:

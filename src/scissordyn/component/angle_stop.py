@@ -12,8 +12,6 @@ from scissordyn.component.stop import push, stop_damping
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
-__all__ = ["AngleStop"]
-
 
 @kernel
 def gap(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop, side):

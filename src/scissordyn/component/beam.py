@@ -25,8 +25,6 @@ from scissordyn.component.port import FRAME, Output
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Beam"]
-
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
 _WEIGHT_OUTER, _WEIGHT_INNER = (18.0 - math.sqrt(30.0)) / 72.0, (18.0 + math.sqrt(30.0)) / 72.0

@@ -10,8 +10,6 @@ from scissordyn.component.port import FRAME
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Bushing"]
-
 
 def force(
     x,

@@ -9,8 +9,6 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import LINE, Output
 from scissordyn.units import Quantity
 
-__all__ = ["Cable"]
-
 
 def gap(length, rate, mode, stiffness, free_length, damping):
     """Beyond zero the cable is taut."""

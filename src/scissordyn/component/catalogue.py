@@ -26,8 +26,6 @@ from scissordyn.component.torque import Torque
 from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.component.travel_stop import TravelStop
 
-__all__ = ["COMPONENTS"]
-
 # type checkers do not see what the decorator adds to these classes
 _CLASSES: tuple[Any, ...] = (
     Spring,

@@ -10,8 +10,6 @@ from scissordyn.component.port import HINGE
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.units import Quantity, State
 
-__all__ = ["Clutch"]
-
 
 def force(angle, speed, load, factor, capacity, yield_angle):
     """Torque [N m], stored energy [J], dissipated power [W] and the rate of the load [1/s]."""

@@ -15,12 +15,7 @@ from scissordyn.plugin.pointer import arguments_of, pointer_of
 
 
 class Kernels:
-    """Addresses of the compiled kernels of a component class; 0 for one that it does not have.
-
-    Parameters
-    ----------
-    force, gap, switch : int
-    """
+    """Addresses of the compiled kernels of a component class; 0 for one that it does not have."""
 
     def __init__(self, force: int, gap: int, switch: int) -> None:
         self.force, self.gap, self.switch = force, gap, switch
@@ -28,13 +23,7 @@ class Kernels:
 
 @cache
 def kernels_of(described: type[Component]) -> Kernels:
-    """The compiled kernels of a component class.
-
-    Raises
-    ------
-    InputError
-        If a kernel cannot be compiled.
-    """
+    """The compiled kernels of a component class."""
     pointers = {key: pointer_of(recipe) for key, recipe in recipes_of(described).items()}
     return Kernels(*(pointers.get(key, 0) for key in ("force", "gap", "switch")))
 
@@ -64,26 +53,7 @@ def _handed(kernel: Kernel, declaration: Declaration) -> tuple[str, ...]:
 
 
 def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
-    """What the force kernel of a component gives at rest, in plain Python.
-
-    Parameters
-    ----------
-    component : Component
-    start : tuple of float
-        Coordinates of its port as placed.
-    at : tuple of float, optional
-        Coordinates at which it is called; `start` if not given.
-
-    Returns
-    -------
-    tuple of float
-        Empty for a constraint.
-
-    Raises
-    ------
-    InputError
-        If it raises an error or does not give as many finite numbers as declared.
-    """
+    """What the force kernel of a component gives at rest, in plain Python."""
     declaration = component.declaration
     if declaration.force is None:
         return ()

@@ -9,8 +9,6 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import LINE
 from scissordyn.units import Quantity
 
-__all__ = ["ConstantForceSpring"]
-
 
 def force(length, rate, tension, uncoiling_length, damping):
     """Tension [N], stored energy [J], dissipated power [W]."""

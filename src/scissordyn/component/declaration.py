@@ -13,10 +13,9 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import note_origin
-from scissordyn.plugin.pointer import Kernel, arguments_of
+from scissordyn.plugin.pointer import Kernel as Kernel
+from scissordyn.plugin.pointer import arguments_of
 from scissordyn.units import State, check_quantities, quantities
-
-__all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
 
 PARAMETERS = 64
 """Most parameters of a component, the numbers of its table included."""
@@ -35,62 +34,30 @@ SUPPLY = ("supply",)
 
 @dataclass(frozen=True)
 class Declaration:
-    """What the package knows of a component class; mechanics, datasets, case files and pictures go by it.
+    """What the package knows of a component class; mechanics, datasets, case files and pictures go by it."""
 
-    Parameters
-    ----------
-    section : str
-        Name of its dimension in a run, with which the names of its variables begin; of the package's own also the name of the
-        table in a case file.
-    label : str
-        What messages call it.
-    port : Port
-    force : callable, optional
-        ``force(coordinates..., rates..., states..., context..., parameters...)`` to the port's forces, then for a passive
-        component energy and dissipation, then the outputs, then the rates of the states. An argument named `table`, the last
-        one, gets all parameters as an array. None for a constraint.
-    gap : callable, optional
-        Of the same arguments, to the value of a guard, 0 where the mode changes, and its rate over time. The rate of a value
-        that contains a speed needs an acceleration, which a kernel does not get: such a guard returns a number of the sign of
-        the change that it waits for, 1 in mode 0 and -1 in mode 1, and has a lower threshold in mode 1, at which it falls. With
-        a single threshold it would change again at once.
-    switch : callable, optional
-        Of the same arguments, to the energy [J] that is dissipated when the mode changes.
-    outputs : tuple of Output
-        Beyond those of the port.
-    states : tuple of State
-        Internal states, which start at zero, each with its unit and the scale of its errors.
-    context : tuple of str
-        From `CONTEXT`.
-    passive : bool
-        Whether it stores and dissipates energy; otherwise all its power counts as the work of a load.
-    symbol : str
-        How pictures draw it; one of the port's symbols.
-    example : mapping
-        What a case file may say for its keys.
-    events : (str, str)
-        What a fall and a rise of its guard are called.
-    motor : bool
-        Whether its power counts as that of a motor, whose rotor turns with the body: a field `inertia` [kg m^2].
-    supplied : bool
-        Whether it is passive but for its time function, which changes the stored energy at a given position: the kernel then
-        returns this power [W] after the dissipated one, and it counts as the work of a load.
-    """
-
+    # Name of its dimension in a run, with which the names of its variables begin; of the package's own also the name of the
+    # table in a case file
     section: str
-    label: str
+    label: str  # What messages call it
     port: Port
+    # ``force(coordinates..., rates..., states..., context..., parameters...)`` to the port's forces, then for a passive
+    # component energy and dissipation, then the outputs, then the rates of the states. An argument named `table`, the last
+    # one, gets all parameters as an array. None for a constraint
     force: Kernel | None
-    gap: Kernel | None
-    switch: Kernel | None
-    outputs: tuple[Output, ...]
-    states: tuple[State, ...]
-    context: tuple[str, ...]
-    passive: bool
-    symbol: str
-    example: Mapping[str, Any]
-    events: tuple[str, str]
+    gap: Kernel | None  # Of the same arguments, to the value of a guard, 0 where the mode changes, and its rate over time
+    switch: Kernel | None  # Of the same arguments, to the energy [J] that is dissipated when the mode changes
+    outputs: tuple[Output, ...]  # Beyond those of the port
+    states: tuple[State, ...]  # Internal states, which start at zero, each with its unit and the scale of its errors
+    context: tuple[str, ...]  # From `CONTEXT`
+    passive: bool  # Whether it stores and dissipates energy; otherwise all its power counts as the work of a load
+    symbol: str  # How pictures draw it; one of the port's symbols
+    example: Mapping[str, Any]  # What a case file may say for its keys
+    events: tuple[str, str]  # What a fall and a rise of its guard are called
+    # Whether its power counts as that of a motor, whose rotor turns with the body: a field `inertia` [kg m^2]
     motor: bool = False
+    # Whether it is passive but for its time function, which changes the stored energy at a given position: the kernel then
+    # returns this power [W] after the dissipated one, and it counts as the work of a load
     supplied: bool = False
 
     @property
@@ -189,28 +156,7 @@ def component(
     motor: bool = False,
     supplied: bool = False,
 ) -> Callable[[Class], Class]:
-    """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
-
-    Parameters
-    ----------
-    port : Port or str
-        How it is attached: "line", "hinge", "travel", "point" or "frame".
-    force, gap, switch, outputs, states, context, passive, example, events, motor, supplied
-        See `Declaration`.
-    section, label, symbol : str, optional
-        See `Declaration`; by default the name of the class in lower case with underscores, the section with spaces, and the
-        first symbol of the port.
-
-    Returns
-    -------
-    decorator
-
-    Raises
-    ------
-    InputError
-        If the class lacks a field that its port needs, a kernel's arguments are not those that it is called with, or the port
-        has no such symbol.
-    """
+    """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read."""
     if isinstance(port, str) and port not in PORTS:
         raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
     chosen = PORTS[port] if isinstance(port, str) else port

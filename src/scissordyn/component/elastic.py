@@ -7,22 +7,6 @@ from typing import Any
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-__all__ = [
-    "ACROSS",
-    "AXIAL",
-    "BENDING",
-    "DAMPING",
-    "DEPTH",
-    "EXPANSION",
-    "MODULUS",
-    "OF_SECTIONS",
-    "WARMER",
-    "YIELD",
-    "check_depth",
-    "node_inertia",
-    "thermal_loads",
-]
-
 AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA")
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI")
 DEPTH = Quantity("m", minimum=0.0, help="depth of the section in the plane, 0 if unknown")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from scissordyn.control.controller import Controller
-from scissordyn.laws.contact import Damping, Elastic, Friction
-from scissordyn.plugin.element import element
-
-__all__ = ["Controller", "Damping", "Elastic", "Friction", "element"]
+from scissordyn.control.controller import Controller as Controller
+from scissordyn.laws.contact import Damping as Damping
+from scissordyn.laws.contact import Elastic as Elastic
+from scissordyn.laws.contact import Friction as Friction
+from scissordyn.plugin.element import element as element

@@ -24,8 +24,6 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["MODES", "FlexibleBar"]
-
 MODES = Quantity("1", minimum=0, maximum=40, help="bending modes of the bar with its cross-sections held")
 
 

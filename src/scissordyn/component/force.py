@@ -10,8 +10,6 @@ from scissordyn.component.port import POINT
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Force"]
-
 
 def force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, factor, force_x, force_y, follows):
     """Both components of the force in the fixed frame [N]."""

@@ -10,8 +10,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
 from scissordyn.units import Quantity
 
-__all__ = ["Motor"]
-
 
 def force(angle, speed, stall_torque, no_load_speed, limit):
     """Torque [N m]."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["GROUND", "BodyPoint", "Point"]
-
 GROUND = "ground"
 """Name under which joints and components refer to the fixed frame."""
 

@@ -11,8 +11,6 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Rod"]
-
 
 @component(
     port=LINE,

@@ -11,8 +11,6 @@ from scissordyn.component.stop import push, stop_damping
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
-__all__ = ["Roller"]
-
 
 @kernel
 def limit(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, factor):

@@ -9,8 +9,6 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import LINE
 from scissordyn.units import Quantity
 
-__all__ = ["Spring"]
-
 
 def force(length, rate, stiffness, free_length, damping):
     """Tension [N], stored energy [J], dissipated power [W]."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import Flores
 
-__all__ = ["push", "stop_damping"]
-
 
 @kernel
 def push(mode, approach_speed, depth, rate, stiffness, exponent, damping):

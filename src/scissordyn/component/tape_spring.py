@@ -14,8 +14,6 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity, check_quantities
 
-__all__ = ["TapeSpring"]
-
 FIRST = 4
 """Where the tables begin among the parameters."""
 

@@ -11,17 +11,6 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities, checked
 
-__all__ = [
-    "ConstantSpeed",
-    "Cycloidal",
-    "Harmonic",
-    "Polynomial",
-    "Tabulated",
-    "TimeFunction",
-    "Trapezoidal",
-    "tabulated",
-]
-
 
 @dataclass(frozen=True)
 class ConstantSpeed:

@@ -10,8 +10,6 @@ from scissordyn.component.port import HINGE
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.units import Quantity
 
-__all__ = ["Torque"]
-
 
 def force(angle, speed, factor, torque):
     """Torque [N m]."""

@@ -9,8 +9,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
 from scissordyn.units import Quantity
 
-__all__ = ["TorsionSpring"]
-
 
 def force(angle, speed, stiffness, free_angle, damping):
     """Torque [N m], stored energy [J], dissipated power [W]."""

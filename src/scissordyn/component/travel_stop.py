@@ -11,8 +11,6 @@ from scissordyn.component.stop import push, stop_damping
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
 
-__all__ = ["TravelStop"]
-
 
 @kernel
 def gap(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):

@@ -9,27 +9,9 @@ from scissordyn.component.declaration import Declaration
 from scissordyn.errors import InputError
 from scissordyn.plugin.origin import class_in
 
-__all__ = ["component_class"]
-
 
 def component_class(reference: str, folder: Path) -> Any:
-    """The component class that ``"file.py:Class"`` names; the file is executed.
-
-    Parameters
-    ----------
-    reference : str
-    folder : Path
-        Where a relative file name starts.
-
-    Returns
-    -------
-    type
-
-    Raises
-    ------
-    InputError
-        If there is no such file or class, or the class is no component.
-    """
+    """The component class that ``"file.py:Class"`` names; the file is executed."""
     found, name = class_in("component", reference, folder)
     if found is None or not isinstance(vars(found).get("declaration"), Declaration):
         path, _, called = name.rpartition(":")

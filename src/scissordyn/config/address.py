@@ -13,27 +13,9 @@ from scissordyn.errors import InputError
 from scissordyn.model.address import KINDS, number
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["addressed", "sorted_changes"]
-
 
 def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[str]) -> tuple[list[str], list[str]]:
-    """Changes of the file's own tables, and those of parts that the file makes, such as the bars of an array.
-
-    Parameters
-    ----------
-    tree : dict
-        Parsed TOML.
-    changes : iterable of str
-        Each ``address=value``.
-    sections : set of str
-        Names of all tables that a case file may have.
-
-    Returns
-    -------
-    of_file : list of str
-        With the table's name in front of a part's.
-    of_parts : list of str
-    """
+    """Changes of the file's own tables, and those of parts that the file makes, such as the bars of an array."""
     of_file, of_parts = [], []
     for change in changes:
         address, equals, _ = change.partition("=")
@@ -52,23 +34,7 @@ def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[s
 
 
 def addressed(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:
-    """The mechanism with some numbers changed.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    changes : iterable of str
-        Each ``address=value``, the value with its unit.
-
-    Returns
-    -------
-    Mechanism
-
-    Raises
-    ------
-    InputError
-        If there is no number at an address, or the value is none with its unit.
-    """
+    """The mechanism with some numbers changed."""
     for change in changes:
         address, _, text = change.partition("=")
         place = number(mechanism, address.strip())

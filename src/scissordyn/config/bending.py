@@ -14,8 +14,6 @@ from scissordyn.config.time_function import TIME_FUNCTION
 from scissordyn.errors import InputError
 from scissordyn.model.bending import ELEMENTS, with_bending
 
-__all__ = ["ALL_BARS", "BARS_SAMPLE", "BendingTable"]
-
 BendingTable = table_of_call(
     with_bending,
     (

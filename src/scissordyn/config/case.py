@@ -25,8 +25,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
 from scissordyn.run.options import Options
 
-__all__ = ["Case", "CaseTable"]
-
 
 @dataclasses.dataclass(frozen=True)
 class Case:

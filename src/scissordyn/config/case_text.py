@@ -44,8 +44,6 @@ from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, quantities
 
-__all__ = ["BEGINNING", "case_text"]
-
 BEGINNING = "# A case of scissordyn, written by write_case."
 """The first line, by which a file is known to be replaceable."""
 
@@ -74,24 +72,6 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
 
     Numbers have the unit in which they are shortest, such as mm, deg or rpm, if the number read from the text is the same to
     the last bit, and SI units with all digits otherwise.
-
-    Parameters
-    ----------
-    described : Mechanism or Case
-    run : Options, optional
-        Of the simulation; those of the case, or the defaults for 50 ms, if not given.
-    folder : Path, optional
-        Folder of the case file: Python files in it are named relative to it, others absolutely.
-
-    Returns
-    -------
-    str
-        TOML.
-
-    Raises
-    ------
-    InputError
-        If a part cannot be written, for example a function that is in no file.
     """
     mechanism = described.mechanism if isinstance(described, Case) else described
     if not isinstance(mechanism, Mechanism):

@@ -13,34 +13,13 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.section import with_dimension
 from scissordyn.units import Quantity
 
-__all__ = ["changed"]
-
 SAMPLE = "--set drive.speed='250 rpm'"
 DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
 LAW_KEYS = ("stiffness", "damping", "friction")
 
 
 def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
-    """Parsed TOML with some values changed.
-
-    Parameters
-    ----------
-    tree : dict
-        Left as it is.
-    changes : iterable of str
-        Each ``path=value``. The path names tables and keys, and tables of a list by index or by their joint, guide, name or
-        body (``clearance.A.friction.kinetic``); behind a section stands a dimension of it (``structure.bars.section.wall``).
-        The value is TOML if it can be parsed, otherwise text.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputError
-        If a change is not of that form, or its path does not exist.
-    """
+    """Parsed TOML with some values changed."""
     new = copy.deepcopy(tree)
     for change in changes:
         path, equals, value = change.partition("=")

@@ -24,8 +24,6 @@ from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import quantities
 
-__all__ = ["ClearanceTable", "GuideClearanceTable"]
-
 
 def _damping_with_restitution(given: Any, info: ValidationInfo) -> Any:
     """A damping law, with the restitution coefficient of the table."""

@@ -25,8 +25,6 @@ from scissordyn.plugin.element import element_class
 from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import Quantity, quantities
 
-__all__ = ["CONTROLLER", "ControlTable"]
-
 SAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 USER_FILE = "a class or function in a file as my_control.py:steer"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["folder_of_examples"]
-
 
 def folder_of_examples() -> Path:
     """Where they are: beside the package's modules in an installation, in the root of its repository otherwise."""

@@ -22,8 +22,6 @@ from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["in_file", "parsed", "read_case", "write_case"]
-
 SAMPLE = "write_case(arm, 'arm.toml')"
 
 UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*=\s*(?P<value>[+-]?[\d.]+\s*[a-zA-Z°µ][^\"#]*)(#.*)?")
@@ -126,13 +124,7 @@ def _quoted(text: str, reason: str) -> str:
 
 
 def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
-    """The tables of a file in TOML.
-
-    Raises
-    ------
-    InputError
-        If it is none, with the line, or if its tables and lists are inside each other without end.
-    """
+    """The tables of a file in TOML."""
     try:
         tree = tomllib.loads(text)
     except RecursionError:

@@ -23,8 +23,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 from scissordyn.study.distribution import Interval, Normal
 
-__all__ = ["fit"]
-
 Data = Measured | str | os.PathLike[str]
 
 

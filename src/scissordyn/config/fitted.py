@@ -27,8 +27,6 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import Quantity
 
-__all__ = ["FURTHER", "Given", "Stroke", "fitted"]
-
 Given = Mapping[str, Any]
 """Values of the keys of a table."""
 
@@ -59,18 +57,10 @@ BEYOND = 0.02
 
 @dataclass(frozen=True)
 class Stroke:
-    """A structure and a move of its driven body from rest to rest.
+    """A structure and a move of its driven body from rest to rest."""
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Of the printed file.
-    motion : Cycloidal
-        The angle of its driven body.
-    """
-
-    mechanism: Mechanism
-    motion: Cycloidal
+    mechanism: Mechanism  # Of the printed file
+    motion: Cycloidal  # The angle of its driven body
 
     @cached_property
     def path(self) -> Path:
@@ -337,29 +327,7 @@ def _loaded(mechanism: Mechanism, load: str, given: Given) -> Mechanism:
 
 
 def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
-    """Tables of further parts for a structure, and what else changes in its file with them.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The structure, as it is printed without further parts.
-    turn : float
-        How far its driven body turns in the move [rad], unless another end is asked for.
-    parts : iterable of str
-        Keys of `FURTHER`.
-    changes : callable
-        Values of a section, with what the user has asked for.
-
-    Returns
-    -------
-    dict of str to mapping
-        Values by section; "drive" is the move, and is missing where a part drives in its place; "run" has the end of the run.
-
-    Raises
-    ------
-    InputError
-        For an unknown part, or one that this structure cannot have.
-    """
+    """Tables of further parts for a structure, and what else changes in its file with them."""
     asked = list(dict.fromkeys(parts))
     for name in asked:
         if name not in FURTHER:

@@ -18,8 +18,6 @@ from scissordyn.laws.material import Material
 from scissordyn.plugin.element import element_class
 from scissordyn.units import Quantity
 
-__all__ = ["law_of", "law_shape", "material_of", "named_tables", "read_law", "table_or_name"]
-
 USER_FILE = "a class or function in a file as my_laws.py:soft"
 
 
@@ -30,24 +28,7 @@ USUAL = {"stiffness": "liu", "damping": "flores", "friction": "none"}
 
 
 def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
-    """A law from the value in a case file.
-
-    Parameters
-    ----------
-    given : str or mapping
-        ``"liu"``, ``{ law = "lugre", kinetic = 0.05 }``, or of a file a class, ``{ law = "my_laws.py:Soft", power = 1.4 }``, or
-        a function, ``{ law = "my_laws.py:soft", constants = [1e9] }``.
-    kind : {"stiffness", "damping", "friction"}
-        What the law is for.
-    folder : Path
-        Folder that a relative file name starts from.
-    **shorthand
-        Parameters of other keys of the case file; the law must have them.
-
-    Returns
-    -------
-    elastic, damping or friction law
-    """
+    """A law from the value in a case file."""
     known = catalogue.BY_KIND[kind]
     sample = f'{kind} = "{USUAL[kind]}"'
     parameters = dict(given) if isinstance(given, Mapping) else {"law": given}
@@ -83,17 +64,7 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
 
 
 def named_tables(key: str, classes: Mapping[str, type], own: Mapping[str, Shape]) -> Shape:
-    """The name of one of several classes, or a table of its parameters; a class or function in a file, with keys of its own.
-
-    Parameters
-    ----------
-    key : str
-        That says which.
-    classes : mapping of str to type
-        By name.
-    own : mapping of str to shape
-        Keys for those in a file of the user's; a class has its own.
-    """
+    """The name of one of several classes, or a table of its parameters; a class or function in a file, with keys of its own."""
     in_file = {"type": "string", "pattern": r"\.py:"}
     known = [with_key(key, {"const": name}, filled_table(kind)) for name, kind in classes.items()]
     further = {"type": "object", "properties": {key: in_file, **own}, "required": [key]}

@@ -14,8 +14,6 @@ from scissordyn.errors import InputError
 from scissordyn.model.address import number
 from scissordyn.study.distribution import Levels
 
-__all__ = ["LeastValue", "least_value"]
-
 VALUES = 8
 """Values that are tried at a time."""
 

@@ -7,8 +7,6 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
-__all__ = ["Place", "address", "line_of", "place_of_name"]
-
 Place = tuple[int | str, ...]
 """Keys from the top of a file down, with the index of each table of a list."""
 
@@ -79,19 +77,7 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
 
 
 def line_of(text: str, place: Place) -> int:
-    """The line of a place, or of the innermost table around it that is written out; 0 if there is none.
-
-    Parameters
-    ----------
-    text : str
-        Of a TOML file.
-    place : tuple of str and int
-
-    Returns
-    -------
-    int
-        From 1.
-    """
+    """The line of a place, or of the innermost table around it that is written out; 0 if there is none."""
     best, found = 0, 0
     for line, here in _places(text):
         if len(here) > best and place[: len(here)] == here:
@@ -105,19 +91,7 @@ def handle(entry: Any) -> str:
 
 
 def address(tree: Any, place: Place) -> str:
-    """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``.
-
-    Parameters
-    ----------
-    tree : dict
-        Parsed TOML.
-    place : tuple of str and int
-
-    Returns
-    -------
-    str
-        A table without a name is "clearance (the first)".
-    """
+    """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``."""
     found = ""
     for key in place:
         if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table where a list of them is read

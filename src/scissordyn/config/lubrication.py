@@ -15,8 +15,6 @@ from scissordyn.errors import InputError
 from scissordyn.laws.oil import OILS, Oil, oil_of
 from scissordyn.model.lubrication import Lubrication
 
-__all__ = ["lubrication_of"]
-
 
 @accepting(lambda: table_or_name(Oil, None))
 def _read_oil(given: Any, info: ValidationInfo) -> Oil:

@@ -14,8 +14,6 @@ from scissordyn.config.quantity import unit_factor
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["read_measured"]
-
 SAMPLE = "time [s], angle of crank [deg]"
 HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")
 GAP = 10.0
@@ -23,26 +21,7 @@ GAP = 10.0
 
 
 def read_measured(path: Path, known: Mapping[str, str]) -> Measured:
-    """A file of measured curves.
-
-    Parameters
-    ----------
-    path : Path
-        CSV whose first line names its columns with their units, ``time [s], angle of crank [deg]``, as `export` writes them; a
-        heading with a comma in it is in quotes. Lines that begin with # are comments.
-    known : mapping of str to str
-        SI units of the quantities that a run has, by heading.
-
-    Returns
-    -------
-    Measured
-        In SI units.
-
-    Raises
-    ------
-    InputError
-        If the heading has unknown quantities or units of another dimension, or if the numbers have gaps or run backwards.
-    """
+    """A file of measured curves."""
     lines = [
         (number, line)
         for number, line in enumerate(read_text(path, f"a table that begins with {SAMPLE}").splitlines(), 1)

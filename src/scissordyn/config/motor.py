@@ -9,8 +9,6 @@ from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-__all__ = ["POINT", "read_motor"]
-
 POINT = "'0 rpm, 60 N m'"
 
 SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
@@ -18,15 +16,7 @@ TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:
-    """The curve of a motor.
-
-    Parameters
-    ----------
-    points : sequence of str
-        Speed and torque with their units, as in ``"100 rpm, 60 N m"``, from rest on.
-    of, ratio
-        As for `MotorCurve`.
-    """
+    """The curve of a motor."""
     pairs = []
     for text in points:
         speed, comma, torque = text.partition(",")

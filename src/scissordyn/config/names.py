@@ -22,18 +22,6 @@ from scissordyn.study.distribution import Interval, Levels, Names, Variation
 from scissordyn.study.factor import Factor
 from scissordyn.units import Quantity
 
-__all__ = [
-    "NAMES_SAMPLE",
-    "OF_FILE",
-    "Reader",
-    "by_change",
-    "by_object",
-    "listed",
-    "names_of",
-    "number_of_file",
-    "variants_of",
-]
-
 OF_FILE = ("structure", "bending", "panels", "payload")
 """Tables of a case file that make parts of a mechanism, which has their numbers no more."""
 
@@ -50,14 +38,7 @@ Reader = Callable[[Mapping[str, str]], Mechanism]
 
 
 def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
-    """Names of a list: texts, or other values as a case file has them.
-
-    Parameters
-    ----------
-    given : sequence
-    probabilities : sequence of float
-        Of each; all the same if empty.
-    """
+    """Names of a list: texts, or other values as a case file has them."""
     try:
         shares = tuple(map(float, probabilities))
     except (TypeError, ValueError):
@@ -76,15 +57,7 @@ def listed(text: str) -> Names | None:
 
 
 def number_of_file(address: str, given: str | Variation, folder: Path) -> Factor:
-    """A number that only the case file has, which takes the levels of a list or a range.
-
-    Parameters
-    ----------
-    address : str
-    given : str or Variation
-    folder : Path
-        Where names of files start.
-    """
+    """A number that only the case file has, which takes the levels of a list or a range."""
     unit = unit_of(given) if isinstance(given, str) else ""
     fitting = (si for si in SI if not unit or _fits(unit, si))
     si = next(fitting, "") if unit else "1"
@@ -107,19 +80,7 @@ def _fits(unit: str, si: str) -> bool:
 
 
 def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechanism, ...]:
-    """The mechanism with each combination of names and levels, those of the last factor fastest; none without such factors.
-
-    Parameters
-    ----------
-    factors : sequence of Factor
-    read : callable, optional
-        Not given where there is no case file and no value to a name.
-
-    Raises
-    ------
-    InputError
-        For a name that the case does not take, or too many combinations.
-    """
+    """The mechanism with each combination of names and levels, those of the last factor fastest; none without such factors."""
     apart = [factor for factor in factors if factor.texts]
     if not apart:
         return ()
@@ -139,18 +100,7 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
 def by_change(
     case: Path, changes: Sequence[str], options: Options, meant: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Reader:
-    """Reads a case with names as ``--set`` changes.
-
-    Parameters
-    ----------
-    case : Path
-    changes : sequence of str
-        Made before.
-    options : Options
-        Of the runs, which no name may change.
-    meant : mapping of str to mapping of str to value, optional
-        What names stand for that are none of the case file's, by address.
-    """
+    """Reads a case with names as ``--set`` changes."""
     meant = meant or {}
 
     def read(names: Mapping[str, str]) -> Mechanism:
@@ -169,14 +119,7 @@ def by_change(
 
 
 def by_object(mechanism: Mechanism, meant: Mapping[str, Mapping[str, Any]]) -> Reader:
-    """Puts what names stand for into a mechanism: a value at their address, or a mechanism in its place.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    meant : mapping of str to mapping of str to value
-        By address.
-    """
+    """Puts what names stand for into a mechanism: a value at their address, or a mechanism in its place."""
 
     def read(names: Mapping[str, str]) -> Mechanism:
         unknown = next((address for address in names if address not in meant), None)

@@ -32,8 +32,6 @@ from scissordyn.model.track import Track
 from scissordyn.model.walk import declared
 from scissordyn.units import Pairs, Quantity, quantities
 
-__all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "component_part", "pair"]
-
 
 def pair(unit: str) -> PlainValidator:
     """For ``Annotated[Point, pair("m")]``: a key whose value is two numbers and their unit."""
@@ -155,24 +153,12 @@ def _read_ground(given: Any, info: ValidationInfo) -> tuple[str, Point]:
 
 @dataclass(frozen=True)
 class Part:
-    """The table of a kind of part.
+    """The table of a kind of part."""
 
-    Parameters
-    ----------
-    keys : callable
-        Makes the table, see `table`.
-    reader : PlainValidator
-        Builds the part from the table.
-    fills : str
-        Its field of `Mechanism`.
-    help : str
-        What it is, in one line.
-    """
-
-    keys: Callable[[], type[Table]]
-    reader: PlainValidator
-    fills: str
-    help: str
+    keys: Callable[[], type[Table]]  # Makes the table, see `table`
+    reader: PlainValidator  # Builds the part from the table
+    fills: str  # Its field of `Mechanism`
+    help: str  # What it is, in one line
 
     @property
     def table(self) -> type[Table]:
@@ -399,19 +385,7 @@ COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS
 
 
 def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:
-    """A mechanism from its structure and the further parts of the file.
-
-    Parameters
-    ----------
-    base : mapping
-        Fields of `Mechanism`.
-    parts : mapping of str to list of part
-        By the keys of `PARTS`.
-
-    Returns
-    -------
-    Mechanism
-    """
+    """A mechanism from its structure and the further parts of the file."""
     fields = {"bodies": (), "ground": (), **base}
     for name, part in PARTS.items():
         fields[part.fills] = (*fields.get(part.fills, ()), *parts[name])

@@ -9,8 +9,6 @@ from pydantic import Field
 from scissordyn.config.table import Call, table_of_call
 from scissordyn.model.payload import with_panels, with_payload
 
-__all__ = ["PanelsTable", "PayloadTable"]
-
 _AT = Annotated[str, Field(description='a joint (at the body of its journal), or a point as "BODY.POINT"', examples=["A"])]
 _BODIES = Annotated[str, Field(description="which bars, by name or pattern", examples=["unit */bar 1"])]
 

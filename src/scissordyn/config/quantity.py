@@ -14,8 +14,6 @@ from scissordyn.units import Quantity
 if TYPE_CHECKING:
     import pint
 
-__all__ = ["exact", "example", "read_numbers", "read_quantity", "unit_factor", "unit_typed", "written"]
-
 PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
 SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
 # In pint's own list an angle is a pure number: "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a
@@ -135,12 +133,7 @@ def unit_factor(unit: str, target: str) -> float:
 
 
 def unit_typed(text: str) -> str:
-    """The unit behind the number that a text begins with; empty if there is none.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """The unit behind the number that a text begins with; empty if there is none."""
     found = LEADING_NUMBER.fullmatch(text)
     return found[2].strip() if found is not None else ""
 
@@ -164,26 +157,7 @@ def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
 
 
 def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
-    """A number in SI units from the value in a case file.
-
-    Parameters
-    ----------
-    value : str, int or float
-        Text such as ``"0.5 mm"``; a plain number where the quantity has no unit.
-    quantity : Quantity
-        What is wanted.
-    sample : str, optional
-        An example to type.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InputError
-        No number, no unit, a unit that is unknown or of another dimension, or a value out of bounds.
-    """
+    """A number in SI units from the value in a case file."""
     wanted = quantity.allowed if quantity.unit == "1" else f"{quantity.allowed}, as text with its unit"
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InputError("not a number", wanted, sample)
@@ -215,18 +189,7 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
 
 
 def read_numbers(text: object, unit: str) -> tuple[float, ...]:
-    """Numbers in SI from text such as ``"0, 10, 20 ms"``: one unit, after the last number.
-
-    Parameters
-    ----------
-    text : str
-    unit : str
-        The SI unit of the result.
-
-    Returns
-    -------
-    tuple of float
-    """
+    """Numbers in SI from text such as ``"0, 10, 20 ms"``: one unit, after the last number."""
     wanted, sample = f"finite numbers and, after the last, their unit [{unit}]", f"'0 0.1 0.2 {unit}'"
     given, numbers, at = text if isinstance(text, str) else "", list[str](), 0
     while found := NUMBER.match(given, at):
@@ -251,20 +214,7 @@ def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str
 
 
 def written(value: float, unit: str) -> str:
-    """A number in the form of a case file, in a usual unit.
-
-    Parameters
-    ----------
-    value : float
-        In SI.
-    unit : str
-        Its SI unit; "1" for a pure number.
-
-    Returns
-    -------
-    str
-        For example ``"0.5 mm"``; no unit for a pure number.
-    """
+    """A number in the form of a case file, in a usual unit."""
     if unit == "1":
         return f"{value:.12g}"
     names = FAMILIAR.get(unit, (unit,))
@@ -280,20 +230,7 @@ SHORT = 12
 
 
 def exact(values: Iterable[float], unit: str) -> str:
-    """Numbers in the form of a case file, such that reading them gives the same to the last bit.
-
-    Parameters
-    ----------
-    values : iterable of float
-        In SI.
-    unit : str
-        Their SI unit.
-
-    Returns
-    -------
-    str
-        With one unit after the last: the usual one with which the text is shortest, or that of SI with all digits.
-    """
+    """Numbers in the form of a case file, such that reading them gives the same to the last bit."""
     numbers = tuple(map(float, values))
     candidates = []
     for name in dict.fromkeys((*FAMILIAR.get(unit, ()), unit)):

@@ -19,8 +19,6 @@ from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.variant import with_places
 from scissordyn.units import Quantity
 
-__all__ = ["refined"]
-
 POINTS = 32
 """Points of a study that follows a search, if no number is given."""
 
@@ -35,29 +33,7 @@ def refined(
     seed: int | None = None,
     goals: Sequence[str] = (),
 ) -> Study:
-    """The study with some things changed.
-
-    Parameters
-    ----------
-    study : Study
-        With its mechanism.
-    vary, uncertain : mapping of str to str, optional
-        Texts as in a study file, by address; they replace or join those of the study. A number that becomes uncertain is no
-        longer chosen, unless its text is a tolerance alone.
-    points, samples, seed : int, optional
-        As of the study if not given.
-    goals : sequence of str
-        Of a search of the ranges.
-
-    Returns
-    -------
-    Study
-
-    Raises
-    ------
-    InputError
-        For what does not fit.
-    """
+    """The study with some things changed."""
     apart = {each.name: each for each in study.apart}
     places = {address: _places(apart[address], text) for address, text in (vary or {}).items() if address in apart}
     study, vary, uncertain = (

@@ -17,8 +17,6 @@ from scissordyn.config.unit_pattern import name_of, quantity_pattern
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 
-__all__ = ["FILES", "schema"]
-
 FILES = ("case", "study")
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
@@ -35,20 +33,6 @@ def schema(which: str = "case") -> Schema:
     What it cannot see: bounds of numbers with a unit other than their sign, dimensions of composed units, names that refer to
     other tables, keys that exclude each other in a table, Python files of the user's own, and everything that only the whole
     mechanism shows. `scissordyn check` sees these.
-
-    Parameters
-    ----------
-    which : {"case", "study"}
-
-    Returns
-    -------
-    dict
-        Draft 7.
-
-    Raises
-    ------
-    InputError
-        For another kind of file.
     """
     if which not in FILES:
         raise InputError(f"schema of '{which}'{did_you_mean(which, FILES)}", ", ".join(FILES), "scissordyn schema case")

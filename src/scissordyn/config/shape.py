@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-__all__ = ["Accepts", "Reader", "Shape", "accepting", "shape_of"]
-
 Shape = Any
 """A class of tables, or a mapping of JSON Schema whose values may be such classes."""
 
@@ -18,25 +16,13 @@ _SHAPES: dict[Callable[..., Any], Callable[[], Shape]] = {}
 
 @dataclass(frozen=True)
 class Accepts:
-    """In an annotation: what a key accepts whose reader stands elsewhere.
+    """In an annotation: what a key accepts whose reader stands elsewhere."""
 
-    Parameters
-    ----------
-    shape : callable
-        Gives it when it is asked for.
-    """
-
-    shape: Callable[[], Shape]
+    shape: Callable[[], Shape]  # Gives it when it is asked for
 
 
 def accepting(shape: Callable[[], Shape]) -> Callable[[Reader], Reader]:
-    """For a function that reads a value: say what it accepts.
-
-    Parameters
-    ----------
-    shape : callable
-        Gives it when it is asked for: tables are made late.
-    """
+    """For a function that reads a value: say what it accepts."""
 
     def noted(reader: Reader) -> Reader:
         _SHAPES[reader] = shape

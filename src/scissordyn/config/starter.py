@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["AT_REST", "STARTERS", "TURNS"]
-
 STARTERS: Mapping[str, Mapping[str, Any]] = {
     "scissor": {"structure": {"angle": "60 deg"}, "drive": {"speed": "-150 rpm"}},
     "polar": {"drive": {"speed": "30 rpm"}},

@@ -22,8 +22,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
 from scissordyn.units import extras, quantities
 
-__all__ = ["STRUCTURE", "STRUCTURES", "BuiltTable", "MechanismTable", "StructureTable"]
-
 _MECHANISM = quantities(Mechanism)
 
 
@@ -72,18 +70,7 @@ class BuiltTable(Call, StructureTable):
 
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
-    """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults.
-
-    Parameters
-    ----------
-    kind : str
-        Its name in the case file.
-    builder : callable
-    help : str
-        Description in one line.
-    **examples
-        Examples of arguments in the form of a case file.
-    """
+    """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults."""
     named: Any = (Literal[kind], Field(description=help, examples=[kind]))
     base = create_model(f"{builder.__name__}_kind", __base__=BuiltTable, kind=named)
     hints = get_type_hints(builder, include_extras=True)

@@ -29,8 +29,6 @@ from scissordyn.study.requirement import Requirement, read_response
 from scissordyn.study.result import StudyResult, computed
 from scissordyn.study.store import Store
 
-__all__ = ["open_study", "study"]
-
 Address = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 
@@ -66,44 +64,7 @@ def study(
     progress: Callable[[Progress], None] | None = None,
     compute: bool = True,
 ) -> StudyResult:
-    """Vary numbers and names of a case, keep every result in a store, and say where requirements are met.
-
-    Parameters
-    ----------
-    case : Mechanism, Case or path
-        A mechanism (with `until` or `options`), a case, a case file, or, without `factors` and `uncertain`, a study file.
-    factors, uncertain : mapping of str to values
-        What is chosen, and what nobody chooses, by address (`model.address`), in SI: a pair is a range, a list levels, a number
-        one level; or one of `Interval`, `Levels`, `Uniform`, `Normal`, `LogNormal`, `Empirical`; or a text as in a study file,
-        ``"0.05..0.4 mm, 20 values, log"``. Names: a list of texts, each put into the case file as by ``--set``, or what each
-        name stands for, a value or a mechanism: ``{"none": sd.NoFriction(), "lugre": sd.LuGre(kinetic=0.1)}``.
-    until, options : float, Options, optional
-        End of the simulated time [s], and options of the runs, in place of those of the case.
-    measures : sequence, or mapping of str to function
-        Names of `run.measure.MEASURES`, ``"late [N] = mine.py:late"``, or functions of your own, which get the Dataset of a
-        run; by name, with the unit in brackets: ``{"late [N]": late}``; ``"late [N] of accumulators"`` gets the batch's.
-    requirements : sequence of str, or mapping of str to bound
-        ``"peak_force < 500 N"``, or ``{"peak_force": 500.0}``, an upper bound in SI, or ``{"tip.error": "< 0.6 mm"}``.
-    design, points, seed : str, int, int
-        "grid" (if no points are given), "zip", "one-at-a-time", "sobol" (if points are given), "random", "latin-hypercube",
-        "saltelli", "morris".
-    samples, sampling, common, members : int, str, bool, int
-        See `Sampling`; runs of each sample from starts that differ by round-off.
-    goals, risk, population, generations : str or sequence of str, str, int, int
-        ``"minimise peak_force"``: the points are then searched for; see `StudyResult.optimise`.
-    screen, verify, budget : mapping of str to value or Case, int, float, optional
-        What makes runs cheap, other options, ``{"rtol": 1e-3}``, or another case with the same addresses; points that are run
-        accurately too; time [s] for the runs of both kinds, in place of `points` and `verify`: see `StudyResult.estimates`.
-    store, engine, block, progress : optional
-        A folder, in which the results stay: what it holds of this study already is not computed again. For the others see
-        `study.execute.execute`.
-    compute : bool
-        Without it what the store holds is only read.
-
-    Returns
-    -------
-    StudyResult
-    """
+    """Vary numbers and names of a case, keep every result in a store, and say where requirements are met."""
     if factors is None and uncertain is None and isinstance(case, (str, os.PathLike)):
         described = study_of(read_study(Path(case)))
     else:

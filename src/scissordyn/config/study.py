@@ -39,8 +39,6 @@ from scissordyn.study.distribution import Names, Variation
 from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.requirement import BY_COMPONENT, KINDS, SHORTFALL, Requirement, Response, read_response
 
-__all__ = ["StudyText", "described_study", "factors_of", "own_measure", "read_requirement", "read_study", "study_of"]
-
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
 
@@ -56,58 +54,29 @@ COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
 @dataclass(frozen=True)
 class Screen:
-    """The cheap runs of a study, which accurate ones verify.
+    """The cheap runs of a study, which accurate ones verify."""
 
-    Parameters
-    ----------
-    set : tuple of str
-        Changes of the case that make its runs cheap.
-    verify : int
-        Points that are run accurately too: the first ones of the design, or of an optimisation the best ones.
-    """
-
-    set: tuple[str, ...]
+    set: tuple[str, ...]  # Changes of the case that make its runs cheap
+    # Points that are run accurately too: the first ones of the design, or of an optimisation the best ones
     verify: int = Accurate.points
 
 
 @dataclass(frozen=True)
 class StudyText:
-    """A study as the user writes it: of texts, or in Python of what they stand for.
-
-    Parameters
-    ----------
-    case : Path
-    changes : tuple of str
-        Of the case, as with ``--set``.
-    vary, uncertain : mapping of str to str or Variation
-        By address.
-    measures : tuple of str
-        Names, or ``name [unit] = file.py:function``.
-    require : tuple of str
-    design : Design
-    sampling : Sampling
-    members : int
-    motor : MotorCurve, optional
-        Its largest fraction that a run needs is the measure ``motor_fraction``.
-    goals : tuple of str
-        Of an optimisation: ``minimise peak_force``.
-    optimise : mapping
-        Options of `Optimisation`.
-    screen : Screen, optional
-    """
+    """A study as the user writes it: of texts, or in Python of what they stand for."""
 
     case: Path
-    changes: tuple[str, ...] = ()
-    vary: Mapping[str, str | Variation] = field(default_factory=dict)
+    changes: tuple[str, ...] = ()  # Of the case, as with ``--set``
+    vary: Mapping[str, str | Variation] = field(default_factory=dict)  # By address
     uncertain: Mapping[str, str | Variation] = field(default_factory=dict)
-    measures: Sequence[str | OwnMeasure] = ()
+    measures: Sequence[str | OwnMeasure] = ()  # Names, or ``name [unit] = file.py:function``
     require: Sequence[str | Requirement] = ()
     design: Design = field(default_factory=Design)
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1
-    motor: MotorCurve | None = None
-    goals: tuple[str, ...] = ()
-    optimise: Mapping[str, Any] = field(default_factory=dict)
+    motor: MotorCurve | None = None  # Its largest fraction that a run needs is the measure ``motor_fraction``
+    goals: tuple[str, ...] = ()  # Of an optimisation: ``minimise peak_force``
+    optimise: Mapping[str, Any] = field(default_factory=dict)  # Options of `Optimisation`
     screen: Screen | None = None
 
 
@@ -213,21 +182,7 @@ class StudyTable(Table):
 
 
 def read_study(path: Path) -> StudyText:
-    """The study that a TOML file describes.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    StudyText
-
-    Raises
-    ------
-    InputError
-        For a key or a value that does not fit.
-    """
+    """The study that a TOML file describes."""
     text = read_text(path, "a study file in TOML")
     tree = parsed(text, path)
     try:
@@ -282,21 +237,7 @@ def _beside(path: Path, measure: str) -> str:
 
 
 def study_of(text: StudyText) -> Study:
-    """The study itself.
-
-    Parameters
-    ----------
-    text : StudyText
-
-    Returns
-    -------
-    Study
-
-    Raises
-    ------
-    InputError
-        For an address, a unit, a range or a requirement that does not fit.
-    """
+    """The study itself."""
     own, read = _read_case(text, ())
     if text.screen is None:
         return described_study(*own, text, read)
@@ -313,21 +254,7 @@ def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism
 
 
 def described_study(mechanism: Mechanism, options: Options, asked: StudyText, read: Reader | None = None) -> Study:
-    """The study of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-    asked : StudyText
-        Of texts, or of what they stand for. Names of files start at the folder of its case, which is not read.
-    read : callable, optional
-        Makes the mechanism with other names: see `config.names`.
-
-    Returns
-    -------
-    Study
-    """
+    """The study of a mechanism."""
     texts = [name for name in asked.measures if isinstance(name, str) and "=" not in name]
     wanted = [Response(measure, part) for part, measure, _ in (read_response(name) for name in texts)]
     for response in wanted:
@@ -361,20 +288,7 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText, re
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
-    """The numbers that vary, with the units in which the user wrote them, and the names.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    given : mapping of str to str or Variation
-        By address.
-    folder : Path
-        Where names of files start.
-
-    Returns
-    -------
-    tuple of Factor
-    """
+    """The numbers that vary, with the units in which the user wrote them, and the names."""
     factors = []
     for address, asked in given.items():
         text = _numbers(mechanism, address, asked)
@@ -422,19 +336,7 @@ def _parted(measure: str) -> tuple[str, str]:
 
 
 def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
-    """A measure of the user's.
-
-    Parameters
-    ----------
-    name : str
-        With the unit in brackets and what the function gets: ``late [N] of accumulators``.
-    function : callable or str
-        Or ``file.py:function``.
-
-    Returns
-    -------
-    OwnMeasure
-    """
+    """A measure of the user's."""
     found, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
     if found is None:
         raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
@@ -448,23 +350,7 @@ def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
 
 
 def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Requirement:
-    """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``.
-
-    Parameters
-    ----------
-    text : str
-    own : mapping of str to str, optional
-        Units of measures of the user's.
-
-    Returns
-    -------
-    Requirement
-
-    Raises
-    ------
-    InputError
-        If it is no comparison, the measure is unknown, or the unit does not fit.
-    """
+    """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``."""
     found = COMPARISON.fullmatch(text)
     if found is None:
         raise InputError(f"'{text}' is no requirement", "a measure, a sign and a bound", "'peak_force < 500 N'")

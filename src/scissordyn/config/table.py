@@ -31,31 +31,6 @@ from scissordyn.config.shape import Accepts, accepting
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, Sample, extras
 
-__all__ = [
-    "Call",
-    "Context",
-    "Hints",
-    "PlacedError",
-    "Table",
-    "build",
-    "described",
-    "filled_table",
-    "filler",
-    "in_a_file",
-    "instance",
-    "key_help",
-    "key_sample",
-    "keys_of",
-    "located",
-    "placed",
-    "quantity_of",
-    "table_of",
-    "table_of_call",
-    "toml",
-    "with_key",
-    "words_of",
-]
-
 Hints = tuple[tuple[str, Any], ...]
 """Names of fields, and the annotations by which they are read in place of their own."""
 
@@ -191,17 +166,7 @@ def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[st
 
 
 def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[Table]:
-    """The table that fills a frozen dataclass: a key for each field, with its quantity and default.
-
-    Parameters
-    ----------
-    described_type : type
-        A frozen dataclass whose fields can be written in a case file.
-    hints : tuple of (str, annotation), optional
-        How fields are read whose annotation is not sufficient; None for one that has no key.
-    **examples
-        Examples of keys without a default.
-    """
+    """The table that fills a frozen dataclass: a key for each field, with its quantity and default."""
     return create_model(described_type.__name__, __base__=Table, **keys_of(described_type, hints, **examples))
 
 
@@ -227,20 +192,7 @@ def table_of_call(
     spelt: Mapping[str, str] = MappingProxyType({}),
     **examples: Any,
 ) -> type[AnyCall]:
-    """The table whose keys are the arguments of a function, with their quantities and defaults.
-
-    Parameters
-    ----------
-    function : callable
-    hints : tuple of (str, annotation)
-        How arguments are read whose annotation is not sufficient; None for one that has no key.
-    base : type
-        What the table derives from; its own keys stand first.
-    spelt : mapping of str to str, optional
-        Keys that are not called as their arguments.
-    **examples
-        Examples of keys, by argument.
-    """
+    """The table whose keys are the arguments of a function, with their quantities and defaults."""
     annotations = {**get_type_hints(function, include_extras=True), **dict(hints)}
     documented, keys, arguments = _documented([function.__doc__]), dict[str, Any](), dict[str, str]()
     for name, parameter in inspect.signature(function).parameters.items():
@@ -295,21 +247,7 @@ AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
-    """A table read from parsed TOML.
-
-    Parameters
-    ----------
-    table : subclass of Table
-    given : mapping
-        Parsed TOML.
-    context : dict
-        See `Context`.
-
-    Raises
-    ------
-    InputError
-        For the first error, with its place in the file.
-    """
+    """A table read from parsed TOML."""
     try:
         return table.model_validate(given, context=context)
     except ValidationError as error:
@@ -317,19 +255,7 @@ def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
 
 
 class PlacedError(InputError):
-    """An error at a place of a case file.
-
-    Parameters
-    ----------
-    place : tuple of str and int
-        Keys and indices.
-    given : str
-        What stands there, as in " = 3"; empty for a table.
-    what, allowed, type_this
-        See `InputError`.
-    key : str, optional
-        A key of the table at the place, where the error is about that.
-    """
+    """An error at a place of a case file."""
 
     def __init__(
         self, place: Place, given: str, what: str, allowed: str = "", type_this: object = "", *, key: str | None = None

@@ -20,8 +20,6 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import AUTO, Options
 
-__all__ = ["TEMPLATES", "template"]
-
 TEMPLATES = tuple(STRUCTURES)
 """Structures that a case file can be made for."""
 
@@ -56,28 +54,7 @@ GAINS = """\
 
 
 def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) -> str:
-    """A case file with every key, its value and its meaning.
-
-    Parameters
-    ----------
-    kind : str
-        The structure, one of `TEMPLATES`.
-    parts : iterable of str, optional
-        Further parts with values that fit the structure, see `fitted.FURTHER`: "servo", "tip", "payload", "spring", ...
-    changes : iterable of str, optional
-        Values of the file, as "structure.units=5" or "drive.cycloidal.duration=3 s", see `changed`. What is fitted to the
-        structure and its move fits those that are asked for.
-
-    Returns
-    -------
-    str
-        TOML that can be run without changes.
-
-    Raises
-    ------
-    InputError
-        For an unknown structure or part, or a change that the file has no place for.
-    """
+    """A case file with every key, its value and its meaning."""
     if kind not in TEMPLATES:
         raise InputError(
             f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"

@@ -8,32 +8,12 @@ from pathlib import Path
 
 from scissordyn.errors import InputError, command
 
-__all__ = ["LARGEST", "read_text"]
-
 LARGEST = 64 * 2**20
 """Largest text file that is read [bytes]: a table of a million instants takes about 30 MB."""
 
 
 def read_text(path: Path, what: str, sample: str = "") -> str:
-    """The text of a file.
-
-    Parameters
-    ----------
-    path : Path
-    what : str
-        What it should be, for messages.
-    sample : str
-        What the user could type.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is a folder, a device or a pipe, too large, or no UTF-8.
-    """
+    """The text of a file."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             if path.suffix == ".zarr" and path.is_dir():

@@ -26,19 +26,6 @@ from scissordyn.config.unit_pattern import numbers_pattern, quantity_pattern
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
-__all__ = [
-    "ANGLE",
-    "DISTANCE",
-    "TIME_FUNCTION",
-    "TORQUE",
-    "DistanceTable",
-    "DriveTable",
-    "TimeFunctionTable",
-    "TorqueTable",
-    "powers",
-    "read_tabulated",
-]
-
 HEADER = re.compile(
     r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length|torque)\s*\[(?P<unit>[^]]+)\]\s*"
 )
@@ -58,23 +45,7 @@ TABULATED = {
 
 
 def read_tabulated(given: Any, folder: Path, name: str = "angle") -> Tabulated:
-    """An angle, a length or a factor given at instants.
-
-    Parameters
-    ----------
-    given : str or mapping
-        Name of a text file whose first line is ``time [ms], angle [deg]`` and whose other lines are two numbers;
-        or the keys `time` and `angle`, each text of numbers with one unit at its end. Factors are plain numbers: the file
-        says ``time [ms], factor [1]``, the key `factor` is a list.
-    folder : Path
-        Folder that a relative file name starts from.
-    name : {"angle", "length", "factor", "torque"}
-        What is tabulated.
-
-    Returns
-    -------
-    Tabulated
-    """
+    """An angle, a length or a factor given at instants."""
     if isinstance(given, str):
         return _from_file(folder / given, name)
     if not isinstance(given, Mapping) or set(given) != {"time", name}:

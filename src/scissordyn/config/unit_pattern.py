@@ -9,8 +9,6 @@ from functools import cache
 from scissordyn.config.quantity import CELSIUS, PREFIXES, SMALL_PREFIXES, UNITS, unit_factor
 from scissordyn.errors import InputError
 
-__all__ = ["NUMBER", "name_of", "numbers_pattern", "quantity_pattern"]
-
 WORD = 3
 """Letters of the longest symbol."""
 
@@ -100,30 +98,14 @@ def name_of(pattern: str) -> str:
 
 
 def quantity_pattern(unit: str, *, negative: bool = True) -> str:
-    """A number with a unit of a dimension.
-
-    Parameters
-    ----------
-    unit : str
-        In SI.
-    negative : bool
-        Whether numbers below zero are allowed.
-    """
+    """A number with a unit of a dimension."""
     name = f"number_{_slug(unit)}" + ("" if negative else "_not_negative")
     number = NUMBER if negative else rf"(?:\+?{DIGITS}|{ZERO})"
     return _named(rf"^\s*{number}\s*,?\s*{_unit_pattern(unit)}\s*$", name)
 
 
 def numbers_pattern(unit: str, count: int | None = None) -> str:
-    """Numbers and one unit behind the last.
-
-    Parameters
-    ----------
-    unit : str
-        In SI.
-    count : int, optional
-        Of them; any number if not given.
-    """
+    """Numbers and one unit behind the last."""
     more = "*" if count is None else f"{{{count - 1}}}"
     name = f"{'numbers' if count is None else f'{count}_numbers'}_{_slug(unit)}"
     return _named(rf"^\s*{NUMBER}(?:(?:\s*,\s*|\s+){NUMBER}){more}\s*,?\s*{_unit_pattern(unit)}\s*$", name)

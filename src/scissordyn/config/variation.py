@@ -27,8 +27,6 @@ from scissordyn.study.distribution import (
 from scissordyn.study.fit import read_fit
 from scissordyn.units import Quantity
 
-__all__ = ["FORMS", "VARY", "is_deviation", "number_and_unit", "read_deviation", "read_variation", "unit_of", "without_each"]
-
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
 FORMS = (
@@ -84,33 +82,7 @@ def unit_of(text: str) -> str:
 
 
 def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
-    """What a number varies over.
-
-    Parameters
-    ----------
-    text : str
-        ``"0.05..0.4 mm"`` (a range; ``", 20 values"`` and ``", log"`` may follow), ``"50, 100, 200 N m"`` (levels), or a
-        distribution with its unit behind: ``uniform(a, b)``, ``normal(mean, deviation)``, ``truncated(mean, deviation, low,
-        high)``, ``lognormal(median, deviation of the logarithm)``, ``triangular(low, mode, high)``, ``trapezoidal(low, first,
-        last, high)``, ``beta(alpha, beta, low, high)``, ``weibull(shape, scale, location)``, ``table(file.csv)``; a tolerance,
-        ``"0.3 mm +- 0.02 mm"`` or ``"0.3 mm +- 20 %"`` (``", normal"`` or ``", triangular"`` may follow); a clearance by its
-        fit, ``"H7/g6 at 10 mm"``.
-    quantity : Quantity
-        Unit and bounds of the number.
-    address : str
-        Of the number, for messages.
-    folder : Path, optional
-        Where the name of a table's file starts.
-
-    Returns
-    -------
-    Variation
-
-    Raises
-    ------
-    InputError
-        If it is none of that.
-    """
+    """What a number varies over."""
     try:
         return _variation(text, quantity, folder or Path())
     except InputError as error:
@@ -130,28 +102,7 @@ def is_deviation(text: str) -> bool:
 
 
 def read_deviation(text: str, quantity: Quantity, *, address: str = "") -> tuple[Variation, bool]:
-    """The deviation from a value that is chosen.
-
-    Parameters
-    ----------
-    text : str
-        ``"+- 20 %"``, ``"+- 0.02 mm"``; ``", normal"`` or ``", triangular"`` may follow.
-    quantity : Quantity
-        Unit of the number.
-    address : str
-        Of the number, for messages.
-
-    Returns
-    -------
-    variation : Variation
-    relative : bool
-        Whether it is a fraction of the value.
-
-    Raises
-    ------
-    InputError
-        If it is none of that.
-    """
+    """The deviation from a value that is chosen."""
     try:
         size, unit, shape = _tolerance(text.strip().removeprefix(str(_sign(text))))
         width = size / 100.0 if unit == "%" else size * _factor(unit, quantity)

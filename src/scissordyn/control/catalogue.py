@@ -13,8 +13,6 @@ from scissordyn.control import delayed, tracking
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.element import element_class
 
-__all__ = ["CONTROLLERS", "controller"]
-
 
 def _controllers() -> Mapping[str, type[Any]]:
     """The controllers defined in the modules of the folders, by name."""

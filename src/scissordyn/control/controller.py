@@ -9,8 +9,6 @@ from scissordyn.plugin.element import SLOTS, Part, Slot
 from scissordyn.plugin.pointer import arguments_of
 from scissordyn.units import State
 
-__all__ = ["Controller"]
-
 DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}
 
 

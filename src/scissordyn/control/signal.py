@@ -11,21 +11,6 @@ from types import MappingProxyType
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.kernel import call_at, kernel
 
-__all__ = [
-    "DELAYED",
-    "ERROR",
-    "FEED_FORWARD",
-    "MEASURED",
-    "REFERENCE",
-    "SENSOR",
-    "SIGNALS",
-    "SPEED",
-    "check_signal",
-    "control_torque",
-    "limited",
-    "ramped",
-]
-
 SIGNALS = (
     "reference_angle",
     "reference_speed",

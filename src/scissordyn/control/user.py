@@ -12,8 +12,6 @@ from scissordyn.errors import InputError
 from scissordyn.plugin.short_form import Function, ShortForm
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["UserController"]
-
 
 @dataclass(frozen=True)
 class UserController(ShortForm, Controller):

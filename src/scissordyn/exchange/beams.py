@@ -15,8 +15,6 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
 
-__all__ = ["beam_file"]
-
 PIECES = 12
 """Elements between two points of a bar."""
 
@@ -49,26 +47,6 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
 
     The forces of the pins, the weight and the inertia of the bar are in equilibrium; three supports in the plane take nothing
     but what is missing to that, so that their reactions tell how exact it is.
-
-    Parameters
-    ----------
-    forces : Dataset
-        Of `pin_forces`.
-    run : Dataset
-    mechanism : Mechanism
-    section : str
-        Width across the plane and depth in the plane of a rectangle, as "20x30 mm".
-    material : str
-        "steel", "aluminium" or "titanium".
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    InputError
-        If the section is no rectangle, or no bar can be written.
     """
     found = RECTANGLE.fullmatch(section)
     if found is None or not float(found[1]) > 0.0 < float(found[2]):

@@ -13,25 +13,12 @@ from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Hole", "cut_list", "drawing", "holes_of"]
-
 MARGIN = 2.0
 """Distance of the outline from a hole's centre, in hole radii, unless a width is given."""
 
 
 class Hole:
-    """A hole of a bar or the journal that sits in one.
-
-    Parameters
-    ----------
-    joint, point : str
-    place : (float, float)
-        In the frame of the bar [m].
-    radius : float
-        [m]
-    journal : bool
-        Whether the bar carries the pin rather than the bore.
-    """
+    """A hole of a bar or the journal that sits in one."""
 
     def __init__(self, joint: str, point: str, place: Point, radius: float, *, journal: bool) -> None:
         self.joint, self.point, self.place, self.radius, self.journal = joint, point, place, radius, journal
@@ -42,11 +29,6 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
 
     A joint with clearance has a bore of the journal's radius plus the clearance; an ideal one has pin and bore of the radius
     that is given for it.
-
-    Raises
-    ------
-    InputError
-        If an ideal joint is on it and no radius is given.
     """
     found = []
     for joint in mechanism.joints:
@@ -67,21 +49,7 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
 
 
 def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: float | None = None) -> str:
-    """A drawing in DXF, in millimetres: each bar on its own, with its holes at their sizes and its name.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    pin_radius : float, optional
-        Of the pins of ideal joints [m].
-    width : float, optional
-        Of the bars [m]; twice the largest hole if not given.
-
-    Returns
-    -------
-    str
-        Layers: "outline", "bore" (holes), "journal" (pins that the bar carries), "text".
-    """
+    """A drawing in DXF, in millimetres: each bar on its own, with its holes at their sizes and its name."""
     ezdxf = library("ezdxf", "exchange", "DXF")
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = 4
@@ -167,19 +135,7 @@ def _normal(a: Point, b: Point) -> Point:
 
 
 def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
-    """One row for each hole or pin of a bar, bars with equal holes together.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    pin_radius : float, optional
-        Of the pins of ideal joints [m].
-
-    Returns
-    -------
-    bytes
-        CSV in millimetres and kilograms.
-    """
+    """One row for each hole or pin of a bar, bars with equal holes together."""
     groups: dict[tuple[object, ...], list[tuple[Body, list[Hole]]]] = {}
     for body, holes in _bars(mechanism, pin_radius):
         key = tuple(sorted((round(h.place[0], 9), round(h.place[1], 9), round(h.radius, 9), h.journal) for h in holes))

@@ -18,19 +18,6 @@ from scissordyn.model.linkage import common_pin
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
 
-__all__ = [
-    "LINEAR_DENSITY",
-    "Block",
-    "Drawing",
-    "DrawnBar",
-    "Imported",
-    "Load",
-    "assembled",
-    "plain_name",
-    "uniform",
-    "with_point_mass",
-]
-
 LINEAR_DENSITY = 1.0
 """Mass of a drawn bar whose mass nobody gave [kg/m]."""
 
@@ -51,56 +38,26 @@ class Imported(NamedTuple):
 
 @dataclass(frozen=True)
 class DrawnBar:
-    """A rigid bar or plate between pins.
-
-    Parameters
-    ----------
-    name : str
-    pins : tuple of str
-        Two or more.
-    mass : float
-        [kg]
-    inertia : float
-        About the mass centre [kg m^2].
-    centre : (float, float)
-        Mass centre, in the plane of the drawing [m].
-    """
+    """A rigid bar or plate between pins."""
 
     name: str
-    pins: tuple[str, ...]
-    mass: float
-    inertia: float
-    centre: Point
+    pins: tuple[str, ...]  # Two or more
+    mass: float  # [kg]
+    inertia: float  # About the mass centre [kg m^2]
+    centre: Point  # Mass centre, in the plane of the drawing [m]
 
 
 @dataclass(frozen=True)
 class Block:
-    """A block that slides along a line and does not rotate by itself, or a bar that slides there with one of its pins.
-
-    Parameters
-    ----------
-    name : str
-    pin : str
-        The pin that it carries.
-    direction : float
-        Of the line through the pin, in the plane of the drawing [rad].
-    mass : float
-        Of the block [kg].
-    carrier : str
-        The bar that carries the line, or the ground.
-    follower : str
-        The bar that slides there itself, without a block.
-    aligned : bool
-        Whether that bar keeps its angle against the line.
-    """
+    """A block that slides along a line and does not rotate by itself, or a bar that slides there with one of its pins."""
 
     name: str
-    pin: str
-    direction: float
-    mass: float = 0.0
-    carrier: str = GROUND
-    follower: str = ""
-    aligned: bool = False
+    pin: str  # The pin that it carries
+    direction: float  # Of the line through the pin, in the plane of the drawing [rad]
+    mass: float = 0.0  # Of the block [kg]
+    carrier: str = GROUND  # The bar that carries the line, or the ground
+    follower: str = ""  # The bar that slides there itself, without a block
+    aligned: bool = False  # Whether that bar keeps its angle against the line
 
 
 @dataclass(frozen=True)
@@ -116,30 +73,15 @@ class Load:
 
 @dataclass(frozen=True)
 class Drawing:
-    """Pins, bars and blocks in a plane.
+    """Pins, bars and blocks in a plane."""
 
-    Parameters
-    ----------
-    pins : mapping of str to (float, float)
-        Places [m].
-    fixed : tuple of str
-        The pins on the ground.
-    bars : tuple of DrawnBar
-    blocks : tuple of Block
-    drives : mapping of str to TimeFunction
-        Prescribed angles of bars.
-    loads : tuple of Load
-    gravity : float
-        Along -y [m/s^2].
-    """
-
-    pins: Mapping[str, Point]
-    fixed: tuple[str, ...]
+    pins: Mapping[str, Point]  # Places [m]
+    fixed: tuple[str, ...]  # The pins on the ground
     bars: tuple[DrawnBar, ...]
     blocks: tuple[Block, ...] = ()
-    drives: Mapping[str, TimeFunction] = field(default_factory=dict)
+    drives: Mapping[str, TimeFunction] = field(default_factory=dict)  # Prescribed angles of bars
     loads: tuple[Load, ...] = ()
-    gravity: float = 0.0
+    gravity: float = 0.0  # Along -y [m/s^2]
 
 
 def plain_name(name: str, taken: Iterable[str]) -> str:
@@ -155,20 +97,7 @@ def plain_name(name: str, taken: Iterable[str]) -> str:
 
 
 def uniform(name: str, pins: tuple[str, ...], places: Mapping[str, Point], density: float) -> DrawnBar:
-    """A bar with the mass of thin rods from its first pin to the others, or around a plate of three and more pins.
-
-    Parameters
-    ----------
-    name : str
-    pins : tuple of str
-    places : mapping of str to (float, float)
-    density : float
-        [kg/m]
-
-    Returns
-    -------
-    DrawnBar
-    """
+    """A bar with the mass of thin rods from its first pin to the others, or around a plate of three and more pins."""
     corners = [places[pin] for pin in pins]
     sides = list(zip(corners, corners[1:] + corners[:1], strict=True))[: 1 if len(corners) == 2 else None]
     lengths = [math.dist(a, b) for a, b in sides]
@@ -185,23 +114,7 @@ def uniform(name: str, pins: tuple[str, ...], places: Mapping[str, Point], densi
 
 
 def assembled(drawing: Drawing) -> Mechanism:
-    """The mechanism of a drawing.
-
-    Parameters
-    ----------
-    drawing : Drawing
-
-    Returns
-    -------
-    Mechanism
-        Each bar is a body whose origin is its first pin and whose x axis points to its second one; its points, the joints, the
-        ground points and the guides have the names of the pins. A pin of one bar alone is a tracked point.
-
-    Raises
-    ------
-    InputError
-        If the parts do not fit each other.
-    """
+    """The mechanism of a drawing."""
     bodies = {bar.name: _body(bar, drawing.pins) for bar in drawing.bars}
     blocks = [block for block in drawing.blocks if not block.follower]
     for block in blocks:
@@ -231,20 +144,7 @@ def assembled(drawing: Drawing) -> Mechanism:
 
 
 def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
-    """The bar with a point mass fixed to it.
-
-    Parameters
-    ----------
-    bar : DrawnBar
-    place : (float, float)
-        In the plane of the drawing [m].
-    mass : float
-        [kg]
-
-    Returns
-    -------
-    DrawnBar
-    """
+    """The bar with a point mass fixed to it."""
     total = bar.mass + mass
     centre = (bar.mass * bar.centre[0] + mass * place[0]) / total, (bar.mass * bar.centre[1] + mass * place[1]) / total
     inertia = bar.inertia + bar.mass * math.dist(bar.centre, centre) ** 2 + mass * math.dist(place, centre) ** 2

@@ -19,8 +19,6 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import LINEAR_DENSITY, Block, Drawing, DrawnBar, Imported, assembled, uniform
 from scissordyn.extra import library
 
-__all__ = ["read_dxf"]
-
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
 TOLERANCE = 1e-6

@@ -14,8 +14,6 @@ from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["FORCES", "MECHANISMS", "check_ending", "export"]
-
 FORCES = (".csv", ".json", ".inp")
 """Endings of files of pin forces."""
 
@@ -24,13 +22,7 @@ MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")
 
 
 def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: str, sample: str) -> str:
-    """The ending of a file name.
-
-    Raises
-    ------
-    InputError
-        Unless it is one of those that are allowed.
-    """
+    """The ending of a file name."""
     ending = Path(path).suffix.lower()
     if ending not in allowed:
         raise InputError(

@@ -17,8 +17,6 @@ from scissordyn.model.mechanism import Mechanism
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["envelope", "force_json", "force_table", "missed_peaks", "pin_forces", "to_csv"]
-
 MISSED = 0.01
 """Samples that miss a located peak by more than this fraction are said."""
 
@@ -178,17 +176,7 @@ def _place(run: xr.Dataset, body: str, arm: np.ndarray) -> np.ndarray:
 
 
 def force_table(forces: xr.Dataset) -> pd.DataFrame:
-    """One row for each instant and end.
-
-    Parameters
-    ----------
-    forces : Dataset
-        Of `pin_forces`.
-
-    Returns
-    -------
-    DataFrame
-    """
+    """One row for each instant and end."""
     import pandas as pd
 
     count, ends = forces.sizes["time"], forces.sizes["end"]
@@ -202,17 +190,7 @@ def force_table(forces: xr.Dataset) -> pd.DataFrame:
 
 
 def envelope(forces: xr.Dataset) -> pd.DataFrame:
-    """Extremes over time of each end: the largest force, when it acts and its components, and the range of these.
-
-    Parameters
-    ----------
-    forces : Dataset
-        Of `pin_forces`.
-
-    Returns
-    -------
-    DataFrame
-    """
+    """Extremes over time of each end: the largest force, when it acts and its components, and the range of these."""
     import pandas as pd
 
     rows = []
@@ -250,17 +228,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 
 def force_json(forces: xr.Dataset) -> bytes:
-    """Forces over time and their envelope as JSON; what is not determined is null.
-
-    Parameters
-    ----------
-    forces : Dataset
-        Of `pin_forces`.
-
-    Returns
-    -------
-    bytes
-    """
+    """Forces over time and their envelope as JSON; what is not determined is null."""
     ends = []
     found = envelope(forces).to_dict("records")
     for k, row in enumerate(found):

@@ -25,8 +25,6 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["read_mjcf"]
-
 PARALLEL = 1e-9
 """Axes are parallel, and gravity is in the plane, within this sine."""
 

@@ -16,8 +16,6 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 
-__all__ = ["Model", "mjcf"]
-
 TIMESTEP = 1e-4
 STIFF: dict[str, Any] = {"solref": f"{2 * TIMESTEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
 """MuJoCo's constraints are soft; so they are as stiff as its time step allows."""
@@ -27,17 +25,10 @@ SHORT = 1e-6
 
 
 class Model(NamedTuple):
-    """A mechanism in MJCF.
-
-    Parameters
-    ----------
-    text : str
-    notes : tuple of str
-        What is not in it.
-    """
+    """A mechanism in MJCF."""
 
     text: str
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # What is not in it
 
 
 @dataclass
@@ -59,23 +50,7 @@ class _Placed:
 
 
 def mjcf(mechanism: Mechanism) -> Model:
-    """The mechanism with ideal joints, as it is assembled at its start.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Model
-        Hinges about z; a keyframe "start" with the velocities of the start, and a motor at each driven body that is hinged to
-        its parent. MuJoCo's constraints are soft: loops open by a small distance.
-
-    Raises
-    ------
-    InputError
-        If it has a rod, a latch or a loop closed by a guide, which MJCF cannot say.
-    """
+    """The mechanism with ideal joints, as it is assembled at its start."""
     ideal = mechanism.ideal()
     if ideal.rods or ideal.latches:
         names = [each.name for each in ideal.rods] + [each.name for each in ideal.latches]

@@ -31,8 +31,6 @@ from scissordyn.exchange.drawing import (
 )
 from scissordyn.units import rpm
 
-__all__ = ["read_pmks"]
-
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
 ALLOWED = "a link that 'Share' of PMKS+ gives"

@@ -7,8 +7,6 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import LINEAR_DENSITY, Imported
 
-__all__ = ["ENDINGS", "read_drawing"]
-
 ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf")
 
 LARGEST = 50_000_000

@@ -16,8 +16,6 @@ from urllib.parse import urlsplit
 
 from tornado.httputil import HTTPServerRequest
 
-__all__ = ["Access", "is_everywhere", "is_local"]
-
 LOCAL = ("127.0.0.1", "localhost", "::1")
 
 ELSEWHERE = "open the address that 'scissordyn explore' has printed"
@@ -39,21 +37,11 @@ def is_everywhere(listening: socket.socket) -> bool:
 
 @dataclass(frozen=True)
 class Access:
-    """What a request must have.
+    """What a request must have."""
 
-    Parameters
-    ----------
-    token : str
-        First part of the path.
-    names : collection of str
-        Names of this machine, in lower case.
-    any_number : bool
-        Whether it may be called by any address in numbers; nobody else's name leads to one.
-    """
-
-    token: str
-    names: Collection[str]
-    any_number: bool = False
+    token: str  # First part of the path
+    names: Collection[str]  # Names of this machine, in lower case
+    any_number: bool = False  # Whether it may be called by any address in numbers; nobody else's name leads to one
 
     @classmethod
     def to(cls, listening: socket.socket, address: str) -> Access:

@@ -22,8 +22,6 @@ from scissordyn.explore.first import FirstRun
 from scissordyn.explore.page import Page
 from scissordyn.explore.shell import CAREFUL, ELEMENT
 
-__all__ = ["MOST_PAGES", "application"]
-
 MOST_PAGES = 20
 """Pages that are open at the same time: each has a thread, its runs and its undo."""
 
@@ -41,28 +39,7 @@ FULL = """document.getElementById("sd-start").textContent = "%d pages of this ca
 def application(
     name: str, first: FirstRun, built: Callable[[], None], loop: IOLoop, http: HTTPServer, folder: str
 ) -> tuple[Router, Callable[[], None]]:
-    """Make the application.
-
-    Parameters
-    ----------
-    name : str
-        Of the case.
-    first : FirstRun
-        The case as it is opened.
-    built : callable
-        Called when a page has been built.
-    loop : IOLoop
-    http : HTTPServer
-    folder : str
-        Path of the page, "/secret/".
-
-    Returns
-    -------
-    Router
-        What answers requests.
-    callable
-        Ends it.
-    """
+    """Make the application."""
 
     def page() -> None:
         Page(name, first).show()

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from scissordyn.run.bar_answer import BarAnswer
     from scissordyn.run.summary import ActuatorAnswer, PointAnswer, Summary
 
-__all__ = ["MOST_CARDS", "cards"]
-
 MOST_CARDS = 3
 """Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first."""
 
@@ -22,18 +20,7 @@ Card = dict[str, str]
 
 
 def cards(summary: Summary) -> list[Card]:
-    """What the designer asked for, in short.
-
-    Parameters
-    ----------
-    summary : Summary
-        Of a run.
-
-    Returns
-    -------
-    list of dict of str to str
-        "title", "value", "detail", and "judged": "met", "missed" or "".
-    """
+    """What the designer asked for, in short."""
     return list(_cards(summary))
 
 

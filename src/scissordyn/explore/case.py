@@ -27,8 +27,6 @@ from scissordyn.run.configuration import is_run, read_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.store import load
 
-__all__ = ["Case", "FileCase", "RunCase", "open_case"]
-
 
 class Case(ABC):
     """A case, frozen: a change makes another one."""
@@ -46,18 +44,7 @@ class Case(ABC):
 
     @abstractmethod
     def changed(self, texts: Mapping[str, str]) -> Case:
-        """The case with other numbers.
-
-        Parameters
-        ----------
-        texts : mapping of str to str
-            By the keys of fields, each as it is written in a case file, "0.5 mm".
-
-        Raises
-        ------
-        InputError
-            If a number cannot be used, or the mechanism cannot be described with it.
-        """
+        """The case with other numbers."""
 
     @abstractmethod
     def with_horizon(self, wanted: bool) -> Case:
@@ -80,19 +67,7 @@ class Case(ABC):
 
 
 class FileCase(Case):
-    """A case file, with changes.
-
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    source : str
-        Its text.
-    folder : Path
-        Where files that it names would be.
-    tree : dict
-        Its parsed TOML, with the changes.
-    """
+    """A case file, with changes."""
 
     def __init__(self, name: str, source: str, folder: Path, tree: dict[str, Any]) -> None:
         self.name, self.source, self.folder, self.tree = name, source, folder, tree
@@ -127,17 +102,7 @@ class FileCase(Case):
 
 
 class RunCase(Case):
-    """The case of a saved run.
-
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    mechanism : Mechanism
-    options : Options
-    saved : Dataset, optional
-        The run itself; a changed case has none.
-    """
+    """The case of a saved run."""
 
     def __init__(self, name: str, mechanism: Mechanism, options: Options, saved: xr.Dataset | None = None) -> None:
         self.name, self.mechanism, self.options, self.saved = name, mechanism, options, saved
@@ -174,24 +139,7 @@ class RunCase(Case):
 
 
 def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
-    """The case of a file.
-
-    Parameters
-    ----------
-    path : Path
-        A case file, or a saved run.
-    allowed : sequence of Path
-        Files that the case names and that may be read, and executed where they are Python.
-
-    Returns
-    -------
-    Case
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or names a file that is not allowed.
-    """
+    """The case of a file."""
     if path.suffix.lower() == ".nc":
         run = load(path)
         configuration = read_configuration(run)

@@ -18,18 +18,6 @@ if TYPE_CHECKING:
 
     from scissordyn.run.summary import PointAnswer, Summary
 
-__all__ = [
-    "MOST_POINTS",
-    "MOST_TORQUES",
-    "UNITS",
-    "chosen_point",
-    "chosen_torques",
-    "columns",
-    "orbit",
-    "requirements",
-    "scaled",
-]
-
 MOST_POINTS = 4000
 """Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
 
@@ -71,20 +59,7 @@ def chosen_point(summary: Summary) -> PointAnswer | None:
 def requirements(
     torques: Sequence[TorqueSource], point: PointAnswer | None, curves: Mapping[str, np.ndarray]
 ) -> dict[str, list[float]]:
-    """What is allowed in the figures of torques and of the tracked point, where their curves come near it.
-
-    Parameters
-    ----------
-    torques : sequence of TorqueSource
-    point : PointAnswer or None
-    curves : mapping of str to ndarray
-        The torques [N m] by their columns.
-
-    Returns
-    -------
-    dict of str to list of float
-        "torque" [N m] and "track" [m].
-    """
+    """What is allowed in the figures of torques and of the tracked point, where their curves come near it."""
     limits = [
         side * source.limit
         for name, source in zip(UNITS["torque"][1], torques, strict=False)
@@ -104,28 +79,7 @@ def columns(
     point: str = "",
     known: Sequence[TorqueSource] | None = None,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
-
-    Parameters
-    ----------
-    run : Dataset
-    joint : str
-        Of force and slip speed; "" for none.
-    output : str
-        The output body.
-    torques : sequence of str
-        Names of the torques.
-    point : str
-        The tracked point; "" for none.
-    known : sequence of TorqueSource, optional
-        Those of the run, if they have been found already.
-
-    Returns
-    -------
-    time : ndarray
-    columns : dict of str to ndarray
-        NaN where a run has none; straight between samples, as a line is drawn.
-    """
+    """The curves in SI with their instants: the samples, and the located peaks of force and torque between them."""
     time = run["time"].values
     here = joint if joint in clearance_joints(run) else ""
     curves = {source.name: source.curve for source in (torque_sources(run) if known is None else known)}
@@ -173,21 +127,7 @@ def scaled(
     scales: dict[str, Scale] | None,
     known: Sequence[TorqueSource] | None = None,
 ) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
-    """The columns in units that suit them, or in given ones.
-
-    Parameters
-    ----------
-    run, joint, output, torques, point, known
-        See `columns`.
-    scales : dict of str to Scale or None
-        By the names of figures, and "time".
-
-    Returns
-    -------
-    scales : dict of str to Scale
-    columns : dict of str to ndarray
-        With "time"; of a long run those points that a line of this many pixels needs.
-    """
+    """The columns in units that suit them, or in given ones."""
     time, raw = columns(run, joint, output, torques, point, known)
     kept = _thinned(
         time.size, [raw[name] for figure in ("force", "torque", "slip", "film", "stress", "track") for name in UNITS[figure][1]]

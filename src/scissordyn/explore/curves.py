@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
     from scissordyn.run.summary import PointAnswer, Summary
 
-__all__ = ["Curves"]
-
 HEIGHT, LABELS = 128, 32
 """Of a figure, and what the labels of its time axis add [pixel]."""
 
@@ -90,17 +88,10 @@ return tick.toFixed(Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9))
 
 @dataclass
 class Panel:
-    """One figure over time.
-
-    Parameters
-    ----------
-    name : str
-    lines : sequence of (str, str, str)
-        Column of the source, label, colour.
-    """
+    """One figure over time."""
 
     name: str
-    lines: Sequence[tuple[str, str, str]]
+    lines: Sequence[tuple[str, str, str]]  # Column of the source, label, colour
     figure: Any = field(default=None)
 
 
@@ -137,12 +128,7 @@ PANELS = tuple(
 
 
 class Curves:
-    """Figures of one page.
-
-    Parameters
-    ----------
-    dark : bool
-    """
+    """Figures of one page."""
 
     def __init__(self, *, dark: bool = False) -> None:
         names = [column for panel in PANELS for column, _, _ in panel.lines]
@@ -308,27 +294,7 @@ class Curves:
     def drawn(
         self, run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str
     ) -> tuple[float, dict[str, Any]]:
-        """What the browser draws of a run.
-
-        Parameters
-        ----------
-        run : Dataset
-        summary : Summary
-            Of the run.
-        pins : sequence of Dataset
-            The newest last.
-        joint : str
-            Of force, slip and orbit; "" for a run without clearance joints.
-        output : str
-            The output body.
-
-        Returns
-        -------
-        factor : float
-            Of the time axis.
-        drawn : dict
-            Data of the sources, and what is written at the figures.
-        """
+        """What the browser draws of a run."""
         torques, more = chosen_torques(run)
         point = chosen_point(summary)
         of = (joint, output, [source.name for source in torques], point.name if point else "")

@@ -19,8 +19,6 @@ from scissordyn.plot.place import outline, upright
 from scissordyn.run.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 
-__all__ = ["Drag", "assembled"]
-
 INSTANT = 1e-9
 """A run of this length with ideal joints gives the assembled position [s]."""
 
@@ -44,17 +42,7 @@ NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radi
 
 
 def assembled(mechanism: Mechanism) -> tuple[xr.Dataset, Mechanism]:
-    """The mechanism with ideal joints at the start, as a run of two samples.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    run : Dataset
-    ideal : Mechanism
-    """
+    """The mechanism with ideal joints at the start, as a run of two samples."""
     ideal = mechanism.ideal()
     return simulate(ideal, until=INSTANT, samples=2), ideal
 
@@ -80,18 +68,6 @@ class Drag:
 
     It changes as few declared numbers as the pointer has directions: two for a joint, one for a length. Among all of them those
     are taken that move the target with the smallest changes.
-
-    Parameters
-    ----------
-    case : Case
-    kind : {"pin", "length"}
-    name : str
-        Of the joint or of the body.
-
-    Raises
-    ------
-    InputError
-        If no number of the case moves it.
     """
 
     def __init__(self, case: Case, kind: str, name: str) -> None:
@@ -177,19 +153,7 @@ class Drag:
         return texts
 
     def to(self, dx: float, dy: float, *, steps: int = 2) -> None:
-        """Bring the target so far from where it was: a few steps of Newton's method with the slopes of the start.
-
-        Parameters
-        ----------
-        dx, dy : float
-            Of the pointer in the picture since the drag began [m].
-        steps : int
-
-        Raises
-        ------
-        InputError
-            If the mechanism cannot be assembled there; it stays where it was.
-        """
+        """Bring the target so far from where it was: a few steps of Newton's method with the slopes of the start."""
         wanted = self._wanted(dx, dy)
         for _ in range(steps):
             off = wanted - self.present

@@ -15,23 +15,11 @@ if TYPE_CHECKING:
     from scissordyn.explore.case import Case
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["declared", "early_motion", "early_script"]
-
 SCRIPT = (Path(__file__).parent / "assets" / "early.js").read_text(encoding="utf-8")
 
 
 def declared(mechanism: Mechanism) -> xr.Dataset:
-    """A mechanism with its bodies where they are declared to start; no constraint is solved.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Dataset
-        `position (time, body, axis)` of the mass centres [m] and `angle (time, body)` [rad], at one instant twice.
-    """
+    """A mechanism with its bodies where they are declared to start; no constraint is solved."""
     bodies = mechanism.bodies
     angle, origin, centre = (np.array([getattr(body, name) for body in bodies]) for name in ("angle", "position", "centre"))
     cos, sin = np.cos(angle), np.sin(angle)
@@ -46,16 +34,7 @@ def declared(mechanism: Mechanism) -> xr.Dataset:
 
 
 def early_script(case: Case) -> str:
-    """The script that draws a case in the frame of the page, until the page itself has a run.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    str
-    """
+    """The script that draws a case in the frame of the page, until the page itself has a run."""
     if case.saved is None:
         ideal = case.mechanism.ideal()
         scene = packed_scene(declared(ideal), ideal, note="as declared; its motion follows")
@@ -65,17 +44,7 @@ def early_script(case: Case) -> str:
 
 
 def early_motion(case: Case) -> str:
-    """The motion of a case with ideal joints as a scene.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    str
-        JSON; empty for a saved run and for what cannot be run.
-    """
+    """The motion of a case with ideal joints as a scene."""
     from scissordyn.errors import ScissordynError
     from scissordyn.explore.worker import brief, ideal_run
 

@@ -33,8 +33,6 @@ from scissordyn.plugin.element import element_class
 from scissordyn.run.options import Options
 from scissordyn.units import Quantity
 
-__all__ = ["Field", "fields_of_mechanism", "fields_of_tree", "scaled_text"]
-
 STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
 """Names of fields that have a slider at first, in the tables of `STARRED_IN`."""
 
@@ -81,36 +79,17 @@ NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
 
 @dataclass(frozen=True)
 class Field:
-    """One number of a case, or the two numbers of a point.
-
-    Parameters
-    ----------
-    place : tuple of str and int
-    group : str
-        The table or part that it belongs to.
-    name : str
-    text : str
-        As it is written, with its unit.
-    value : tuple of float
-        In SI.
-    quantity : Quantity
-    starred : bool
-        Whether it has a slider at first.
-    law : str
-        Name of the law that holds it, where the case gives the law by name alone.
-    choices : str
-        What is allowed, of a text that is no number.
-    """
+    """One number of a case, or the two numbers of a point."""
 
     place: Route
-    group: str
+    group: str  # The table or part that it belongs to
     name: str
-    text: str
-    value: tuple[float, ...]
+    text: str  # As it is written, with its unit
+    value: tuple[float, ...]  # In SI
     quantity: Quantity
-    starred: bool = False
-    law: str = ""
-    choices: str = ""
+    starred: bool = False  # Whether it has a slider at first
+    law: str = ""  # Name of the law that holds it, where the case gives the law by name alone
+    choices: str = ""  # What is allowed, of a text that is no number
 
     @property
     def key(self) -> str:
@@ -162,19 +141,7 @@ class Field:
 
 
 def scaled_text(field: Field, value: float) -> str:
-    """A value as text in the unit in which a field is written, to six digits.
-
-    Parameters
-    ----------
-    field : Field
-        Of one number.
-    value : float
-        In SI.
-
-    Returns
-    -------
-    str
-    """
+    """A value as text in the unit in which a field is written, to six digits."""
     unit = re.sub(NUMBER, "", field.text, count=1).strip()
     if not unit or field.quantity.unit == "1":
         return f"{value:.6g}"
@@ -182,19 +149,7 @@ def scaled_text(field: Field, value: float) -> str:
 
 
 def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field]:
-    """The fields of a case file.
-
-    Parameters
-    ----------
-    tree : mapping
-        Parsed TOML of a case that can be read.
-    folder : Path
-        Where the names of files in it start; those of Python are executed, as by the reader of the case.
-
-    Returns
-    -------
-    list of Field
-    """
+    """The fields of a case file."""
     structure = tree.get("structure", {})
     found = list(
         _of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", folder, star=not _places(tree))
@@ -314,17 +269,7 @@ def _point(place: Route, group: str, name: str, text: Any, unit: str, help: str)
 
 
 def fields_of_mechanism(mechanism: Mechanism, options: Options) -> list[Field]:
-    """The fields of a saved run: every declared number of its mechanism, and its options.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-
-    Returns
-    -------
-    list of Field
-    """
+    """The fields of a saved run: every declared number of its mechanism, and its options."""
     found = [_of_leaf(leaf, _part(mechanism, leaf.path)) for leaf in leaves(mechanism, ("mechanism",))]
     found += [_of_leaf(leaf, "run") for leaf in leaves(options, ("options",))]
     return [field for field in found if field is not None]

@@ -14,19 +14,12 @@ if TYPE_CHECKING:
 
     from scissordyn.explore.case import Case
 
-__all__ = ["FirstRun"]
-
 
 class FirstRun:
     """A case that is read, and a run that begins at once, while pages are on their way to the browser; a saved run is there.
 
     The first page takes the run over, with its progress and the right to stop it; later pages get its result, or run the case
     themselves while there is none.
-
-    Parameters
-    ----------
-    opened : callable
-        Reads the case, which imports what reads, describes and simulates.
     """
 
     def __init__(self, opened: Callable[[], Case]) -> None:
@@ -76,18 +69,7 @@ class FirstRun:
         told()
 
     def adopt(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None]) -> Worker | None:
-        """Take the run over while it is going on.
-
-        Parameters
-        ----------
-        done, progress : callable
-            See `Worker`; they get all further outcomes of the worker too.
-
-        Returns
-        -------
-        Worker or None
-            None if the run has ended, or is another page's.
-        """
+        """Take the run over while it is going on."""
         with self._lock:
             if self.known is not None or self._taker is not None:
                 return None

@@ -9,24 +9,12 @@ if TYPE_CHECKING:
     from scissordyn.explore.case import Case
     from scissordyn.explore.field import Field
 
-__all__ = ["MOST_NUMBERS", "differences"]
-
 MOST_NUMBERS = 4
 """Of one run in a legend; of more the number is said."""
 
 
 def differences(cases: Sequence[Case]) -> list[str]:
-    """Of each of some cases the numbers that are not the same in all of them, as text.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-
-    Returns
-    -------
-    list of str
-        "the same numbers" for all where nothing differs.
-    """
+    """Of each of some cases the numbers that are not the same in all of them, as text."""
     known = [{field.key: field for field in case.fields} for case in cases]
     keys = dict.fromkeys(key for fields in known for key in fields)
     differing = [key for key in keys if len({_content(fields.get(key)) for fields in known}) > 1]

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from scissordyn.explore.worker import Outcome
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["AUTO", "Larger", "factor_of", "wish"]
-
 AUTO = "auto"
 
 LARGEST = 1e6
@@ -35,13 +33,7 @@ log = logging.getLogger(__name__)
 
 
 def wish(given: Any) -> float | str:
-    """A magnification as the page asks for it: "auto", or a number.
-
-    Raises
-    ------
-    InputError
-        If it is neither, or out of bounds.
-    """
+    """A magnification as the page asks for it: "auto", or a number."""
     if given == AUTO:
         return AUTO
     if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= LARGEST:
@@ -50,19 +42,7 @@ def wish(given: Any) -> float | str:
 
 
 def factor_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> float:
-    """How many times deflections are drawn as large as they are; 1 without bars that bend.
-
-    Parameters
-    ----------
-    wanted : float or "auto"
-        "auto": 1, 2 or 5 times a power of ten, with which the largest deflection is easily seen.
-    run : Dataset
-    mechanism : Mechanism
-
-    Returns
-    -------
-    float
-    """
+    """How many times deflections are drawn as large as they are; 1 without bars that bend."""
     if not bends(mechanism):
         return 1.0
     if isinstance(wanted, float):
@@ -76,13 +56,7 @@ def factor_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> flo
 
 
 class Larger:
-    """The scene of the newest run with magnified deflections, one at a time.
-
-    Parameters
-    ----------
-    done : callable
-        Called in the thread when a scene is there or has failed, with what is wrong, "" for nothing.
-    """
+    """The scene of the newest run with magnified deflections, one at a time."""
 
     def __init__(self, done: Callable[[str], None]) -> None:
         self.wanted: float | str = 1.0

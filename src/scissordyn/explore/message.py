@@ -8,20 +8,12 @@ from typing import Any
 
 from scissordyn.errors import InputError
 
-__all__ = ["number", "text", "whole"]
-
 LONGEST = 200
 """Letters of a text from the browser: a number with its unit, or a name."""
 
 
 def text(message: Mapping[Any, Any], name: str) -> str:
-    """A text of a message.
-
-    Raises
-    ------
-    InputError
-        If it is missing, too long, or no text.
-    """
+    """A text of a message."""
     found = message.get(name)
     if not isinstance(found, str) or len(found) > LONGEST or not found.isprintable():
         raise InputError(f"a message of the page whose '{name}' is no text", f"at most {LONGEST} letters", "reload the page")
@@ -29,13 +21,7 @@ def text(message: Mapping[Any, Any], name: str) -> str:
 
 
 def number(message: Mapping[Any, Any], name: str) -> float:
-    """A finite number of a message.
-
-    Raises
-    ------
-    InputError
-        If it is missing, not finite, or no number.
-    """
+    """A finite number of a message."""
     found = message.get(name)
     if isinstance(found, bool) or not isinstance(found, int | float) or not abs(found) < math.inf or abs(found) > 1e300:
         raise InputError(f"a message of the page whose '{name}' is no number", "a finite number", "reload the page")

@@ -11,8 +11,6 @@ from scissordyn.extra import library
 from scissordyn.plot.canvas import CANVAS, packed_scene
 from scissordyn.run.configuration import read_configuration
 
-__all__ = ["view"]
-
 
 def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> Any:
     """The motion of a run as a widget, with its clearance joints magnified.

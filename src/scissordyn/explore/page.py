@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from scissordyn.explore.drag import Drag
     from scissordyn.run.summary import Summary
 
-__all__ = ["Page"]
-
 LOOK = 0.2
 """Runs that take longer show their progress, so often [s]; the state of shorter ones does not flicker."""
 
@@ -61,13 +59,6 @@ class Page:
     elsewhere, in the thread of a run or while a message is being taken in, does not always reach the browser. Nor does what is
     changed while the browser is on its way to get the document: the library's server may send such a change ahead of the
     document, and its browser part drops it then. So nothing is changed between the making of the page and its first word.
-
-    Parameters
-    ----------
-    name : str
-        Of the case.
-    first : FirstRun
-        The case as it is opened, and its run.
     """
 
     def __init__(self, name: str, first: FirstRun) -> None:

@@ -11,27 +11,11 @@ from scissordyn.explore.case import Case
 from scissordyn.model.walk import given, is_described
 from scissordyn.plugin.origin import origin_of
 
-__all__ = ["python_of"]
-
 WIDTH = 110
 
 
 def python_of(case: Case) -> str:
-    """Python that describes the mechanism of a case and simulates it; its numbers are those of the case bit for bit.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputError
-        If the case uses functions in a file of the user's own.
-    """
+    """Python that describes the mechanism of a case and simulates it; its numbers are those of the case bit for bit."""
     imports: dict[str, str] = {}
     body = _code(case.mechanism, imports, 0)
     options = [f"{field.name}={value!r}" for field, value in given(case.options)]

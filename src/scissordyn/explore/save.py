@@ -26,8 +26,6 @@ from scissordyn.run.options import AUTO
 from scissordyn.run.store import save
 from scissordyn.run.summary import summary_of
 
-__all__ = ["MOST_MADE", "curves_as_csv", "saved", "slots"]
-
 Made = tuple[str, str, bytes]
 """Name, type of content, and content of a file."""
 
@@ -42,33 +40,7 @@ slots = threading.BoundedSemaphore(MOST_MADE)
 def saved(
     session: Session, shown: Outcome | None, fine: xr.Dataset | None, what: str, time: float, joint: str, magnify: float = 1.0
 ) -> Made:
-    """A file of what a page shows.
-
-    Parameters
-    ----------
-    session : Session
-    shown : Outcome or None
-        The run that the page shows.
-    fine : Dataset or None
-        That run as its curves are drawn.
-    what : {"case", "run", "curves", "picture", "film"}
-    time : float
-        The instant of the picture [s].
-    joint : str
-        Whose force and slip speed are among the curves; "" for none.
-    magnify : float
-        Of the deflections in picture and film.
-
-    Returns
-    -------
-    (str, str, bytes)
-        Name, type and content.
-
-    Raises
-    ------
-    InputError
-        If there is no such thing yet.
-    """
+    """A file of what a page shows."""
     if what == "case":
         return _case(session)
     if shown is None or shown.run is None:
@@ -118,21 +90,7 @@ FILES: dict[str, tuple[str, str, Callable[[Any, Mechanism, Path, float], Path]]]
 
 
 def curves_as_csv(run: xr.Dataset, output: str, joint: str) -> str:
-    """The curves of a run as the page draws them, with the instants of located peaks between the samples.
-
-    Parameters
-    ----------
-    run : Dataset
-    output : str
-        The output body.
-    joint : str
-        Of force and slip speed; "" for none.
-
-    Returns
-    -------
-    str
-        Comma-separated, in SI units, angles in rad; the head of a column gives its unit in brackets.
-    """
+    """The curves of a run as the page draws them, with the instants of located peaks between the samples."""
     torques, _ = chosen_torques(run)
     point = chosen_point(summary_of(run))
     names = [source.name for source in torques]

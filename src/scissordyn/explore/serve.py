@@ -24,8 +24,6 @@ from scissordyn.explore.shell import Entrance
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-__all__ = ["listen", "serve"]
-
 log = logging.getLogger(__name__)
 
 LAST_WORDS = 0.5
@@ -43,23 +41,7 @@ PATIENCE = 1.0
 
 
 def listen(address: str, wanted: int) -> socket.socket:
-    """Listen for pages.
-
-    Parameters
-    ----------
-    address : str
-    wanted : int
-        The port; 0 for any.
-
-    Returns
-    -------
-    socket
-
-    Raises
-    ------
-    InputError
-        If the port is taken, or the address is not one of this machine.
-    """
+    """Listen for pages."""
     if not address.strip():
         raise InputError("--address ''", "an address or a name of this machine", "--address 127.0.0.1")
     try:
@@ -85,24 +67,6 @@ def serve(
 
     The browser gets the frame of the page and its scripts at once; the mechanism in its place when the case has been read; its
     ideal motion, while the libraries of the page are imported; then the page with its numbers; and the run when it is there.
-
-    Parameters
-    ----------
-    opened : callable
-        Reads the case.
-    listening : socket
-    name : str
-        Of the case.
-    address : str
-    show : bool
-        Whether to open a browser.
-    said : callable
-        Called with the address of the page, which has a random part: whoever has it may use the page.
-
-    Raises
-    ------
-    ScissordynError
-        If the case cannot be read.
     """
     port = int(listening.getsockname()[1])
     first, access, loop = FirstRun(opened), Access.to(listening, address), IOLoop.current()
@@ -147,18 +111,7 @@ def _show(url: str, private: Path) -> None:
 
 
 class _Preparation:
-    """The import of the page's libraries and the reading of the case, in a thread beside the server's.
-
-    Parameters
-    ----------
-    name : str
-        Of the case.
-    first : FirstRun
-    entrance : Entrance
-    loop : IOLoop
-        Of the server; stopped if there is an error.
-    http : HTTPServer
-    """
+    """The import of the page's libraries and the reading of the case, in a thread beside the server's."""
 
     def __init__(self, name: str, first: FirstRun, entrance: Entrance, loop: IOLoop, http: HTTPServer) -> None:
         self.error: BaseException | None = None

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from scissordyn.explore.case import Case
 
-__all__ = ["Pinned", "Session"]
-
 MOST_PINS = 3
 """Runs that can be compared at the same time."""
 
@@ -29,30 +27,14 @@ SLOW = 2.0
 
 @dataclass(frozen=True)
 class Pinned:
-    """A run that is kept for comparison.
-
-    Parameters
-    ----------
-    case : Case
-    run : Dataset
-    """
+    """A run that is kept for comparison."""
 
     case: Case
     run: xr.Dataset
 
 
 class Session:
-    """The state of one page; it knows nothing of browsers.
-
-    Parameters
-    ----------
-    case : Case
-    updated : callable
-        Called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "computing" (a run
-        begins), "status", "pins".
-    first : FirstRun, optional
-        The run of the case as it was opened.
-    """
+    """The state of one page; it knows nothing of browsers."""
 
     def __init__(self, case: Case, updated: Callable[[str], None], first: FirstRun | None = None) -> None:
         self.opened = self.case = case
@@ -110,21 +92,7 @@ class Session:
         return bool(self._redo)
 
     def change(self, key: str, text: str, *, final: bool = True) -> bool:
-        """Change one number and run again; what is wrong with it is kept in `errors`.
-
-        Parameters
-        ----------
-        key : str
-            Of the field.
-        text : str
-        final : bool
-            Whether the change is finished; steps of a slider on its way are one change for undo.
-
-        Returns
-        -------
-        bool
-            Whether it could be used.
-        """
+        """Change one number and run again; what is wrong with it is kept in `errors`."""
         return self.change_all({key: text}, final=final)
 
     def change_all(self, texts: dict[str, str], *, final: bool = True) -> bool:

@@ -14,8 +14,6 @@ from tornado.web import Application, RequestHandler, StaticFileHandler
 
 from scissordyn.explore.access import Access
 
-__all__ = ["SCRIPTS", "STYLE", "Entrance", "area", "package_folder"]
-
 SCRIPTS = (
     "static/js/bokeh.min.js",
     "static/js/bokeh-widgets.min.js",
@@ -112,15 +110,7 @@ def area(name: str) -> dict[str, str]:
 
 
 class Entrance(Router):
-    """The way into the server: its first page and the files of the libraries, and whatever else once they are imported.
-
-    Parameters
-    ----------
-    name : str
-        Of the case.
-    access : Access
-        Who may come in.
-    """
+    """The way into the server: its first page and the files of the libraries, and whatever else once they are imported."""
 
     def __init__(self, name: str, access: Access) -> None:
         self.access = access

@@ -13,8 +13,6 @@ from scissordyn.run.summary import kinds_left_out
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["contact_table"]
-
 COLUMNS = (
     ("contact_start", "start", "s"),
     ("approach_speed", "approach", "m/s"),
@@ -32,17 +30,7 @@ SLOW = 0.2
 
 
 def contact_table(run: xr.Dataset) -> dict[str, Any]:
-    """The contacts of a run, in units that suit its numbers.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    dict
-        "joints", "seconds" (of the starts), and "columns" with their titles, numbers and "places", see `numeral.numeral`.
-    """
+    """The contacts of a run, in units that suit its numbers."""
     columns = []
     left_out = kinds_left_out(run)
     for name, title, unit in COLUMNS:

@@ -11,8 +11,6 @@ from panel.custom import JSComponent
 
 from scissordyn.plot.canvas import CANVAS
 
-__all__ = ["Canvas", "Contacts", "Form", "Toolbar"]
-
 MOST_ENTRIES = 20
 """Entries of a message; the page sends fewer."""
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.options import Options
 
-__all__ = ["Outcome", "Worker", "brief", "ideal_run", "is_refined"]
-
 log = logging.getLogger(__name__)
 
 COARSE = 1e-5
@@ -47,45 +45,18 @@ PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run.
+    """What became of a run."""
 
-    Parameters
-    ----------
-    number : int
-        Of the order.
-    case : Case
-    run : Dataset or None
-        None if it could not begin, or if a newer order took its place.
-    error : str
-        Why it could not begin.
-    note : str
-        What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5".
-    fine : Dataset or None
-        The same motion with the instants of the contacts among its samples, for curves and orbits. The outcome of the run
-        itself has none: it is reported once more when it does.
-    """
-
-    number: int
+    number: int  # Of the order
     case: Case
-    run: xr.Dataset | None
-    error: str = ""
-    note: str = ""
-    fine: xr.Dataset | None = None
+    run: xr.Dataset | None  # None if it could not begin, or if a newer order took its place
+    error: str = ""  # Why it could not begin
+    note: str = ""  # What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5"
+    fine: xr.Dataset | None = None  # The same motion with the instants of the contacts among its samples, for curves and orbits
 
 
 class Worker:
-    """A thread that simulates the newest order.
-
-    Parameters
-    ----------
-    done : callable
-        Called in the thread with the `Outcome` of each order that no newer one has replaced; those that precede the run of
-        an order have a note and smaller numbers. Called once more when a run has been computed for its curves.
-    progress : callable
-        Called in the thread with the number of the order and the simulated part of its time, 0 to 1.
-    earlier : int
-        Number of the last order elsewhere; those of this one are larger.
-    """
+    """A thread that simulates the newest order."""
 
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
         self._done, self._progress = done, progress
@@ -102,19 +73,7 @@ class Worker:
         return self._number
 
     def order(self, case: Case, *, staged: bool = False) -> int:
-        """Run a case in place of anything that is waiting or going on.
-
-        Parameters
-        ----------
-        case : Case
-        staged : bool
-            Whether the motion with ideal joints, and a coarse run if the accurate one takes long, come first.
-
-        Returns
-        -------
-        int
-            Number of the order; those of a staged order's earlier runs are the two before.
-        """
+        """Run a case in place of anything that is waiting or going on."""
         with self._changed:
             self._number += 3 if staged else 1
             self._order = self._number, case, staged
@@ -251,22 +210,7 @@ def _ideal(case: Case) -> Case | None:
 
 
 def ideal_run(case: Case) -> xr.Dataset:
-    """The motion of a case with ideal joints, as far as it comes in the time of a preview.
-
-    Parameters
-    ----------
-    case : Case
-        With few samples, see `brief`.
-
-    Returns
-    -------
-    Dataset
-
-    Raises
-    ------
-    ScissordynError
-        If it cannot begin.
-    """
+    """The motion of a case with ideal joints, as far as it comes in the time of a preview."""
     spent = _stopwatch()
 
     def look(time: float) -> None:

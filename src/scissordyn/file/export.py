@@ -20,18 +20,11 @@ from scissordyn.file.output_file import check_target, write_file
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["EXPORTS", "TimeColumn", "check_export", "contact_table", "export", "time_columns", "time_table"]
-
 EXPORTS = (".csv", ".mat", ".parquet")
 
 
 def check_export(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a run can be exported in the format that a file name ends with.
-
-    Parameters
-    ----------
-    path : path
-    """
+    """Raise `InputError` unless a run can be exported in the format that a file name ends with."""
     ending = Path(path).suffix.lower()
     if ending not in EXPORTS:
         raise InputError(
@@ -42,26 +35,7 @@ def check_export(path: str | os.PathLike[str]) -> None:
 
 
 def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = False) -> Path:
-    """Write a run for another program, whole or not at all.
-
-    Parameters
-    ----------
-    run : Dataset
-    path : path
-        Ends in .csv or .parquet: a table with one row for each instant, see `time_table`. Ends in .mat: a structure `run` with
-        every array, SI units in `units` and names of bodies and joints in `names`.
-    contacts : bool
-        Whether a table has one row for each contact in place of each instant.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If the ending is another one, or the file cannot be written or holds something else.
-    """
+    """Write a run for another program, whole or not at all."""
     check_export(path)
     target = Path(path)
     check_target(target, sample=f"table{target.suffix.lower()}")
@@ -80,18 +54,7 @@ def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = Fa
 
 
 def time_table(run: xr.Dataset) -> pd.DataFrame:
-    """Everything over time as a table, one row for each instant.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    DataFrame
-        Columns such as "time [s]", "angle of unit 1/bar 1 [rad]", "normal_force of A [N]", "position of slider, x [m]". Columns
-        without any number, such as forces of joints without clearance, are left out.
-    """
+    """Everything over time as a table, one row for each instant."""
     import pandas as pd
 
     columns: dict[str, np.ndarray] = {"time [s]": run["time"].values}
@@ -105,23 +68,12 @@ def time_table(run: xr.Dataset) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """A quantity over time of a run, as one column of a table.
+    """A quantity over time of a run, as one column of a table."""
 
-    Parameters
-    ----------
-    heading : str
-        Such as "angle of unit 1/bar 1", "position of slider, x".
-    unit : str
-        In SI.
-    variable : str
-    index : tuple of int
-        Of its other dimensions, in their order.
-    """
-
-    heading: str
-    unit: str
+    heading: str  # Such as "angle of unit 1/bar 1", "position of slider, x"
+    unit: str  # In SI
     variable: str
-    index: tuple[int, ...]
+    index: tuple[int, ...]  # Of its other dimensions, in their order
 
     def of(self, run: xr.Dataset) -> np.ndarray:
         """Its values in a run, shape (time,)."""
@@ -132,16 +84,7 @@ class TimeColumn:
 
 
 def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
-    """Everything over time, one column at a time.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Yields
-    ------
-    TimeColumn
-    """
+    """Everything over time, one column at a time."""
     for name, values in run.data_vars.items():
         if "time" not in values.dims or values.dtype.kind not in "fbiu":
             continue
@@ -152,17 +95,7 @@ def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
 
 
 def contact_table(run: xr.Dataset) -> pd.DataFrame:
-    """The contacts of a run as a table, one row for each.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    DataFrame
-        Columns such as "contact_joint", "contact_start [s]", "peak_force [N]".
-    """
+    """The contacts of a run as a table, one row for each."""
     import pandas as pd
 
     columns = {}

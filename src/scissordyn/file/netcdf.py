@@ -6,16 +6,9 @@ import os
 
 from h5netcdf.core import File
 
-__all__ = ["NetcdfFile"]
-
 
 class NetcdfFile(File):
-    """A file that is read.
-
-    Parameters
-    ----------
-    path : path
-    """
+    """A file that is read."""
 
     _writable = False
     """As of the parent, which asks for it also when it is closed after a beginning that failed."""

@@ -13,8 +13,6 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.lock import LOCKS, hold
 
-__all__ = ["HDF_MAGIC", "OURS", "check_target", "regular_size", "write_file"]
-
 HDF_MAGIC = b"\x89HDF\r\n\x1a\n"
 
 OURS = "scissordyn"
@@ -40,21 +38,7 @@ BEGINNINGS = {
 
 
 def regular_size(path: str | os.PathLike[str]) -> int | None:
-    """Size of a regular file [bytes]; None for anything else, such as a device, which may have no end.
-
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    int or None
-
-    Raises
-    ------
-    OSError
-        If there is no such file.
-    """
+    """Size of a regular file [bytes]; None for anything else, such as a device, which may have no end."""
     found = os.stat(path)
     return found.st_size if stat.S_ISREG(found.st_mode) else None
 
@@ -62,19 +46,7 @@ def regular_size(path: str | os.PathLike[str]) -> int | None:
 def check_target(
     path: str | os.PathLike[str], *, sample: str = "-o run.nc", replace_broken: bool = False, beginning: bytes = b""
 ) -> None:
-    """Raise `InputError` if a result would overwrite something that is not an earlier result of its kind.
-
-    Parameters
-    ----------
-    path : path
-        Where the result is to go. Its ending says what it is: a picture, a film, an exported table, or else a NetCDF file.
-    sample : str
-        What the user could type.
-    replace_broken : bool
-        Whether an HDF5 file that cannot be read, as one that was cut off, may be replaced.
-    beginning : bytes
-        How a case file begins that may be replaced, if the result is one.
-    """
+    """Raise `InputError` if a result would overwrite something that is not an earlier result of its kind."""
     try:
         size = regular_size(path)
     except FileNotFoundError:
@@ -134,23 +106,6 @@ def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sam
     """Write a file whole or not at all.
 
     It is written beside its place and then put there. What killed processes left there for the same file is removed.
-
-    Parameters
-    ----------
-    path : path
-        A link is followed.
-    content : bytes
-    sample : str
-        What the user could type.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If it cannot be written, for example because the disk is full.
     """
     given = Path(path)
     try:

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from scissordyn.errors import InputError, ScissordynError
 
-__all__ = ["BROWSERS", "printed"]
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
 """Commands of browsers that print without a window."""
 
@@ -22,26 +20,7 @@ START = b"%PDF-"
 
 
 def printed(page: bytes, sample: str = "-o report.html") -> bytes:
-    """A page in HTML as PDF.
-
-    Parameters
-    ----------
-    page : bytes
-        Complete, with its pictures inside.
-    sample : str
-        What the user could type where there is no browser.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    InputError
-        If there is no browser.
-    ScissordynError
-        If the browser does not print.
-    """
+    """A page in HTML as PDF."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
         raise InputError("a report as PDF without a browser that prints", "Chromium, Chrome or Edge; or HTML", sample)

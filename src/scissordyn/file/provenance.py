@@ -8,8 +8,6 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-__all__ = ["FACES", "LIBRARIES", "PACKAGE", "provenance"]
-
 LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")
 
 PACKAGE = Path(__file__).parents[1]
@@ -20,20 +18,7 @@ FACES = ("cli", "plot")
 
 @cache
 def provenance(skip: tuple[str, ...] = FACES, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
-    """Versions, and a digest of the sources that numbers may depend on; equal means equal numbers.
-
-    Parameters
-    ----------
-    skip : tuple of str
-        Folders and files of the packages that no number depends on.
-    packages : tuple of Path
-        Folders of the packages whose sources count.
-
-    Returns
-    -------
-    str
-        JSON.
-    """
+    """Versions, and a digest of the sources that numbers may depend on; equal means equal numbers."""
     digest = hashlib.sha256()
     for package in packages:
         left_out = [package / name for name in skip]

@@ -12,8 +12,6 @@ from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["check_names", "check_run"]
-
 POINTS, TURNS = ("time", "body", "axis"), ("time", "body")
 
 MOTION = {
@@ -49,12 +47,7 @@ FROM = "a run as scissordyn wrote it"
 
 
 def check_run(run: xr.Dataset) -> None:
-    """Raise `InputError` unless a dataset has the attributes and variables of a run, with their dimensions, types and units.
-
-    Parameters
-    ----------
-    run : Dataset
-    """
+    """Raise `InputError` unless a dataset has the attributes and variables of a run, with their dimensions, types and units."""
     _check_attributes(run.attrs)
     for name, dims in (*FINITE.items(), *((name, (name,)) for name in NAMES)):
         _check_dims(run, name, dims)
@@ -78,13 +71,7 @@ def check_run(run: xr.Dataset) -> None:
 
 
 def check_names(run: xr.Dataset, mechanism: Mechanism) -> None:
-    """Raise `InputError` if bodies or joints of a run are not those of the mechanism that it says was run.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-    """
+    """Raise `InputError` if bodies or joints of a run are not those of the mechanism that it says was run."""
     for dim, names in (("body", [body.name for body in mechanism.bodies]), ("joint", list(mechanism.joint_names))):
         if run[dim].values.tolist() != names:
             raise _damaged(dim, "has other names than the mechanism of the run")

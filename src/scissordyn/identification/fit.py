@@ -22,8 +22,6 @@ from scissordyn.identification.uncertainty import uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["TIGHT", "fitted", "known_headings", "prepared"]
-
 TIGHT = 1e-10
 """Tolerance of the runs of a fit, unless the case has a smaller one: derivatives are differences of runs."""
 
@@ -42,17 +40,7 @@ def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:
 def prepared(
     mechanism: Mechanism, options: Options, records: Sequence[Measured], *, segment: float | None
 ) -> tuple[list[Segment], list[TimeColumn], Options]:
-    """Segments with their estimated starts, the columns of a run that were measured, and options of its runs.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-    records : sequence of Measured
-        Of the same quantities.
-    segment : float or None
-        Duration of a segment [s]; infinite for one that is as long as its record. None if each record starts as the case says.
-    """
+    """Segments with their estimated starts, the columns of a run that were measured, and options of its runs."""
     headings = records[0].headings
     for record in records[1:]:
         if record.headings != headings:
@@ -92,30 +80,7 @@ def fitted(
     most: int = 100,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Numbers of a mechanism by least squares, see `config.fits.fit`.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-        Of its runs.
-    records : sequence of Measured
-    free : sequence of Free
-    segment : float, optional
-        Duration of a segment with a start of its own [s].
-    deviations : mapping of str to float, optional
-        Standard deviations of measured quantities by heading, in SI; estimated if none is given.
-    jump : float, optional
-        Standard deviation of the jumps between segments, as a fraction of the range of each quantity of the state.
-    most : int
-        Evaluations of the residuals.
-    progress : callable, optional
-        Called with a line of text.
-
-    Returns
-    -------
-    Dataset
-    """
+    """Numbers of a mechanism by least squares, see `config.fits.fit`."""
     began = clocks.perf_counter()
     if not free:
         raise InputError("no free number", "at least one address", "--free 'arm.inertia'")

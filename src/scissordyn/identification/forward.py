@@ -19,8 +19,6 @@ from scissordyn.run.dataset import to_dataset
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 
-__all__ = ["KINEMATIC", "FailedRunError", "columns_of", "curves", "motion", "state_values", "whole_turns"]
-
 TURN = 2.0 * math.pi
 
 
@@ -37,23 +35,7 @@ KINEMATIC = {
 
 
 def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor: bool = True) -> xr.Dataset:
-    """A run of a mechanism, sampled at some instants.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-        Start and tolerances.
-    times : ndarray
-        From zero on [s].
-    monitor : bool
-        Whether energies and largest values are wanted.
-
-    Raises
-    ------
-    FailedRunError
-        If the run breaks off, with the reason.
-    """
+    """A run of a mechanism, sampled at some instants."""
     try:
         made = plan(mechanism)
         chosen = dataclasses.replace(options, until=float(times[-1]), samples=2, trust=False)
@@ -88,13 +70,7 @@ def whole_turns(record: Measured, found: np.ndarray) -> np.ndarray:
 
 
 def state_values(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """What a state is made of at the first and the last instant: of each body angle or place, and its rate.
-
-    Returns
-    -------
-    first, last : ndarray
-        Angles and angular velocities, then places and velocities of mass centres.
-    """
+    """What a state is made of at the first and the last instant: of each body angle or place, and its rate."""
     names = ("angle", "angular_velocity", "position", "velocity")
     ends = [np.concatenate([run.variables[name].values[k].ravel() for name in names]) for k in (0, -1)]
     return ends[0], ends[1]

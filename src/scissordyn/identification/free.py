@@ -11,60 +11,24 @@ from scissordyn.model.address import Place, changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.study.distribution import Interval, Normal, Variation
 
-__all__ = ["Free", "free_parameter", "with_values"]
-
 
 @dataclass(frozen=True)
 class Free:
-    """A number that a fit may change, and what is known of it before.
-
-    Parameters
-    ----------
-    address : str
-    unit : str
-        In SI.
-    start : float
-        Where the search starts.
-    scale : float
-        Size of changes that matter; the unknown of the search is the number over its scale.
-    low, high : float
-        Bounds.
-    mean, deviation : float
-        Of what was measured otherwise, such as by weighing; an infinite deviation if nothing was.
-    places : sequence of Place
-        What `find` has found for the address.
-    """
+    """A number that a fit may change, and what is known of it before."""
 
     address: str
-    unit: str
-    start: float
-    scale: float
-    low: float
+    unit: str  # In SI
+    start: float  # Where the search starts
+    scale: float  # Size of changes that matter; the unknown of the search is the number over its scale
+    low: float  # Bounds
     high: float
-    mean: float
+    mean: float  # Of what was measured otherwise, such as by weighing; an infinite deviation if nothing was
     deviation: float
-    places: Sequence[Place]
+    places: Sequence[Place]  # What `find` has found for the address
 
 
 def free_parameter(mechanism: Mechanism, address: str, variation: Variation | None = None) -> Free:
-    """A number that a fit may change.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    address : str
-    variation : Interval or Normal, optional
-        Bounds, or a value with its standard deviation that was measured otherwise. Without, the bounds of its declaration.
-
-    Returns
-    -------
-    Free
-
-    Raises
-    ------
-    InputError
-        If there is no such number, or neither its value nor a range says how large it is.
-    """
+    """A number that a fit may change."""
     first = number(mechanism, address)
     quantity, value = first.quantity, float(first.value)
     assert quantity is not None, "number() gives one with a unit"

@@ -17,8 +17,6 @@ from scissordyn.identification.solve import estimated_start
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["prediction"]
-
 WINDOW = 0.1
 """Part of a record from which its start is estimated, in growing windows."""
 

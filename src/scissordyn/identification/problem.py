@@ -15,8 +15,6 @@ from scissordyn.identification.start import Chart, placed_at
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["Problem", "Segment"]
-
 STEP = 1e-5
 """Of a finite difference, as a fraction of the scale of a number."""
 
@@ -32,23 +30,12 @@ REJECTED = 1e3
 
 @dataclass(frozen=True)
 class Segment:
-    """A record, or a part of one, that one run follows.
-
-    Parameters
-    ----------
-    record : Measured
-    chart : Chart or None
-        Of its start; None where the case says how it starts.
-    turns : ndarray, shape (columns,)
-        Whole turns of measured angles [rad].
-    follows : bool
-        Whether the segment before it goes on into it.
-    """
+    """A record, or a part of one, that one run follows."""
 
     record: Measured
-    chart: Chart | None
-    turns: np.ndarray
-    follows: bool = False
+    chart: Chart | None  # Of its start; None where the case says how it starts
+    turns: np.ndarray  # (columns,) Whole turns of measured angles [rad]
+    follows: bool = False  # Whether the segment before it goes on into it
 
     @property
     def size(self) -> int:
@@ -61,18 +48,6 @@ class Problem:
     """Residuals over free numbers and starts of segments.
 
     The unknowns are the free numbers, each over its scale, then the states at the start of every segment.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-    free : sequence of Free
-    segments : sequence of Segment
-    columns : sequence of TimeColumn
-    deviation : ndarray, shape (columns,)
-        Standard deviations of the measured quantities.
-    jumps : ndarray or None
-        Standard deviations of the jumps of a state from one segment to the next, by `forward.state_values`.
     """
 
     mechanism: Mechanism
@@ -80,7 +55,8 @@ class Problem:
     free: Sequence[Free]
     segments: Sequence[Segment]
     columns: Sequence[TimeColumn]
-    deviation: np.ndarray
+    deviation: np.ndarray  # (columns,) Standard deviations of the measured quantities
+    # Standard deviations of the jumps of a state from one segment to the next, by `forward.state_values`
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
 
@@ -171,14 +147,7 @@ class Problem:
         return np.asarray(difference / self.jumps)
 
     def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:
-        """Derivatives of the residuals; a segment depends on the free numbers and on its own start.
-
-        Parameters
-        ----------
-        unknowns : ndarray
-        accurate : bool
-            Central differences with larger steps in place of forward ones.
-        """
+        """Derivatives of the residuals; a segment depends on the free numbers and on its own start."""
         low, high = self.bounds()
         made = self.fitted(unknowns)
         base = self.every_curve(unknowns, made)

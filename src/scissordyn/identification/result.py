@@ -12,8 +12,6 @@ from scissordyn.identification.solve import Search
 from scissordyn.identification.uncertainty import LEVEL, Uncertainty
 from scissordyn.run.configuration import write_configuration
 
-__all__ = ["ALIKE", "TITLE", "fit_dataset"]
-
 TITLE = "scissordyn fit"
 
 ALIKE = 0.98
@@ -27,21 +25,7 @@ AT_BOUND = 1e-6
 
 
 def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Dataset:
-    """Numbers, their errors and correlations, and measured and fitted curves.
-
-    Parameters
-    ----------
-    found : Search
-    errors : Uncertainty
-    seconds : float
-        That the fit took [s].
-
-    Returns
-    -------
-    Dataset
-        Over `parameter`: value, start_value, standard_error, low, high, lower_bound, upper_bound, unit. Over `row` (instants of
-        all segments) and `column`: measured, fitted, residual; over `row` time and segment.
-    """
+    """Numbers, their errors and correlations, and measured and fitted curves."""
     problem, unknowns = found.problem, found.unknowns
     values, curves = problem.values(unknowns), problem.every_curve(unknowns)
     records = [segment.record for segment in problem.segments]

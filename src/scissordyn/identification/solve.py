@@ -19,8 +19,6 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-__all__ = ["Search", "estimated_start", "search"]
-
 WINDOWS = (0.05, 0.25, 1.0)
 """Parts of a segment over which its start is estimated, one after the other: a short one has no second minimum."""
 
@@ -42,47 +40,16 @@ ENOUGH = 1e-8
 
 @dataclass(frozen=True)
 class Search:
-    """Where a search ended.
+    """Where a search ended."""
 
-    Parameters
-    ----------
-    problem : Problem
-        With the last weights.
-    unknowns : ndarray
-    status : str
-        "complete", or why it ended before.
-    evaluations : int
-        Of the residuals in the last round.
-    """
-
-    problem: Problem
+    problem: Problem  # With the last weights
     unknowns: np.ndarray
-    status: str
-    evaluations: int
+    status: str  # "complete", or why it ended before
+    evaluations: int  # Of the residuals in the last round
 
 
 def search(problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None = None) -> Search:
-    """Solve a problem, with weights from its own residuals unless they are given.
-
-    Parameters
-    ----------
-    problem : Problem
-    weights : bool
-        Whether standard deviations are estimated: the root mean squares of the residuals of each quantity, until they settle.
-    most : int
-        Evaluations of the residuals, in each round.
-    progress : callable, optional
-        Called with a line of text.
-
-    Returns
-    -------
-    Search
-
-    Raises
-    ------
-    InputError
-        If the runs fail at the start already.
-    """
+    """Solve a problem, with weights from its own residuals unless they are given."""
     unknowns = problem.start()
     try:
         problem.every_curve(unknowns)
@@ -135,31 +102,7 @@ def estimated_start(
     guess: tuple[Body, ...],
     windows: Sequence[float] = WINDOWS,
 ) -> tuple[Segment, tuple[Body, ...]]:
-    """The start of a segment by least squares, the free numbers as they are.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-    record : Measured
-    columns : sequence of TimeColumn
-    guess : tuple of Body
-        Where the bodies are about; measured angles take precedence.
-    windows : sequence of float
-        Parts of the record that are followed, one after the other.
-
-    Returns
-    -------
-    segment : Segment
-        Its chart is about the start found.
-    end : tuple of Body
-        Where the bodies are at its end, as a guess for what follows.
-
-    Raises
-    ------
-    InputError
-        If no start is found from which a run follows the record.
-    """
+    """The start of a segment by least squares, the free numbers as they are."""
     placed, deviation = placed_at(mechanism, _measured_bodies(record, guess)), np.ones(record.values.shape[1])
     spread = np.std(record.values, axis=0)
     deviation = np.where(spread > 0.0, spread, 1.0)

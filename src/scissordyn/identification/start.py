@@ -18,8 +18,6 @@ from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
 from scissordyn.run.driver import make_system
 
-__all__ = ["Chart", "chart_of", "check_autonomous", "placed_at"]
-
 ROUND_OFF = 1e-9
 """Singular values of the constraints below this fraction of the largest are zero."""
 
@@ -41,24 +39,13 @@ def check_autonomous(mechanism: Mechanism) -> None:
 
 @dataclass(frozen=True)
 class Chart:
-    """Positions and velocities of the bodies near a reference, by as few numbers as there are.
+    """Positions and velocities of the bodies near a reference, by as few numbers as there are."""
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Placed at the reference.
-    directions : ndarray, shape (natural coordinates, degrees of freedom)
-        Along which it can move there; the largest entry of each is one.
-    offsets : dict of str to int
-        First natural coordinate of each body.
-    position, velocity : ndarray
-        Natural coordinates and their rates at the reference.
-    """
-
-    mechanism: Mechanism
+    mechanism: Mechanism  # Placed at the reference
+    # (natural coordinates, degrees of freedom) Along which it can move there; the largest entry of each is one
     directions: np.ndarray
-    offsets: dict[str, int]
-    position: np.ndarray
+    offsets: dict[str, int]  # First natural coordinate of each body
+    position: np.ndarray  # Natural coordinates and their rates at the reference
     velocity: np.ndarray
 
     @property
@@ -98,21 +85,7 @@ def placed_at(mechanism: Mechanism, bodies: tuple[Body, ...]) -> Mechanism:
 
 
 def chart_of(mechanism: Mechanism) -> Chart:
-    """The chart about the position in which the bodies, as placed, are assembled.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Chart
-
-    Raises
-    ------
-    InputError
-        If it cannot be assembled, or cannot move.
-    """
+    """The chart about the position in which the bodies, as placed, are assembled."""
     made = plan(mechanism)
     system = make_system(made).content
     start: Start = assemble(made, system, placed_start(made, system), Held())

@@ -10,8 +10,6 @@ from scipy.stats import t as student
 
 from scissordyn.identification.problem import Problem
 
-__all__ = ["Uncertainty", "uncertainty"]
-
 BLOCKS = 24
 """At least so many blocks of consecutive residuals, within which errors may depend on each other."""
 
@@ -30,30 +28,15 @@ PART = 0.2
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Errors of the free numbers.
+    """Errors of the free numbers."""
 
-    Parameters
-    ----------
-    covariance : ndarray, shape (p, p)
-        In SI; of directions that are determined.
-    error : ndarray, shape (p,)
-        Standard errors; infinite for numbers that are not determined.
-    half_width : ndarray, shape (p,)
-        Of the intervals with probability `LEVEL`.
-    dependence : float
-        Ratio of the errors with and without regard to residuals that depend on their neighbours, the largest.
-    alike : list of dict of int to float
-        Directions that are not determined: relative changes of numbers that together change nothing that was measured.
-    chi_square : float
-        Sum of squares of the weighted residuals over the degrees of freedom.
-    """
-
-    covariance: np.ndarray
-    error: np.ndarray
-    half_width: np.ndarray
-    dependence: float
+    covariance: np.ndarray  # (p, p) In SI; of directions that are determined
+    error: np.ndarray  # (p,) Standard errors; infinite for numbers that are not determined
+    half_width: np.ndarray  # (p,) Of the intervals with probability `LEVEL`
+    dependence: float  # Ratio of the errors with and without regard to residuals that depend on their neighbours, the largest
+    # Directions that are not determined: relative changes of numbers that together change nothing that was measured
     alike: list[dict[int, float]]
-    chi_square: float
+    chi_square: float  # Sum of squares of the weighted residuals over the degrees of freedom
 
     @property
     def correlation(self) -> np.ndarray:
@@ -70,15 +53,6 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     s^2 (J'J)^-1, for residuals that do not depend on each other, and (J'J)^-1 (sum of g g') (J'J)^-1 with g = J'r of each of at
     least `BLOCKS` blocks of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), which holds if they do
     within blocks, as where the model is not exact. The larger error of the two counts, with Student's t.
-
-    Parameters
-    ----------
-    problem : Problem
-    unknowns : ndarray
-
-    Returns
-    -------
-    Uncertainty
     """
     count = len(problem.free)
     residual = problem.residuals(unknowns)

@@ -45,20 +45,6 @@ from scissordyn.integrate.step_scaling import fraction, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-__all__ = [
-    "ADVANCING",
-    "CHANGE_POINT",
-    "FINISHED",
-    "HISTORY_FULL",
-    "LOG_FULL",
-    "NOT_FINITE",
-    "RECORD_FULL",
-    "STEP_TOO_SMALL",
-    "STUCK",
-    "advance",
-    "advance_all",
-]
-
 ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL, CHANGE_POINT = range(9)
 """What `advance` returns: more to do, done, the event log wants more room, the ways to fail, other stores want more room.
 
@@ -84,15 +70,7 @@ MISSED = 100.0
 def advance_all(problem, systems, addresses, most_steps, statuses):
     """Advance some integrations one after another, each as `advance` does, without Python in between.
 
-    Parameters
-    ----------
-    problem : Problem
-    systems, addresses : ndarray of int, shape (k,)
-        Of each what `advance` takes.
-    most_steps : int
-        Of each.
-    statuses : ndarray of int, shape (k,)
-        Overwritten.
+    Shapes: `systems, addresses` (k,), `statuses` (k,).
     """
     for k in range(systems.size):
         statuses[k] = advance(problem, systems[k], addresses[k], most_steps)
@@ -100,17 +78,7 @@ def advance_all(problem, systems, addresses, most_steps, statuses):
 
 @kernel
 def advance(problem, S, address, most_steps):
-    """Advance until the end of the clock, or for `most_steps` steps; returns a status.
-
-    Parameters
-    ----------
-    problem : Problem
-    S : int
-        Address that the problem's functions are handed.
-    address : int
-        Of an `Integration`.
-    most_steps : int
-    """
+    """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
     r = open_integration(address)
     T, s, w = r.method, r.state, r.work
     clock = s.clock[0]

@@ -11,8 +11,6 @@ from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-__all__ = ["REMAINDER", "RESOLVED", "after_acceptance", "after_event", "after_rejection", "choose_step", "first_step"]
-
 _EXPLICIT = EXPLICIT
 
 SAFETY = 0.9

@@ -11,8 +11,6 @@ from scissordyn.integrate.step_scaling import fraction
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-__all__ = ["complete", "dense_value", "guard_at", "guards_at", "inside_at", "integrals_at"]
-
 _EXPLICIT = EXPLICIT
 
 

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from scissordyn.integrate.tableau import explicit_tableau
 
-__all__ = ["TABLEAU"]
-
 _A = (
     (0.05260015195876773,),
     (0.0197250569845379, 0.0591751709536137),

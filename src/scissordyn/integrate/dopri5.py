@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from scissordyn.integrate.tableau import explicit_tableau
 
-__all__ = ["TABLEAU"]
-
 _A = (
     (1 / 5,),
     (3 / 40, 9 / 40),

@@ -17,8 +17,6 @@ from scissordyn.integrate.dense import complete, guard_at, guards_at
 from scissordyn.integrate.step_scaling import speed
 from scissordyn.kernel import kernel
 
-__all__ = ["find_crossings", "sign_of"]
-
 PROBES = 6
 """Points inside a step at which guards are evaluated."""
 

@@ -14,8 +14,6 @@ from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.step_scaling import place
 from scissordyn.kernel import kernel
 
-__all__ = ["NODES", "keep_history", "keep_values", "make_history", "up_to_multiple"]
-
 COUNT = 8
 """Coefficients of a signal: the dense output of the most accurate method has degree seven."""
 

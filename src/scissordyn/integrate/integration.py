@@ -10,42 +10,6 @@ from scissordyn.integrate.history import NODES
 from scissordyn.integrate.tableau import Tableau
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, opener
 
-__all__ = [
-    "CLOCK",
-    "COUNTS",
-    "DATA",
-    "ENDED",
-    "FALL",
-    "FIRST_WITHIN",
-    "GUARD",
-    "INTEGRAL",
-    "LARGEST",
-    "LAST_ABOVE",
-    "LIMIT",
-    "LOG_COLUMNS",
-    "MODE",
-    "MONITORED",
-    "NO_EVENT",
-    "RESET_DATA",
-    "RISE",
-    "SPARE_ROWS",
-    "STRUCK",
-    "TIME",
-    "WHEN",
-    "Integration",
-    "Problem",
-    "Samples",
-    "State",
-    "StepRecord",
-    "Work",
-    "make_record",
-    "make_samples",
-    "make_state",
-    "make_work",
-    "open_integration",
-    "reset_state",
-]
-
 MONITORED = 3
 """Monitored numbers of a row: the first one's largest value is wanted, all are integrated."""
 

@@ -14,8 +14,6 @@ from scissordyn.integrate.step_scaling import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-__all__ = ["monitor_step", "step_integral"]
-
 _EXPLICIT = EXPLICIT
 
 INSIDE = SPARE_ROWS - 1

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["gauss_nodes", "primitives"]
-
 
 def gauss_nodes(points: int) -> np.ndarray:
     """Gauss-Legendre nodes on [0, 1], exact for rates of degree 2 points - 1 over the whole step."""
@@ -15,14 +13,7 @@ def gauss_nodes(points: int) -> np.ndarray:
 def primitives(nodes: np.ndarray) -> np.ndarray:
     """Integrals from 0 to theta of the Lagrange polynomials on some nodes.
 
-    Parameters
-    ----------
-    nodes : ndarray, shape (k,)
-
-    Returns
-    -------
-    ndarray, shape (k, k)
-        Row i: coefficients of theta, theta^2, ... for the polynomial that is one at node i.
+    Shapes: `nodes` (k,); returns (k, k).
     """
     rows = []
     for i, node in enumerate(nodes):

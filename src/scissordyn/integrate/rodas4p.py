@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from scissordyn.integrate.tableau import rosenbrock_tableau
 
-__all__ = ["TABLEAU"]
-
 _LAST = (-7.170454962423024, -4.741636671481785, -16.31002631330971, -1.062004044111401)
 _A = (
     (3.0,),

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from scissordyn.integrate.tableau import rosenbrock_tableau
 
-__all__ = ["TABLEAU"]
-
 _LAST = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
 _A = (
     (3.0,),

@@ -11,8 +11,6 @@ from scissordyn.integrate.step_scaling import EVEN, fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-__all__ = ["EVERYTHING", "NOTHING", "OUTPUTS", "add_rows", "attempt", "error_norm", "explicit_stage", "prepare", "stage_state"]
-
 _EXPLICIT = EXPLICIT
 
 NOTHING, OUTPUTS, EVERYTHING = range(3)

@@ -11,8 +11,6 @@ import math
 
 from scissordyn.kernel import kernel
 
-__all__ = ["AFTER_START", "BEFORE_END", "EVEN", "fraction", "place", "speed"]
-
 EVEN, AFTER_START, BEFORE_END = range(3)
 """Ways in which time runs inside a step."""
 

@@ -10,68 +10,31 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
 from scissordyn.kernel import F1, F2, I1
 
-__all__ = ["EXPLICIT", "METHODS", "ROSENBROCK", "Tableau", "tableau"]
-
-
 EXPLICIT, ROSENBROCK = range(2)
 """Kinds of methods."""
 
 
 class Tableau(NamedTuple):
-    """Coefficients of a one-step method.
+    """Coefficients of a one-step method."""
 
-    Parameters
-    ----------
-    kind : int
-        `EXPLICIT` Runge-Kutta or `ROSENBROCK`.
-    order : float
-        Order of the error estimate plus one: the step scales with error ** (-1/order).
-    stages : int
-        Stages of the step itself; further rows serve the dense output.
-    combined : int
-        1 where two error estimates are combined (Hairer's DOP853).
-    gamma : float
-        Diagonal coefficient of a Rosenbrock method.
-    a : ndarray, shape (s, s)
-        Stage coefficients.
-    c : ndarray, shape (s, s)
-        Rosenbrock: coefficients C_ij / h of earlier stages on the right-hand side.
-    nodes : ndarray, shape (s,)
-    slopes : ndarray, shape (s,)
-        Rosenbrock: coefficients of the time derivative.
-    error : ndarray, shape (2, s)
-        Error estimates; the second is zero unless two are combined.
-    dense : ndarray, shape (k, s)
-        Rows of the dense output.
-    followed : ndarray of int, shape (s,)
-        Explicit: 1 for stages that count in the step, in its dense output, or as its end; powers are evaluated at these alone.
-    pattern : ndarray of int, shape (p,)
-        Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta.
-    gauss : ndarray, shape (g,)
-        Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output. An explicit method
-        integrates with its own stages.
-    weight : ndarray, shape (g,)
-        Weights of these nodes.
-    primitive : ndarray, shape (g, g)
-        See `quadrature.primitives`.
-    """
-
-    kind: int
-    order: float
-    stages: int
-    combined: int
-    gamma: float
-    a: F2
-    c: F2
-    nodes: F1
-    slopes: F1
-    error: F2
-    dense: F2
+    kind: int  # `EXPLICIT` Runge-Kutta or `ROSENBROCK`
+    order: float  # Order of the error estimate plus one: the step scales with error ** (-1/order)
+    stages: int  # Stages of the step itself; further rows serve the dense output
+    combined: int  # 1 where two error estimates are combined (Hairer's DOP853)
+    gamma: float  # Diagonal coefficient of a Rosenbrock method
+    a: F2  # (s, s) Stage coefficients
+    c: F2  # (s, s) Rosenbrock: coefficients C_ij / h of earlier stages on the right-hand side
+    nodes: F1  # (s,)
+    slopes: F1  # (s,) Rosenbrock: coefficients of the time derivative
+    error: F2  # (2, s) Error estimates; the second is zero unless two are combined
+    dense: F2  # (k, s) Rows of the dense output
+    # (s,) Explicit: 1 for stages that count in the step, in its dense output, or as its end; powers are evaluated at these
+    # alone
     followed: I1
-    pattern: I1
-    gauss: F1
-    weight: F1
-    primitive: F2
+    pattern: I1  # (p,) Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta
+    gauss: F1  # (g,) Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output
+    weight: F1  # (g,) Weights of these nodes
+    primitive: F2  # (g, g) See `quadrature.primitives`
 
 
 def _lower(rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
@@ -165,22 +128,7 @@ METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")
 
 
 def tableau(name: str) -> Tableau:
-    """The coefficients of a method.
-
-    Parameters
-    ----------
-    name : str
-        One of `METHODS`.
-
-    Returns
-    -------
-    Tableau
-
-    Raises
-    ------
-    InputError
-        For an unknown name.
-    """
+    """The coefficients of a method."""
     from scissordyn.integrate import dop853, dopri5, rodas4p, rodas5p
 
     known = {"dop853": dop853, "dopri5": dopri5, "rodas5p": rodas5p, "rodas4p": rodas4p}

@@ -41,8 +41,6 @@ from scissordyn.integrate.integration import (
 )
 from scissordyn.kernel import F1, F2, I1, kernel, opener
 
-__all__ = ["Jumps", "Touching", "advance_jumps"]
-
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK_NOW = range(10)
 """Columns of `Touching.result` that are read here, see `mechanics.hard_contact`."""
 
@@ -96,16 +94,7 @@ open_touching = opener(Touching)
 def advance_jumps(problem, jumps, systems, contacts, touching, addresses, most_steps, statuses):
     """Advance some integrations one after another.
 
-    Parameters
-    ----------
-    problem : Problem
-    jumps : Jumps
-    systems, contacts, touching, addresses : ndarray of int, shape (k,)
-        Of each the addresses of its system, of what touches, of the handles of a `Touching` and of an `Integration`.
-    most_steps : int
-        Of each.
-    statuses : ndarray of int, shape (k,)
-        Overwritten.
+    Shapes: `systems, contacts, touching, addresses` (k,), `statuses` (k,).
     """
     for k in range(systems.size):
         statuses[k] = advance(problem, jumps, systems[k], contacts[k], touching[k], addresses[k], most_steps)

@@ -17,8 +17,6 @@ from scissordyn.plan.coordinates import Constraint, PointMap
 from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.plan import Plan
 
-__all__ = ["Held", "Start", "assemble", "basis_at_start", "held_rods", "natural_state", "placed_start"]
-
 CLOSED = 1e-12
 ROUNDINGS = 8.0
 """Constraints are met to `CLOSED`, or to so many roundings of the coordinates, where short rods are far from the origin."""
@@ -34,39 +32,23 @@ FAR = 0.01
 
 @dataclass(frozen=True)
 class Start:
-    """A consistent state of a mechanism at t = 0.
+    """A consistent state of a mechanism at t = 0."""
 
-    Parameters
-    ----------
-    position, velocity : ndarray, shape (n,)
-        Free coordinates and their rates.
-    """
-
-    position: np.ndarray
-    velocity: np.ndarray
+    position: np.ndarray  # (n,) Free coordinates and their rates
+    velocity: np.ndarray  # (n,)
 
 
 @dataclass(frozen=True)
 class Held:
-    """Vectors that are to have given values at the start.
+    """Vectors that are to have given values at the start."""
 
-    Parameters
-    ----------
-    names : list of str
-        Joints or rods whose vectors they are, for messages.
-    maps : list of PointMap
-    values, rates : list of (float, float)
-    scale : list of float
-        Length that the map, value and rate are divided by to be of the order of one [m].
-    constraints : list of Constraint
-        Lengths that are kept at the start alone: bars that bend, straight.
-    """
-
-    names: list[str] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)  # Joints or rods whose vectors they are, for messages
     maps: list[PointMap] = field(default_factory=list)
     values: list[tuple[float, float]] = field(default_factory=list)
     rates: list[tuple[float, float]] = field(default_factory=list)
+    # Length that the map, value and rate are divided by to be of the order of one [m]
     scale: list[float] = field(default_factory=list)
+    # Lengths that are kept at the start alone: bars that bend, straight
     constraints: list[Constraint] = field(default_factory=list)
 
     def add(
@@ -125,24 +107,7 @@ def value_rates(system: System) -> np.ndarray:
 
 
 def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
-    """The state nearest to a guess in which all constraints are met and some vectors have given values.
-
-    Parameters
-    ----------
-    plan : Plan
-    system : System
-    guess : Start
-    held : Held
-
-    Returns
-    -------
-    Start
-
-    Raises
-    ------
-    InputError
-        If the bodies as placed cannot be brought together.
-    """
+    """The state nearest to a guess in which all constraints are met and some vectors have given values."""
     b, b_rate = basis_at_start(system)
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
     # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither

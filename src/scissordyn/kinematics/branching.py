@@ -18,8 +18,6 @@ from scissordyn.kinematics.path import Path, instants, path_of, start_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
 from scissordyn.plan.plan import Plan
 
-__all__ = ["drive_warnings", "passing_warnings", "path_warnings"]
-
 ROTATED = 0.05
 """Samples are looked at that are about so far apart in the angles of the bodies [rad]."""
 
@@ -63,17 +61,6 @@ def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
 
     Recorded samples say where one may be, at little cost. Where the drives determine the motion, the ideal mechanism then says
     where it is; otherwise the samples do.
-
-    Parameters
-    ----------
-    plan : Plan
-    run : Dataset
-    until : float
-        End of the time of the run [s].
-
-    Returns
-    -------
-    list of str
     """
     if _equations(plan) > MOST_EQUATIONS:
         return [_not_looked_for(plan)]
@@ -161,18 +148,7 @@ def _driven(closure: Closure, run: xr.Dataset, until: float) -> list[str]:
 
 
 def drive_warnings(plan: Plan, until: float) -> list[str]:
-    """The singular positions that the drives of a mechanism lead its ideal counterpart to, in words.
-
-    Parameters
-    ----------
-    plan : Plan
-    until : float
-        End of the time of the drives [s].
-
-    Returns
-    -------
-    list of str
-    """
+    """The singular positions that the drives of a mechanism lead its ideal counterpart to, in words."""
     if not plan.motions:
         return []
     if _equations(plan) > MOST_EQUATIONS:

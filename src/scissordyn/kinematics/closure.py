@@ -11,8 +11,6 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
 
-__all__ = ["Closure", "Inputs"]
-
 CLOSED = 1e-13
 """Equations are met within this, in maps of the order of one."""
 
@@ -29,12 +27,7 @@ ALIKE = 1e-7
 
 
 class Inputs:
-    """The prescribed angles and distances of a mechanism over time.
-
-    Parameters
-    ----------
-    plan : Plan
-    """
+    """The prescribed angles and distances of a mechanism over time."""
 
     def __init__(self, plan: Plan) -> None:
         self.bodies = [drive.body for drive in plan.drives]
@@ -74,11 +67,6 @@ class Closure:
 
     Natural coordinates z are the origin of each body in units of the mechanism's size and, if it rotates, its direction vector.
     Linear constraints give z = N y + P (1, cos th_1, sin th_1, ...); quadratic ones remain for y.
-
-    Parameters
-    ----------
-    plan : Plan
-        Its clearances are ignored.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -153,16 +141,7 @@ class Closure:
     def close(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = MOST_STEPS) -> np.ndarray | None:
         """The natural coordinates near a guess at which the mechanism is closed; None if there are none.
 
-        Parameters
-        ----------
-        guess : ndarray, shape (nZ,)
-        inputs : ndarray
-        most_steps : int
-            Of Newton's method.
-
-        Returns
-        -------
-        ndarray, shape (nZ,), or None
+        Shapes: `guess` (nZ,); returns (nZ,).
         """
         known = self.known_at(inputs)
         z: np.ndarray = known + self.free @ guess[self.stays]

@@ -15,8 +15,6 @@ import numpy as np
 from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.unfolding import DIFFERENCE, Point, Unfolding
 
-__all__ = ["MARGIN", "AtPlace", "Leg", "Meeting", "extrapolated", "largest_turn", "meeting_between", "walk"]
-
 STEP = 0.06
 """Longest step of an angle [rad], or of a length as a fraction of it; steps that divide a right angle would end in one."""
 
@@ -60,53 +58,26 @@ AtPlace = Callable[[float], np.ndarray]
 
 @dataclass(frozen=True)
 class Meeting:
-    """A place where branches of the assembly meet, or come near each other without meeting.
-
-    Parameters
-    ----------
-    place : float
-    z : ndarray, shape (nZ,)
-    miss : float
-        By how much they miss each other, in lengths as a fraction of the mechanism's size; 0 if they meet.
-    """
+    """A place where branches of the assembly meet, or come near each other without meeting."""
 
     place: float
-    z: np.ndarray
-    miss: float
+    z: np.ndarray  # (nZ,)
+    miss: float  # By how much they miss each other, in lengths as a fraction of the mechanism's size; 0 if they meet
 
 
 @dataclass
 class Leg:
-    """Positions from a place to another.
-
-    Parameters
-    ----------
-    points : list of (float, ndarray)
-    met : list of Meeting
-    end : float, optional
-        Where the input can go no further.
-    """
+    """Positions from a place to another."""
 
     points: list[tuple[float, np.ndarray]]
     met: list[Meeting] = field(default_factory=list)
-    end: float | None = None
+    end: float | None = None  # Where the input can go no further
 
 
 def walk(closure: Closure, inputs: AtPlace, start: np.ndarray, first: float, last: float) -> Leg:
     """Follow the positions from a place to another.
 
-    Parameters
-    ----------
-    closure : Closure
-    inputs : callable
-        Values of the inputs at a place.
-    start : ndarray, shape (nZ,)
-        Natural coordinates at the first place.
-    first, last : float
-
-    Returns
-    -------
-    Leg
+    Shapes: `start` (nZ,).
     """
     leg = Leg([(float(first), start)])
     span = abs(last - first)
@@ -175,22 +146,7 @@ def _nearer(closure: Closure, one: tuple[float, np.ndarray], other: tuple[float,
 def meeting_between(
     closure: Closure, inputs: AtPlace, near: tuple[float, np.ndarray], low: float, high: float, width: float
 ) -> Meeting | None:
-    """Where branches of the assembly meet or nearly meet between two places, with one small singular value; None if nowhere.
-
-    Parameters
-    ----------
-    closure : Closure
-    inputs : callable
-    near : (float, ndarray)
-        Place and natural coordinates of a position near by.
-    low, high : float
-    width : float
-        Longest step of the path.
-
-    Returns
-    -------
-    Meeting or None
-    """
+    """Where branches of the assembly meet or nearly meet between two places, with one small singular value; None if nowhere."""
     found = Unfolding(closure, inputs, *near, width).meeting()
     if found is None or not low <= found.place <= high or not _counts(closure, near[1], found):
         return None

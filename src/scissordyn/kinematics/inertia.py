@@ -9,23 +9,13 @@ import numpy as np
 
 from scissordyn.kinematics.path import Path
 
-__all__ = ["DriveInertia", "drive_inertia", "drive_rate"]
-
 
 @dataclass(frozen=True)
 class DriveInertia:
-    """What the drive of a body has to accelerate.
+    """What the drive of a body has to accelerate."""
 
-    Parameters
-    ----------
-    drive : str
-        The driven body.
-    start, end, largest : float
-        At both ends of its motion, and the largest on the way [kg m^2].
-    """
-
-    drive: str
-    start: float
+    drive: str  # The driven body
+    start: float  # At both ends of its motion, and the largest on the way [kg m^2]
     end: float
     largest: float
 
@@ -44,15 +34,7 @@ def drive_inertia(path: Path) -> np.ndarray:
     It is what a servo has to accelerate: with the feedback gains ``k_p = J w**2`` and ``k_d = 2 z J w`` the error of its angle
     decays with the natural frequency w and the damping ratio z.
 
-    Parameters
-    ----------
-    path : Path
-        Of a mechanism with one drive.
-
-    Returns
-    -------
-    ndarray, shape (points,)
-        [kg m^2] for a driven angle, [kg] for a driven length; NaN at positions where the mechanism locks.
+    Shapes: returns (points,) [kg m^2].
 
     References
     ----------
@@ -69,16 +51,7 @@ def drive_inertia(path: Path) -> np.ndarray:
 def drive_rate(path: Path, k: int) -> np.ndarray:
     """Derivative of the natural coordinates by the only drive at a point of a path.
 
-    Parameters
-    ----------
-    path : Path
-    k : int
-        Number of the point.
-
-    Returns
-    -------
-    ndarray, shape (nZ,)
-        Of origins [m] and direction vectors, per rad or m; NaN where the mechanism locks.
+    Shapes: returns (nZ,) [m].
     """
     closure, z, place = path.closure, path.z[k], path.place[k]
     inputs = np.array([place])

@@ -23,8 +23,6 @@ from scissordyn.kinematics.singular import (
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
 
-__all__ = ["Path", "follow", "instants", "path_of", "start_of"]
-
 MOST_TURNS = 2
 """Revolutions of a drive after which positions are taken to repeat: one on each branch."""
 
@@ -46,24 +44,12 @@ real structure pass from one to the other."""
 
 @dataclass(frozen=True)
 class Path:
-    """Positions of the ideal mechanism along its stroke.
-
-    Parameters
-    ----------
-    closure : Closure
-    parameter : {"angle", "length", "time"}
-        What the path is a function of: the only input, or time with several.
-    place : ndarray, shape (points,)
-        Its values [rad, m or s], increasing.
-    z : ndarray, shape (points, nZ)
-        Natural coordinates.
-    singular : tuple of SingularPosition
-    """
+    """Positions of the ideal mechanism along its stroke."""
 
     closure: Closure
-    parameter: str
-    place: np.ndarray
-    z: np.ndarray
+    parameter: str  # What the path is a function of: the only input, or time with several
+    place: np.ndarray  # (points,) Its values [rad, m or s], increasing
+    z: np.ndarray  # (points, nZ) Natural coordinates
     singular: tuple[SingularPosition, ...]
 
     @property
@@ -106,21 +92,7 @@ def start_of(closure: Closure) -> np.ndarray | None:
 
 
 def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
-    """The path of a driven mechanism with ideal joints.
-
-    Parameters
-    ----------
-    plan : Plan
-    until : float
-        End of the time of the drives [s].
-    closure : Closure, optional
-        Of the plan, with its constraints chosen.
-
-    Returns
-    -------
-    Path or None
-        None if the drives alone do not determine the motion, or the mechanism cannot be closed with ideal joints.
-    """
+    """The path of a driven mechanism with ideal joints."""
     closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)
@@ -154,20 +126,7 @@ def follow(
 ) -> Path:
     """Follow the positions of a mechanism from a place on its path to both ends.
 
-    Parameters
-    ----------
-    closure : Closure
-    parameter : {"angle", "length", "time"}
-    inputs : callable
-        Values of the inputs at a place.
-    start : ndarray, shape (nZ,)
-        Natural coordinates at the first place.
-    first, low, high : float
-        The place of the start, and the ends.
-
-    Returns
-    -------
-    Path
+    Shapes: `start` (nZ,).
     """
     forth, back = (walk(closure, inputs, start, first, end) for end in (high, low))
     points = back.points[:0:-1] + forth.points
@@ -237,19 +196,7 @@ def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | 
 
 
 def instants(path: Path, until: float, place: float) -> list[float]:
-    """The instants at which the drives pass a place on the path [s].
-
-    Parameters
-    ----------
-    path : Path
-    until : float
-        End of the time [s].
-    place : float
-
-    Returns
-    -------
-    list of float
-    """
+    """The instants at which the drives pass a place on the path [s]."""
     if path.parameter == "time":
         return [place]
     from scipy.optimize import brentq  # a tenth of a second that most runs need not wait for

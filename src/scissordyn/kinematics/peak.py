@@ -6,8 +6,6 @@ import math
 
 import numpy as np
 
-__all__ = ["smooth_peak"]
-
 
 def smooth_peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     """The vertex of the parabola through the largest sample and its two neighbours.
@@ -15,19 +13,7 @@ def smooth_peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     Of a curve without impacts, such as a reaction of the ideal mechanism; what impacts make peaks of is located by the
     integrator. With 500 samples a period the error is below 1e-7 of the value.
 
-    Parameters
-    ----------
-    time : ndarray, shape (nt,)
-        Equally spaced [s].
-    values : ndarray, shape (nt,)
-        NaN where there is none.
-
-    Returns
-    -------
-    largest : float
-        NaN without values; the largest sample if it is the first or last, or has no neighbours.
-    when : float
-        [s]
+    Shapes: `time` (nt,) [s], `values` (nt,).
     """
     if not np.isfinite(values).any():
         return math.nan, math.nan

@@ -16,8 +16,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.kinematics.closure import Closure
 from scissordyn.mechanics.elimination import in_words
 
-__all__ = ["CHANGE", "LOCKING", "NEAR", "SingularPosition", "concerned", "locate", "measure", "suspects"]
-
 CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
 STEEP = 1.5
@@ -56,25 +54,13 @@ NAMED = 3
 
 @dataclass(frozen=True)
 class SingularPosition:
-    """A singular position of the ideal mechanism.
-
-    Parameters
-    ----------
-    kind : {"change point", "near change point", "locking position"}
-    place : float
-        Where on the path: value of the input [rad or m], or time [s].
-    bodies : tuple of str
-        Bodies that can move there to first order with the inputs fixed, those that move most first.
-    joints : tuple of str
-        Joints that turn in that motion.
-    miss : float
-        By how much the branches of a near change point miss each other, in lengths as a fraction of the mechanism's size.
-    """
+    """A singular position of the ideal mechanism."""
 
     kind: str
-    place: float
-    bodies: tuple[str, ...]
-    joints: tuple[str, ...]
+    place: float  # Where on the path: value of the input [rad or m], or time [s]
+    bodies: tuple[str, ...]  # Bodies that can move there to first order with the inputs fixed, those that move most first
+    joints: tuple[str, ...]  # Joints that turn in that motion
+    # By how much the branches of a near change point miss each other, in lengths as a fraction of the mechanism's size
     miss: float = 0.0
 
     @property
@@ -91,14 +77,7 @@ def measure(closure: Closure, z: np.ndarray) -> np.ndarray:
 
     That is the smallest singular value, or with many equations the volume as a fraction of the largest one.
 
-    Parameters
-    ----------
-    closure : Closure
-    z : ndarray, shape (samples, nZ)
-
-    Returns
-    -------
-    ndarray, shape (samples,)
+    Shapes: `z` (samples, nZ); returns (samples,).
     """
     rows = closure.jacobian(z)
     if not rows.shape[1]:
@@ -137,22 +116,7 @@ def smallest(closure: Closure, z: np.ndarray) -> float:
 
 
 def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Places, typical: float) -> float | None:
-    """Where between neighbouring places on a path the gradients are dependent; None if nowhere.
-
-    Parameters
-    ----------
-    closure : Closure
-    position : callable
-        Natural coordinates at a place on the path.
-    places : (float, float, float)
-        Neighbouring places; the gradients are nearest to dependent at the middle one.
-    typical : float
-        Smallest singular value of the gradients at a position that is nothing special.
-
-    Returns
-    -------
-    float or None
-    """
+    """Where between neighbouring places on a path the gradients are dependent; None if nowhere."""
     from scipy.optimize import minimize_scalar  # a tenth of a second that most runs need not wait for
 
     for pair in range(1, 1 + min(PAIRS, closure.chosen.size)):
@@ -204,16 +168,7 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
 def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The bodies that can move at a singular position to first order, and the joints that turn in that motion.
 
-    Parameters
-    ----------
-    closure : Closure
-    z : ndarray, shape (nZ,)
-    typical : float
-        Smallest singular value of the gradients at a position that is nothing special.
-
-    Returns
-    -------
-    bodies, joints : tuple of str
+    Shapes: `z` (nZ,).
     """
     rows = closure.jacobian(z)
     _, values, right = np.linalg.svd(rows, full_matrices=False)

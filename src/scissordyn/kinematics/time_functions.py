@@ -8,8 +8,6 @@ from scissordyn.component.time_function import Tabulated
 from scissordyn.errors import InputError
 from scissordyn.plan.plan import Plan
 
-__all__ = ["check_tables"]
-
 
 def check_tables(plan: Plan, until: float) -> None:
     """Raise `InputError` for a tabulated time function that does not last from 0 to `until` [s]."""

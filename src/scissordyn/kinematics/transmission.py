@@ -16,44 +16,19 @@ import numpy as np
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.plan.plan import Plan
 
-__all__ = ["Dyad", "dyads", "transmission_angle"]
-
 
 @dataclass(frozen=True)
 class Dyad:
-    """A dyad of a mechanism.
+    """A dyad of a mechanism."""
 
-    Parameters
-    ----------
-    joint : str
-        The inner joint.
-    inner : (str, str)
-        Body and point of that joint.
-    outer : tuple of (str, str)
-        Body and point of the outer joints, one or two.
-    guide : float, optional
-        Direction of the guide that stands for the second outer joint [rad].
-    """
-
-    joint: str
-    inner: BodyPoint
-    outer: tuple[BodyPoint, ...]
-    guide: float | None = None
+    joint: str  # The inner joint
+    inner: BodyPoint  # Body and point of that joint
+    outer: tuple[BodyPoint, ...]  # Body and point of the outer joints, one or two
+    guide: float | None = None  # Direction of the guide that stands for the second outer joint [rad]
 
 
 def dyads(plan: Plan) -> list[Dyad]:
-    """The dyads of a mechanism, in the order in which its drives determine them.
-
-    Parameters
-    ----------
-    plan : Plan
-        Its clearances are ignored.
-
-    Returns
-    -------
-    list of Dyad
-        Empty without drives. Bodies that are held in another way, and all behind them, belong to none.
-    """
+    """The dyads of a mechanism, in the order in which its drives determine them."""
     known = {GROUND}
     for drive in plan.drives:
         if _pin(plan, drive.body, "", known) is not None:
@@ -111,19 +86,7 @@ def _pin(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
 def transmission_angle(plan: Plan, dyad: Dyad, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Transmission angle of a dyad, folded into 0 to 90 deg.
 
-    Parameters
-    ----------
-    plan : Plan
-    dyad : Dyad
-    position : ndarray, shape (samples, bodies, 2)
-        Of the mass centres [m].
-    angle : ndarray, shape (samples, bodies)
-        [rad]
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-        [rad]
+    Shapes: `position` (samples, bodies, 2) [m], `angle` (samples, bodies) [rad]; returns (samples,) [rad].
     """
     inner = _place(plan, dyad.inner, position, angle)
     first = inner - _place(plan, dyad.outer[0], position, angle)

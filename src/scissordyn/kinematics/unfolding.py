@@ -15,8 +15,6 @@ import numpy as np
 
 from scissordyn.kinematics.closure import Closure
 
-__all__ = ["DIFFERENCE", "Point", "Unfolding"]
-
 SOLVED = 1e-15
 """Times the number of coordinates: error of the bordered equations at which Newton's method ends."""
 
@@ -39,25 +37,14 @@ AtPlace = Callable[[float], np.ndarray]
 
 @dataclass(frozen=True)
 class Point:
-    """A position and the derivatives of g there.
-
-    Parameters
-    ----------
-    a, place : float
-    z : ndarray, shape (nZ,)
-        Natural coordinates.
-    g : float
-    slope : ndarray, shape (2,)
-        Derivatives of g by a and by the place.
-    curvature : ndarray, shape (2, 2)
-    """
+    """A position and the derivatives of g there."""
 
     a: float
     place: float
-    z: np.ndarray
+    z: np.ndarray  # (nZ,) Natural coordinates
     g: float
-    slope: np.ndarray
-    curvature: np.ndarray
+    slope: np.ndarray  # (2,) Derivatives of g by a and by the place
+    curvature: np.ndarray  # (2, 2)
 
     @property
     def saddle(self) -> float:
@@ -68,16 +55,7 @@ class Point:
 class Unfolding:
     """The function g near a position.
 
-    Parameters
-    ----------
-    closure : Closure
-        As many chosen constraints as coordinates.
-    inputs : callable
-        Values of the inputs at a place on the path.
-    place, z : float and ndarray, shape (nZ,)
-        Where the singular vectors are taken.
-    width : float
-        Of the neighbourhood, on the path.
+    Shapes: `place, z` (nZ,).
     """
 
     def __init__(self, closure: Closure, inputs: AtPlace, place: float, z: np.ndarray, width: float) -> None:
@@ -89,15 +67,7 @@ class Unfolding:
     def at(self, a: float, place: float, guess: np.ndarray) -> Point | None:
         """Value and derivatives of the function; None if the bordered equations are not solved near the guess.
 
-        Parameters
-        ----------
-        a, place : float
-        guess : ndarray, shape (nZ,)
-            Natural coordinates near by.
-
-        Returns
-        -------
-        Point or None
+        Shapes: `guess` (nZ,).
         """
         closure, n = self.closure, self._y0.size
         known, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
@@ -152,13 +122,7 @@ class Unfolding:
         return self._newton(lambda point: (point.slope, point.curvature), self.at(0.0, self.place, self.z))
 
     def limit(self, near: Point | None = None) -> Point | None:
-        """Where the input is at a limit, g = dg/da = 0; None if not near by.
-
-        Parameters
-        ----------
-        near : Point, optional
-            Where to begin; where the singular vectors were taken by default.
-        """
+        """Where the input is at a limit, g = dg/da = 0; None if not near by."""
 
         def equations(point: Point) -> tuple[np.ndarray, np.ndarray]:
             return np.array([point.g, point.slope[0]]), np.array([point.slope, point.curvature[0]])

@@ -16,26 +16,12 @@ from typing import Any
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import damping, elastic, friction
 from scissordyn.laws.contact import Damping, Elastic, Friction
-from scissordyn.laws.material import MATERIALS
+from scissordyn.laws.material import MATERIALS as MATERIALS
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.plugin.element import Slot, element_class
 from scissordyn.plugin.origin import class_in
 from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.units import Quantity, State, quantities
-
-__all__ = [
-    "BY_KIND",
-    "DAMPING",
-    "ELASTIC",
-    "FRICTION",
-    "MATERIALS",
-    "Facts",
-    "Parameter",
-    "facts",
-    "from_file",
-    "kind_in",
-    "law",
-]
 
 
 def _laws(folder: ModuleType) -> Mapping[str, type[Any]]:
@@ -71,49 +57,26 @@ _USER: Mapping[str, type[Any]] = {"stiffness": UserElastic, "damping": UserDampi
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a law.
-
-    Parameters
-    ----------
-    name : str
-    quantity : Quantity
-        Unit, bounds and help.
-    default : float, bool or None
-        None where the law computes the value.
-    """
+    """One parameter of a law."""
 
     name: str
-    quantity: Quantity
-    default: float | bool | None
+    quantity: Quantity  # Unit, bounds and help
+    default: float | bool | None  # None where the law computes the value
 
 
 @dataclass(frozen=True)
 class Facts:
-    """The facts of a law in a table of laws.
-
-    Parameters
-    ----------
-    name, kind, summary, source : str
-    parameters : tuple of Parameter
-    states : tuple of State
-        Internal states of a friction law.
-    stiff : bool
-        Whether it makes the equations of motion stiff.
-    restitution_range : tuple of float, optional
-        Range of restitution coefficients in the source.
-    caveat : str
-        Limitation of the law, for the user.
-    """
+    """The facts of a law in a table of laws."""
 
     name: str
     kind: str
     summary: str
     source: str
     parameters: tuple[Parameter, ...]
-    states: tuple[State, ...] = ()
-    stiff: bool = False
-    restitution_range: tuple[float, float] | None = None
-    caveat: str = ""
+    states: tuple[State, ...] = ()  # Internal states of a friction law
+    stiff: bool = False  # Whether it makes the equations of motion stiff
+    restitution_range: tuple[float, float] | None = None  # Range of restitution coefficients in the source
+    caveat: str = ""  # Limitation of the law, for the user
 
 
 def _by_kind(kind: str) -> Mapping[str, type[Any]]:
@@ -163,27 +126,7 @@ def kind_in(reference: str) -> str:
 
 
 def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float, ...] = ()) -> Any:
-    """A law that is a function in a user's file.
-
-    Parameters
-    ----------
-    reference : str
-        ``"my_laws.py:soft"``; only this file is executed.
-    kind : {"stiffness", "damping", "friction"}
-    folder : Path
-        Where a relative file name starts.
-    constants : tuple of float
-        Further arguments of the function, in SI units.
-
-    Returns
-    -------
-    UserElastic, UserDamping or UserFriction
-
-    Raises
-    ------
-    InputError
-        If the file, the function or its result cannot be used.
-    """
+    """A law that is a function in a user's file."""
     _by_kind(kind)
     made = _USER[kind]
     path, name = split_reference(made.slot.title, reference, folder)
@@ -191,17 +134,7 @@ def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float
 
 
 def facts(kind: str, name: str) -> Facts:
-    """The facts of a law without its parameters.
-
-    Parameters
-    ----------
-    kind : {"stiffness", "damping", "friction"}
-    name : str
-
-    Returns
-    -------
-    Facts
-    """
+    """The facts of a law without its parameters."""
     found = law(kind, name)
     declared = quantities(found)  # type: ignore[arg-type]
     parameters = tuple(

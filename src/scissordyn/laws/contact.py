@@ -10,8 +10,6 @@ from scissordyn.laws.material import Material
 from scissordyn.plugin.element import SLOTS, Part, Slot
 from scissordyn.units import State
 
-__all__ = ["Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact"]
-
 
 @dataclass(frozen=True)
 class JointContact:

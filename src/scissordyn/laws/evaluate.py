@@ -7,17 +7,6 @@ import math
 from scissordyn.kernel import F1, call_at, entry, kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
-__all__ = [
-    "APPROACH_FLOOR",
-    "elastic_energy",
-    "elastic_force",
-    "friction_force",
-    "friction_limit",
-    "friction_states",
-    "normal_force",
-    "rate_in_range",
-]
-
 APPROACH_FLOOR = 1e-6
 """Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
 

@@ -11,23 +11,15 @@ from scissordyn.laws.contact import Damping, Elastic, JointContact
 from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["Impact", "impact"]
-
 
 @dataclass(frozen=True)
 class Impact:
-    """Time history of one impact.
+    """Time history of one impact."""
 
-    Parameters
-    ----------
-    time, indentation, rate, force : ndarray, shape (n,)
-        t [s], delta [m], delta' [m/s], F_n [N] from touch to release.
-    """
-
-    time: np.ndarray
-    indentation: np.ndarray
-    rate: np.ndarray
-    force: np.ndarray
+    time: np.ndarray  # (n,) t [s], delta [m], delta' [m/s], F_n [N] from touch to release
+    indentation: np.ndarray  # (n,)
+    rate: np.ndarray  # (n,)
+    force: np.ndarray  # (n,)
 
     @property
     def restitution(self) -> float:
@@ -38,25 +30,7 @@ class Impact:
 def impact(
     stiffness: Elastic, damping: Damping, joint: JointContact, *, mass: float, speed: float, samples: int = 400
 ) -> Impact:
-    """A free mass against a fixed surface, m delta'' = -F_n.
-
-    Parameters
-    ----------
-    stiffness, damping
-        The laws.
-    joint : JointContact
-        The surfaces.
-    mass : float
-        m [kg].
-    speed : float
-        delta' at the touch [m/s].
-    samples : int
-        Number of instants, at equal distances.
-
-    Returns
-    -------
-    Impact
-    """
+    """A free mass against a fixed surface, m delta'' = -F_n."""
     of_elastic, of_damping = row_of(stiffness, joint), row_of(damping, joint)
     at_elastic, at_damping = addresses(stiffness)["force"], addresses(damping)["force"]
 

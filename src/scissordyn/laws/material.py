@@ -9,8 +9,6 @@ from typing import Annotated
 
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["MATERIALS", "STEEL", "Material"]
-
 
 @dataclass(frozen=True)
 class Material:

@@ -11,8 +11,6 @@ from typing import Annotated
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["COLD", "HOT", "OILS", "RANGE", "Oil", "oil_of"]
-
 COLD, HOT = 313.15, 373.15
 """Temperatures at which viscosities of oils are stated [K]: 40 and 100 deg C."""
 
@@ -116,13 +114,7 @@ OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})
 
 
 def oil_of(name: str) -> Oil:
-    """The oil of that name.
-
-    Raises
-    ------
-    InputError
-        If there is none; names the nearest.
-    """
+    """The oil of that name."""
     if "grease" in name.lower():
         raise InputError(
             f"'{name}' as an oil: a grease does not flow below its yield stress, which the film does not describe",

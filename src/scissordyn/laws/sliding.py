@@ -15,24 +15,9 @@ from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.evaluate import friction_force, friction_states
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["Oscillation", "oscillation", "steady_coefficient"]
-
 
 def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: ArrayLike) -> np.ndarray:
-    """Friction over normal force in steady sliding.
-
-    Parameters
-    ----------
-    friction : Friction
-    joint : JointContact
-    slip_speed : array_like
-        [m/s]
-
-    Returns
-    -------
-    ndarray
-        F_t/F_n [1], of the shape of the slip speeds.
-    """
+    """Friction over normal force in steady sliding."""
     row, states, at = row_of(friction, joint), np.zeros(len(friction.states)), addresses(friction)
     rates = np.zeros_like(states)
     speeds = np.asarray(slip_speed, float)
@@ -73,38 +58,16 @@ def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.nd
 
 @dataclass(frozen=True)
 class Oscillation:
-    """One period of an oscillation.
+    """One period of an oscillation."""
 
-    Parameters
-    ----------
-    displacement, coefficient : ndarray, shape (n,)
-        x [m] and F_t/F_n [1].
-    """
-
-    displacement: np.ndarray
-    coefficient: np.ndarray
+    displacement: np.ndarray  # (n,) x [m] and F_t/F_n [1]
+    coefficient: np.ndarray  # (n,)
 
 
 def oscillation(
     friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400
 ) -> Oscillation:
-    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction in its third period.
-
-    Parameters
-    ----------
-    friction : Friction
-    joint : JointContact
-    amplitude : float
-        a [m].
-    frequency : float
-        f [Hz].
-    samples : int
-        Points of the period.
-
-    Returns
-    -------
-    Oscillation
-    """
+    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction in its third period."""
     row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)
     size = _sizes(friction, at, row)
     omega = 2.0 * math.pi * frequency

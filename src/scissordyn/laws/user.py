@@ -12,8 +12,6 @@ from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.plugin.element import addresses, row_of
 from scissordyn.plugin.short_form import Function, ShortForm, answers
 
-__all__ = ["UserDamping", "UserElastic", "UserFriction", "element_doubts"]
-
 INDENTATIONS = tuple(np.logspace(-9, -3, 13).tolist())
 APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
@@ -79,17 +77,7 @@ def _of_friction(given: np.ndarray) -> list[str]:
 
 
 def element_doubts(law: Any, joint: JointContact) -> list[str]:
-    """What is doubtful about a law of a class of the user's in a joint, one clause each; nothing is known of one with states.
-
-    Parameters
-    ----------
-    law : Elastic, Damping or Friction
-    joint : JointContact
-
-    Returns
-    -------
-    list of str
-    """
+    """What is doubtful about a user's law in a joint, one clause each; nothing is known of a law with states."""
     if isinstance(law, Friction) and law.states:
         return []
     if isinstance(law, Elastic):

@@ -12,8 +12,6 @@ from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.user import element_doubts
 from scissordyn.plugin.element import is_ours
 
-__all__ = ["DEEPEST", "FASTEST", "OFF", "contact_failure", "contact_warnings"]
-
 FASTEST = 1e-5
 """Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
 
@@ -25,22 +23,7 @@ OFF = 0.05
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
-    """Why the contact model of a joint has failed: no law describes a journal pressed in by more than its own radius.
-
-    Parameters
-    ----------
-    joint : str
-        Name of the joint.
-    contact : JointContact
-        Its surfaces.
-    indentation : float
-        [m]
-
-    Returns
-    -------
-    str
-        One clause, empty if all is well.
-    """
+    """Why the contact model of a joint has failed: no law describes a journal pressed in by more than its own radius."""
     if indentation <= contact.journal_radius:
         return ""
     what = "corner radius" if contact.plane else "journal radius"
@@ -60,26 +43,7 @@ def contact_warnings(
     approach_speed: Sequence[float],
     indentation: float,
 ) -> list[str]:
-    """Warnings about the laws of one joint after a run.
-
-    Parameters
-    ----------
-    joint : str
-        Name of the joint.
-    contact : JointContact
-        Its surfaces.
-    stiffness, damping, friction
-        Its laws.
-    approach_speed : sequence of float
-        delta'(-) of the recorded contacts [m/s].
-    indentation : float
-        Deepest indentation of the run [m].
-
-    Returns
-    -------
-    list of str
-        One sentence each; empty for none.
-    """
+    """Warnings about the laws of one joint after a run."""
     found = []
     where = f"joint '{joint}': "
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))

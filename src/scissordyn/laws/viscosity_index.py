@@ -8,8 +8,6 @@ from scipy.optimize import brentq
 
 from scissordyn.errors import InputError
 
-__all__ = ["hot_viscosity", "viscosity_index"]
-
 LOWEST = 2.0
 """Viscosity at 100 deg C below which the index is not defined [mm^2/s]."""
 
@@ -43,15 +41,6 @@ def _references(hot: float) -> tuple[float, float]:
 def viscosity_index(cold: float, hot: float) -> float:
     """The viscosity index of an oil.
 
-    Parameters
-    ----------
-    cold, hot : float
-        Kinematic viscosities at 40 and at 100 deg C [mm^2/s]; the latter at least 2.
-
-    Returns
-    -------
-    float
-
     References
     ----------
     ASTM D2270, Standard practice for calculating viscosity index from kinematic viscosity at 40 and 100 deg C
@@ -64,13 +53,7 @@ def viscosity_index(cold: float, hot: float) -> float:
 
 
 def hot_viscosity(cold: float, index: float) -> float:
-    """The viscosity at 100 deg C of an oil of some viscosity at 40 deg C and some index [mm^2/s].
-
-    Raises
-    ------
-    InputError
-        If it would be below 2 mm^2/s, where the index is not defined, or if there is none.
-    """
+    """The viscosity at 100 deg C of an oil of some viscosity at 40 deg C and some index [mm^2/s]."""
 
     def error(hot: float) -> float:
         return viscosity_index(cold, hot) - index

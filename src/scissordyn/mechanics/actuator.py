@@ -13,8 +13,6 @@ from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
-__all__ = ["actuator_torque", "linearise_actuator", "recorded_signal"]
-
 SIGNAL_COUNT = len(SIGNALS)
 
 DELAY, RECORDED, GAIN = range(3)

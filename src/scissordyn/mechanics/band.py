@@ -9,8 +9,6 @@ from __future__ import annotations
 from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics.lanes import SHORT, row_times, take_row
 
-__all__ = ["eliminate", "factorize", "product", "solve", "substitute", "width"]
-
 
 def width(lower: int, upper: int) -> int:
     """Columns of the band array for `lower` and `upper` off-diagonals."""

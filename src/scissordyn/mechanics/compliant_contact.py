@@ -19,8 +19,6 @@ from scissordyn.mechanics.hard_elastic import law_at, law_depth, prepare_law
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import SLIP, differ, effective_mass
 
-__all__ = ["begin_laws", "laws_fit", "take_compliant", "too_long_for_laws"]
-
 RESOLVED = 0.2
 """Step times the angular frequency of a compliant contact."""
 

@@ -18,8 +18,6 @@ from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
-__all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
-
 _ACTUATOR, _AXIS, _RAIL = ACTUATOR.code, AXIS.code, RAIL.code
 
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES = range(6)

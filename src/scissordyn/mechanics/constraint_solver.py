@@ -11,19 +11,6 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
-__all__ = [
-    "expand",
-    "expand_element",
-    "expand_track",
-    "factorize_constraints",
-    "map_directions",
-    "project",
-    "singular_ahead",
-    "solve_constraints",
-    "subtract_gradients",
-    "velocity_residual",
-]
-
 _band_factorize, _band_solve = band.factorize, band.solve
 
 DRIFT = 1e-13

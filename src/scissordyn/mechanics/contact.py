@@ -17,8 +17,6 @@ from scissordyn.mechanics.force_element import add_torques, map_values, write_wr
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["begin_contact", "contact_at", "contact_forces", "end_contact", "gap", "kinematics", "no_forces"]
-
 
 @kernel
 def gap(j, S):

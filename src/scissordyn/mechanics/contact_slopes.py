@@ -8,8 +8,6 @@ from scissordyn.mechanics.force_element import map_values
 from scissordyn.mechanics.plane_contact import plane_slopes
 from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN, SLIP_BY_V, SLIP_BY_X
 
-__all__ = ["linearise_contact"]
-
 
 @kernel
 def law_slopes(j, S, z, dz, up, down, by_state):

@@ -10,8 +10,6 @@ import scipy.sparse as sp
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, I1, entry, kernel
 
-__all__ = ["DRIVE", "Elimination", "Expression", "add", "contradiction", "in_words", "scaled"]
-
 DRIVE = "the drive of"
 """How the names of the drives' constraints begin."""
 
@@ -233,13 +231,6 @@ class Elimination:
     """Solves linear constraints for some of the unknown columns, in the order in which they are imposed.
 
     A chain of bodies gives rows with a handful of terms, and they stay so: cost and result are linear in the chain's length.
-
-    Parameters
-    ----------
-    preferred : sequence of bool
-        For each unknown column, whether it is solved for before the others.
-    known : int
-        Columns behind these that are known functions of time.
     """
 
     def __init__(self, preferred: Iterable[bool], known: int) -> None:
@@ -253,13 +244,7 @@ class Elimination:
         self.imposed.append((constraint, name))
 
     def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All unknown columns in those that stay free and the known ones: sparse rows (starts, columns, values).
-
-        Raises
-        ------
-        InputError
-            If constraints contradict each other.
-        """
+        """All unknown columns in those that stay free and the known ones: sparse rows (starts, columns, values)."""
         unknowns, total = self.preferred.size, self.preferred.size + self.known
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)
@@ -323,15 +308,7 @@ class Elimination:
 
 
 def contradiction(names: list[str], consequence: str = "") -> InputError:
-    """The error for parts that cannot hold together.
-
-    Parameters
-    ----------
-    names : list of str
-        Whose constraints they are.
-    consequence : str
-        What they would do to a body.
-    """
+    """The error for parts that cannot hold together."""
     names = list(dict.fromkeys(names))
     drives = [name for name in names if name.startswith(DRIVE)]
     through = f" ({consequence})" if consequence else ""

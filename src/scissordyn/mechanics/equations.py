@@ -25,8 +25,6 @@ from scissordyn.mechanics.contact import contact_forces
 from scissordyn.mechanics.contact_slopes import linearise_contact
 from scissordyn.mechanics.step_matrix import acts
 
-__all__ = ["accelerate", "linearise", "record_signals"]
-
 
 @kernel
 def accelerate(t, y, S, dy):

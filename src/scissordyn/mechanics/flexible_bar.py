@@ -21,18 +21,6 @@ from scissordyn.mechanics.time_function import motion_at
 
 _PAIRS = PAIRS
 
-__all__ = [
-    "add_flexible_bar",
-    "derivatives",
-    "flexible_bar_energy",
-    "read_vectors",
-    "slopes_at_ends",
-    "tables_of",
-    "warm_bending",
-    "warmth",
-    "write_strains",
-]
-
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)
 """Places in the row of a bar's parameters."""
 

@@ -33,8 +33,6 @@ from scissordyn.mechanics.flexible_bar import (
 )
 from scissordyn.mechanics.lanes import LANES
 
-__all__ = ["linearise_flexible_bar"]
-
 
 @kernel
 def linearise_flexible_bar(t, i, S, dt):

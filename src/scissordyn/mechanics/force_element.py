@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from scissordyn.kernel import kernel
 
-__all__ = ["add_forces", "add_torques", "map_values", "write_wrench"]
-
 
 @kernel
 def map_values(element, S):

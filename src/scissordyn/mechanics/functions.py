@@ -11,8 +11,6 @@ from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 
-__all__ = ["FUNCTIONS"]
-
 _accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
 _factorize, _solve = step_matrix.factorize, step_matrix.solve
 _singular_ahead = constraint_solver.singular_ahead

@@ -19,8 +19,6 @@ from scissordyn.mechanics.contact import begin_contact, end_contact, gap
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["guard", "guards", "reset", "touch"]
-
 LOCKED = 1e-9
 """A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate."""
 

@@ -48,8 +48,6 @@ from scissordyn.mechanics.hard_rows import (
 )
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-__all__ = ["guards_ahead", "hard_step", "restore"]
-
 factorize, solve = band.factorize, band.solve
 
 DEEP = 1e-6

@@ -21,8 +21,6 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import differ
 
-__all__ = ["FLOOR", "law_at", "law_depth", "law_fits", "prepare_law", "stored_energy"]
-
 FLOOR = 1e-3
 """Indentation, as a fraction of the clearance, below which the law is taken as linear."""
 

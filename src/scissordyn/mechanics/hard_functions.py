@@ -7,8 +7,6 @@ from scissordyn.mechanics import hard_contact, hard_impact, hard_powers
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.system import open_system
 
-__all__ = ["HARD_FUNCTIONS"]
-
 _step, _restore, _ahead = hard_contact.hard_step, hard_contact.restore, hard_contact.guards_ahead
 _impact, _monitor = hard_impact.hard_impact, hard_powers.hard_monitor
 

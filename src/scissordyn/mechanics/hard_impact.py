@@ -22,8 +22,6 @@ from scissordyn.mechanics.hard_result import (
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
 
-__all__ = ["STAYS", "hard_impact"]
-
 STRIKES = 1e-9
 """Gap, as a fraction of the clearance, up to which a contact takes part in a located impact."""
 

@@ -10,8 +10,6 @@ from scissordyn.mechanics.hard_result import FRICTION_LOSS, IMPULSE, RESTITUTION
 from scissordyn.mechanics.hard_rows import along
 from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
 
-__all__ = ["hard_monitor"]
-
 
 @kernel
 def hard_monitor(t, h, y, S, H, power, rows):

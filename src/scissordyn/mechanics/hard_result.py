@@ -7,23 +7,6 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.hard_rows import OPEN, STICK, effective_mass
 
-__all__ = [
-    "ANGLE",
-    "APPROACH",
-    "CLOSED",
-    "FRICTION_LOSS",
-    "IMPULSE",
-    "MASS",
-    "REBOUND",
-    "RESTITUTION_LOSS",
-    "RESULTS",
-    "STRUCK",
-    "SUDDEN",
-    "impact_energy",
-    "share_of_force",
-    "take_results",
-]
-
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK = range(10)
 """Columns of `HardContacts.result`: angle of n [rad], approach speed [m/s], effective mass [kg], impulse [N s], energy lost by
 restitution and by friction [J], delta' after the step [m/s], whether the contact goes on, the part of

@@ -10,29 +10,6 @@ from scissordyn.mechanics.band import product
 from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
 
-__all__ = [
-    "AS_DEEP",
-    "IN_ANY_CASE",
-    "OPEN",
-    "SLIP",
-    "STEP",
-    "STICK",
-    "TOO_LONG",
-    "HardContacts",
-    "acting_row",
-    "add_row",
-    "along",
-    "assemble",
-    "contact_rows",
-    "convective",
-    "differ",
-    "effective_mass",
-    "element_of",
-    "open_hard",
-    "row_product",
-    "speed_along",
-]
-
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
 """What is asked of a step: to be made in any case, whatever the indentation at its end, or unless it is too long; then it was
 not made, and says so."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK
 
-__all__ = ["write_equations"]
-
 COMPLIANCE = 1e-11
 """Of surfaces, as a part of what a free journal would yield, where rows depend on each other."""
 

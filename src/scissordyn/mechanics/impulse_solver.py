@@ -19,18 +19,6 @@ from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, differ, row_produc
 from scissordyn.mechanics.impulse_equations import write_equations
 from scissordyn.mechanics.pivoting import pivot
 
-__all__ = [
-    "COUNTS",
-    "DEPENDENT",
-    "FACTORIZATIONS",
-    "IMPULSIVE",
-    "MOST_IN_A_STEP",
-    "PIVOTED",
-    "PIVOTS",
-    "UNSOLVED",
-    "solve_impulses",
-]
-
 MOST = 40
 """Steps of Newton's method before Lemke's pivoting."""
 

@@ -4,22 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = [
-    "LANES",
-    "PAIRS",
-    "SHORT",
-    "combine",
-    "even",
-    "join",
-    "padded",
-    "part",
-    "pull",
-    "row_times",
-    "stretch",
-    "take_row",
-    "transform",
-]
-
 LANES = 8
 """Rows of tables have a whole multiple of so many numbers, which processors take at once."""
 

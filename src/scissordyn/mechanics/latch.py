@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from scissordyn.kernel import kernel
 
-__all__ = ["engage"]
-
 
 @kernel
 def engage(S):

@@ -17,25 +17,6 @@ from scissordyn.mechanics.system import RESULTS
 if TYPE_CHECKING:
     from scissordyn.mechanics.system import Model
 
-__all__ = [
-    "COMPONENT_FORCE",
-    "COMPONENT_OUTPUT",
-    "DRIVE_TORQUE",
-    "EXCEEDED",
-    "FRICTION_RATIO",
-    "INDENTATION",
-    "JOINT_FORCE",
-    "POWERS",
-    "PRESSURE_VELOCITY",
-    "TRACK_DEVIATION",
-    "constraint_forces",
-    "drive_torque",
-    "entries_read",
-    "monitor",
-    "monitored_rows",
-    "probe",
-]
-
 POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss", "motor_work")
 """Integrals of the energy balance [J], in the order in which `monitor` writes their powers."""
 
@@ -69,15 +50,7 @@ def monitored_rows(model: Model, kind: int) -> np.ndarray:
 def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
     """Entries of y that each row of guards and monitored numbers reads: where they start, and which; none for all of y.
 
-    Parameters
-    ----------
-    model : Model
-    contacts : int
-
-    Returns
-    -------
-    start : ndarray of int, shape (rows + 1,)
-    entries : ndarray of int
+    Shapes: returns `start` (rows + 1,).
     """
 
     def of_contact(j: int) -> list[int]:

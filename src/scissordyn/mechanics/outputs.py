@@ -18,8 +18,6 @@ from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
 
-__all__ = ["BodyMaps", "Record", "Sampled", "record"]
-
 _AXIS = AXIS.code
 
 
@@ -37,94 +35,49 @@ class Sampled(NamedTuple):
 
 
 class BodyMaps(NamedTuple):
-    """Where the bodies are, and where force elements, rods and latches act on them.
+    """Where the bodies are, and where force elements, rods and latches act on them."""
 
-    Parameters
-    ----------
-    start, column, row
-        Maps of the mass centre (rows 0 and 1) and of the x axis (rows 2 and 3) of each body.
-    rotation : ndarray of int, shape (bodies,)
-        Family of parallel bodies; -1 for a body that does not rotate.
-    sense, offset : ndarray, shape (bodies,)
-        Its angle is sense times that of the family plus offset [rad].
-    body : ndarray of int, shape (acting + rods, 2)
-        On which bodies force elements act, then rods; -1 for the ground.
-    arm : ndarray, shape (acting + rods, 2, 2)
-        Points of application from the mass centres, in the frames of the bodies [m].
-    rod : ndarray of int, shape (rods,)
-        Their constraints.
-    rod_scale : ndarray, shape (rods,)
-        Lengths that their maps are divided by [m].
-    """
-
-    start: I1
+    start: I1  # Maps of the mass centre (rows 0 and 1) and of the x axis (rows 2 and 3) of each body
     column: I1
     row: F2
-    rotation: I1
-    sense: F1
-    offset: F1
-    body: I2
-    arm: F3
-    rod: I1
-    rod_scale: F1
+    rotation: I1  # (bodies,) Family of parallel bodies; -1 for a body that does not rotate
+    sense: F1  # (bodies,) Its angle is sense times that of the family plus offset [rad]
+    offset: F1  # (bodies,)
+    body: I2  # (acting + rods, 2) On which bodies force elements act, then rods; -1 for the ground
+    arm: F3  # (acting + rods, 2, 2) Points of application from the mass centres, in the frames of the bodies [m]
+    rod: I1  # (rods,) Their constraints
+    rod_scale: F1  # (rods,) Lengths that their maps are divided by [m]
 
 
 class Record(NamedTuple):
-    """Quantities at the samples.
+    """Quantities at the samples."""
 
-    Parameters
-    ----------
-    X, V, A : ndarray, shape (nt, n + nb)
-        Columns [x; b] and their two derivatives.
-    position, velocity, acceleration : ndarray, shape (nt, bodies, 2)
-        Of the mass centres [m, m/s, m/s^2].
-    direction : ndarray, shape (nt, bodies, 2)
-        Cosine and sine of the angles.
-    angle, angular_velocity, angular_acceleration : ndarray, shape (nt, bodies)
-        Turns counted [rad, rad/s, rad/s^2].
-    load : ndarray, shape (nt, bodies, 3)
-        Forces of contacts, components, rods and latches on each body [N], and their moment about its mass centre [N m].
-    contact : record array, shape (nt, contacts)
-        See `system.CONTACT_RESULT`.
-    wrench : ndarray, shape (nt, acting + rods, 4)
-        Force on the first point of each contact, component and rod [N], and torques on both bodies [N m].
-    coordinate : ndarray, shape (nt, components, 4)
-        Of the ports.
-    result : ndarray, shape (nt, components, RESULTS)
-        Of the components' kernels.
-    observed : ndarray, shape (nt, components, 2)
-        Angle error [rad] and recorded signal of actuators.
-    torque : ndarray, shape (nt, drives)
-    multiplier : ndarray, shape (nt, m)
-    kinetic, potential, elastic, stored : ndarray, shape (nt,)
-        Energies: kinetic, of gravity, of contacts, of components [J].
-    length_error : ndarray, shape (1,)
-        Largest relative error of a length.
-    """
-
-    X: F2
-    V: F2
-    A: F2
-    position: F3
-    velocity: F3
-    acceleration: F3
-    direction: F3
-    angle: F2
-    angular_velocity: F2
-    angular_acceleration: F2
+    X: F2  # (nt, n + nb) Columns [x; b] and their two derivatives
+    V: F2  # (nt, n + nb)
+    A: F2  # (nt, n + nb)
+    position: F3  # (nt, bodies, 2) Of the mass centres [m, m/s, m/s^2]
+    velocity: F3  # (nt, bodies, 2)
+    acceleration: F3  # (nt, bodies, 2)
+    direction: F3  # (nt, bodies, 2) Cosine and sine of the angles
+    angle: F2  # (nt, bodies) Turns counted [rad, rad/s, rad/s^2]
+    angular_velocity: F2  # (nt, bodies)
+    angular_acceleration: F2  # (nt, bodies)
+    # (nt, bodies, 3) Forces of contacts, components, rods and latches on each body [N], and their moment about its mass centre
+    # [N m]
     load: F3
-    contact: ContactRows
+    contact: ContactRows  # (nt, contacts) See `system.CONTACT_RESULT`
+    # (nt, acting + rods, 4) Force on the first point of each contact, component and rod [N], and torques on both bodies [N m]
     wrench: F3
-    coordinate: F3
-    result: F3
-    observed: F3
-    torque: F2
-    multiplier: F2
-    kinetic: F1
-    potential: F1
-    elastic: F1
-    stored: F1
-    length_error: F1
+    coordinate: F3  # (nt, components, 4) Of the ports
+    result: F3  # (nt, components, RESULTS) Of the components' kernels
+    observed: F3  # (nt, components, 2) Angle error [rad] and recorded signal of actuators
+    torque: F2  # (nt, drives)
+    multiplier: F2  # (nt, m)
+    kinetic: F1  # (nt,) Energies: kinetic, of gravity, of contacts, of components [J]
+    potential: F1  # (nt,)
+    elastic: F1  # (nt,)
+    stored: F1  # (nt,)
+    length_error: F1  # (1,) Largest relative error of a length
 
 
 @kernel
@@ -284,20 +237,7 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
 
 
 def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
-    """Evaluate everything at the samples.
-
-    Parameters
-    ----------
-    maps : BodyMaps
-    system : Handle
-        Of a `System`; its state is overwritten.
-    samples : Sampled, or what has its fields
-        The states are projected in place onto the constraints.
-
-    Returns
-    -------
-    Record
-    """
+    """Evaluate everything at the samples."""
     content = system.content
     nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size

@@ -18,8 +18,6 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product
 from scissordyn.mechanics.impulse_equations import write_equations
 
-__all__ = ["pivot", "table_shape"]
-
 MOST = 20
 """Pivots for each variable."""
 

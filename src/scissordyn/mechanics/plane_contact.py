@@ -18,8 +18,6 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN, SLIP_BY_V, SLIP_BY_X
 
-__all__ = ["plane_forces", "plane_gap", "plane_kinematics", "plane_slopes"]
-
 
 @kernel
 def surface_normal(j, S, bx, by):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
 from scissordyn.kernel import kernel
 
-__all__ = ["add_port_curvature", "port_forces", "port_wrench", "sense_port", "write_port_gradients"]
-
 _LINE, _HINGE, _TRAVEL, _POINT, _FRAME, _ACTUATOR = (p.code for p in (LINE, HINGE, TRAVEL, POINT, FRAME, ACTUATOR))
 
 _sense_line, _sense_hinge, _sense_travel = line.sense, hinge.sense, travel.sense

@@ -24,8 +24,6 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.flexible_bar import FX, FY, QX, QY, VX, VY, read_vectors
 
-__all__ = ["NX", "NY", "SCALARS", "add_rail_force", "linearise_rail", "sense_rail"]
-
 ALONG, ACROSS, TURNING, PX, PY, VALUE, SLOPE, SCALARS = range(8)
 """Rows of `Workspace.rail`: T, G and N by the element's columns; the axis as polynomials; Legendre's polynomials and their
 derivatives; scalars."""

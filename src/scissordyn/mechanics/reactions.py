@@ -16,8 +16,6 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.outputs import Record
 
-__all__ = ["Balance", "solve_reactions"]
-
 _factorize, _solve = band.factorize, band.solve
 
 REDUNDANT = 1e-8
@@ -44,44 +42,23 @@ TOUCHED = 1e-4
 
 
 class Balance(NamedTuple):
-    """The unknown reactions and how they enter the balance of each body.
+    """The unknown reactions and how they enter the balance of each body."""
 
-    Parameters
-    ----------
-    start : ndarray of int, shape (bodies + 1,)
-        Entries of each body.
-    unknown : ndarray of int
-        Row of the ordered unknowns for each entry.
-    direction : ndarray, shape (entries, 3)
-        Force (x, y) and torque per unit of the unknown, in the frame of a body or of the ground; unknown torques are in units
-        of `length`, so that they weigh as much as forces in a mechanism of any size.
-    arm : ndarray, shape (entries, 2)
-        Point of application from the mass centre of its anchor, in that body's frame [m].
-    anchor, frame : ndarray of int, shape (entries,)
-        Bodies that carry the point of application and the direction of the force; -1 for the ground.
-    mass, inertia : ndarray, shape (bodies,)
-        Inertia is zero for a body that does not rotate, whose balance of moments its guide keeps.
-    length : float
-        Scale of the moment equations [m].
-    order : ndarray of int
-        Place of each unknown (joints x, y; welds x, y, torque; guides; aligned guides' torques; drives) among the ordered ones.
-    band : int
-        Half bandwidth of the normal equations.
-    joints, guides, drives : tuple of int
-        Where the forces of the ideal joints, those of the ideal guides and the torques of the drives begin and end.
-    """
-
-    start: I1
-    unknown: I1
+    start: I1  # (bodies + 1,) Entries of each body
+    unknown: I1  # Row of the ordered unknowns for each entry
+    # (entries, 3) Force (x, y) and torque per unit of the unknown, in the frame of a body or of the ground; unknown torques
+    # are in units of `length`, so that they weigh as much as forces in a mechanism of any size
     direction: F2
-    arm: F2
-    anchor: I1
-    frame: I1
-    mass: F1
-    inertia: F1
-    length: float
+    arm: F2  # (entries, 2) Point of application from the mass centre of its anchor, in that body's frame [m]
+    anchor: I1  # (entries,) Bodies that carry the point of application and the direction of the force; -1 for the ground
+    frame: I1  # (entries,)
+    mass: F1  # (bodies,) Inertia is zero for a body that does not rotate, whose balance of moments its guide keeps
+    inertia: F1  # (bodies,)
+    length: float  # Scale of the moment equations [m]
+    # Place of each unknown (joints x, y; welds x, y, torque; guides; aligned guides' torques; drives) among the ordered ones
     order: I1
-    band: int
+    band: int  # Half bandwidth of the normal equations
+    # Where the forces of the ideal joints, those of the ideal guides and the torques of the drives begin and end
     joints: tuple[int, int]
     guides: tuple[int, int]
     drives: tuple[int, int]
@@ -269,22 +246,8 @@ def fill(
 def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reactions of ideal joints, guides and drives at many instants.
 
-    Parameters
-    ----------
-    parts : Balance
-    gravity : ndarray, shape (2,)
-        [m/s^2]
-    found : Record
-        The motion of the bodies, and the sum of the known forces on each, gravity apart.
-
-    Returns
-    -------
-    joints : ndarray, shape (nt, ideal joints, 2)
-        Force on the journal [N]; NaN where it is not determined.
-    guides : ndarray, shape (nt, ideal guides)
-        Force on the follower across the guide, to the left of its direction [N].
-    torques : ndarray, shape (nt, drives)
-        Torque on the driven body [N m].
+    Shapes: `gravity` (2,) [m/s^2]; returns `joints` (nt, ideal joints, 2) [N], `guides` (nt, ideal guides) [N], `torques` (nt,
+    drives) [N m].
     """
     instants, unknowns = found.direction.shape[0], parts.order.size
     values = np.zeros((instants, unknowns))

@@ -12,8 +12,6 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import map_values
 
-__all__ = ["count_turns", "counted_angle", "relative_angle", "rotation_direction"]
-
 TURN = 2.0 * math.pi
 
 

@@ -15,8 +15,6 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 
-__all__ = ["acts", "factorize", "solve"]
-
 _band_factorize, _band_solve = band.factorize, band.solve
 
 LEAST_PIVOT = 0.1

@@ -14,21 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from scissordyn.kernel import F1, F2, I1, I2, ArrayType, opener
-from scissordyn.laws.evaluate import APPROACH_FLOOR
-
-__all__ = [
-    "APPROACH_FLOOR",
-    "CONTACT",
-    "CONTACT_RESULT",
-    "LAW",
-    "RESULTS",
-    "MechanismState",
-    "Model",
-    "Parameters",
-    "System",
-    "Workspace",
-    "open_system",
-]
+from scissordyn.laws.evaluate import APPROACH_FLOOR as APPROACH_FLOOR
 
 CONTACT = np.dtype(
     [

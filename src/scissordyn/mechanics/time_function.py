@@ -20,17 +20,6 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.kernel import F1, F2, I1, entry, kernel, vanishes
 
-__all__ = [
-    "COLUMNS",
-    "breaks_of",
-    "function_at",
-    "function_rows",
-    "function_start",
-    "motion_at",
-    "piece_time",
-    "prescribe",
-]
-
 COLUMNS = 10
 """Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
 
@@ -42,15 +31,7 @@ AT_BREAK = 2e-12
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
     """The pieces of a time function.
 
-    Parameters
-    ----------
-    motion : TimeFunction
-    start : float
-        Value at t = 0 of one that only has a speed [rad].
-
-    Returns
-    -------
-    ndarray, shape (pieces, COLUMNS)
+    Shapes: returns (pieces, COLUMNS).
     """
     match motion:
         case ConstantSpeed(speed):

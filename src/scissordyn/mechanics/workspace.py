@@ -20,8 +20,6 @@ from scissordyn.mechanics.system import (
     Workspace,
 )
 
-__all__ = ["initial_state", "make_workspace"]
-
 
 def initial_state(model: Model, angles: np.ndarray) -> MechanismState:
     """Everything open, and angles of rotations, then of components, as placed."""

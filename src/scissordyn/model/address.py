@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.pattern import matching
-from scissordyn.model.walk import Declared, Place, Route, at, declared, is_described, replaced
+from scissordyn.model.walk import Declared, Route, at, declared, is_described, replaced
+from scissordyn.model.walk import Place as Place
 from scissordyn.units import Quantity, quantities
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
-
-__all__ = ["KINDS", "Place", "changed", "changed_all", "find", "number", "single"]
 
 DRIVE = "drive"
 
@@ -36,23 +35,7 @@ SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.li
 
 
 def find(mechanism: Mechanism, address: str) -> list[Place]:
-    """All places that an address means.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    address : str
-
-    Returns
-    -------
-    list of Place
-        One, or several for a pattern.
-
-    Raises
-    ------
-    InputError
-        If there is no such part or field; names what there is.
-    """
+    """All places that an address means."""
     own = declared(type(mechanism)).get(address)
     if own is not None:
         return [Place((address,), getattr(mechanism, address), own.quantity)]
@@ -72,22 +55,7 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
 
 
 def number(mechanism: Mechanism, address: str) -> Place:
-    """The first place of an address, which is to be a number with a unit.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    address : str
-
-    Returns
-    -------
-    Place
-
-    Raises
-    ------
-    InputError
-        If there is no number with a unit, or one that stands in other places too and cannot change alone.
-    """
+    """The first place of an address, which is to be a number with a unit."""
     first = find(mechanism, address)[0]
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
         known = _numbers(at(mechanism, first.path[:-1]))
@@ -97,19 +65,7 @@ def number(mechanism: Mechanism, address: str) -> Place:
 
 
 def single(mechanism: Mechanism, address: str) -> list[str]:
-    """An address for each of the places that an address means.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    address : str
-        May be a pattern such as ``clearance.all.clearance``.
-
-    Returns
-    -------
-    list of str
-        The address itself if it means one place.
-    """
+    """An address for each of the places that an address means."""
     places = find(mechanism, address)
     if len(places) == 1:
         return [address]
@@ -124,44 +80,14 @@ def single(mechanism: Mechanism, address: str) -> list[str]:
 
 
 def changed(mechanism: Mechanism, address: str, value: Any) -> Mechanism:
-    """The same mechanism with another value at an address; at all its places, for a pattern.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    address : str
-    value
-        In SI.
-
-    Returns
-    -------
-    Mechanism
-    """
+    """The same mechanism with another value at an address; at all its places, for a pattern."""
     return changed_all(mechanism, {address: value})
 
 
 def changed_all(
     mechanism: Mechanism, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
 ) -> Mechanism:
-    """The same mechanism with other values at some addresses.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    changes : mapping of str to value
-        In SI, by address.
-    places : mapping of str to sequence of Place, optional
-        What `find` has found for the addresses.
-
-    Returns
-    -------
-    Mechanism
-
-    Raises
-    ------
-    InputError
-        For a number that stands in other places too and cannot change alone.
-    """
+    """The same mechanism with other values at some addresses."""
     new: dict[str, Any] = {}
     numbers = True
     for address, value in changes.items():

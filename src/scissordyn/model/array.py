@@ -14,8 +14,6 @@ from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, BarLength, BarMass, SliderMass, Units, joints_of_units
 from scissordyn.units import Quantity, Sample, checked
 
-__all__ = ["hoberman_ring", "mast", "polar_scissor"]
-
 Inclination = Annotated[
     float, Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls")
 ]

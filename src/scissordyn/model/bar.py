@@ -9,8 +9,6 @@ from scissordyn.component.place import Point
 from scissordyn.model.body import Body
 from scissordyn.units import Quantity, checked
 
-__all__ = ["angulated_bar"]
-
 
 @checked
 def angulated_bar(

@@ -23,8 +23,6 @@ from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
 from scissordyn.units import Meaning, Quantity, checked
 
-__all__ = ["AXIAL", "BENDING", "ELEMENTS", "NODE", "cross_section", "with_bending"]
-
 MassKind = Literal["given", "section"]
 
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
@@ -207,18 +205,7 @@ def _of_section(body: Body, stiffness: _Stiffness) -> Body:
 
 
 def cross_section(mechanism: Mechanism, place: BodyPoint) -> BodyPoint:
-    """A point of a bar as a point of the cross-section that carries it, if the bar bends; else as it is.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    place : (str, str)
-        Body and point.
-
-    Returns
-    -------
-    (str, str)
-    """
+    """A point of a bar as a point of the cross-section that carries it, if the bar bends; else as it is."""
     name, point = place
     for body in mechanism.bodies:
         if point in body.points and (body.name == name or body.name.startswith(f"{name}/")):

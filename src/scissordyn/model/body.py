@@ -12,8 +12,6 @@ from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities, checked
 
-__all__ = ["Body", "bar", "check_place", "point_mass"]
-
 
 def check_place(label: str, place: Point) -> None:
     """Raise `InputError` for a place that is not finite, or farther away than any machine is large."""

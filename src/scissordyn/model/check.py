@@ -19,8 +19,6 @@ from scissordyn.model.joint import Revolute
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["SAME_PLACE", "check_parts"]
-
 DIMENSIONS = ("time", "body", "joint", "axis", "drive", "contact", "event")
 """Dimensions of every run, which are no sections of components."""
 
@@ -29,17 +27,7 @@ SAME_PLACE = 1e-9
 
 
 def check_parts(mechanism: Mechanism) -> None:
-    """Raise `InputError` for the first part of a mechanism with an unknown reference or an impossible value.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Raises
-    ------
-    InputError
-        The error names the part, and the body or point.
-    """
+    """Raise `InputError` for the first part of a mechanism with an unknown reference or an impossible value."""
     _check_names(mechanism)
     for name, place in mechanism.ground:
         check_place(f"point '{name}' of the ground", place)

@@ -15,8 +15,6 @@ from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import Meaning, Quantity, Sample, check_quantities
 
-__all__ = ["Clearance"]
-
 
 @dataclass(frozen=True)
 class Clearance:

@@ -8,8 +8,6 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.units import check_quantities
 
-__all__ = ["Weld"]
-
 
 @dataclass(frozen=True)
 class Weld:

@@ -33,8 +33,6 @@ from scissordyn.model.walk import declared
 from scissordyn.plugin.element import SLOTS, element_class
 from scissordyn.plugin.user_file import file_digest
 
-__all__ = ["Description", "build", "from_plain", "parse"]
-
 PLUGINS: Mapping[type, tuple[type, ...]] = MappingProxyType(
     {
         Elastic: (*BY_KIND["stiffness"].values(), UserElastic),
@@ -54,18 +52,11 @@ Described = TypeVar("Described")
 
 @dataclass(frozen=True)
 class Description:
-    """What a file says of one object: its class and its fields, compared with the declaration. The class is not called.
+    """What a file says of one object: its class and its fields, compared with the declaration. The class is not called."""
 
-    Parameters
-    ----------
-    kind : type
-        One of the classes that are declared for the place.
-    values : mapping of str to value
-        Fields, each a `Description`, a tuple, a mapping, a text, a number, None, or a function that is only named. They can be
-        read as attributes; one that the file leaves out has its default.
-    """
-
-    kind: type
+    kind: type  # One of the classes that are declared for the place
+    # Fields, each a `Description`, a tuple, a mapping, a text, a number, None, or a function that is only named. They can be
+    # read as attributes; one that the file leaves out has its default
     values: Mapping[str, Any]
 
     def __getattr__(self, name: str) -> Any:
@@ -81,40 +72,20 @@ class Description:
 
 @dataclass(frozen=True)
 class NamedFunction:
-    """A function of the user that a file names.
-
-    Parameters
-    ----------
-    name : str
-    file : str
-        Where it was when the file was written; empty for a function that was handed over in Python.
-    """
+    """A function of the user that a file names."""
 
     name: str
-    file: str
+    file: str  # Where it was when the file was written; empty for a function that was handed over in Python
 
 
 @dataclass(frozen=True)
 class UserPart:
-    """A part of a class of the user's, which a file of data names; its fields are compared when it is built.
+    """A part of a class of the user's, which a file of data names; its fields are compared when it is built."""
 
-    Parameters
-    ----------
-    place : str
-        "component", or the slot of a law or a controller.
-    file : str
-        Where the class was when the data were written; empty for one that was made in Python.
-    name : str
-        Of the class.
-    digest : str
-        Of the file.
-    values : mapping of str to plain
-    """
-
-    place: str
-    file: str
-    name: str
-    digest: str
+    place: str  # "component", or the slot of a law or a controller
+    file: str  # Where the class was when the data were written; empty for one that was made in Python
+    name: str  # Of the class
+    digest: str  # Of the file
     values: Mapping[str, Any]
 
     kind: ClassVar[None] = None
@@ -126,50 +97,13 @@ class UserPart:
 
 
 def from_plain(plain: Any, declared: type[Described], *, allow_code: Sequence[Path] = ()) -> Described:
-    """The description that `to_plain` wrote.
-
-    Parameters
-    ----------
-    plain
-        Nested dicts, lists, strings and numbers.
-    declared : type
-        What it describes, such as `Mechanism`.
-    allow_code : sequence of Path
-        Files whose functions may be executed, see `build`.
-
-    Returns
-    -------
-    described
-
-    Raises
-    ------
-    InputError
-        If it is anything but a description of that class.
-    """
+    """The description that `to_plain` wrote."""
     built: Described = build(parse(plain, declared), allow_code=allow_code)
     return built
 
 
 def parse(plain: Any, hint: Any, place: str = "") -> Any:
-    """Compare plain data with a declaration; nothing is called.
-
-    Parameters
-    ----------
-    plain
-        Nested dicts, lists, strings and numbers.
-    hint : type or type hint
-    place : str
-        What error messages call it.
-
-    Returns
-    -------
-    Description, tuple, dict, str, int, float, bool, NamedFunction or None
-
-    Raises
-    ------
-    InputError
-        For anything that the declaration does not have; names its place.
-    """
+    """Compare plain data with a declaration; nothing is called."""
     place = place or getattr(hint, "__name__", str(hint)).lower()
     alternatives = _alternatives(hint)
     if any(typing.get_origin(each) is Callable for each in alternatives):
@@ -209,25 +143,7 @@ def _parse_class(plain: dict[str, Any], found: type, place: str) -> Description:
 
 
 def build(described: Any, *, allow_code: Sequence[Path] = ()) -> Any:
-    """Make the objects that were described.
-
-    Parameters
-    ----------
-    described
-        From `parse`.
-    allow_code : sequence of Path
-        Files of the user whose functions may be executed. A function that the description names is taken from the one whose
-        digest is the one in the description.
-
-    Returns
-    -------
-    object
-
-    Raises
-    ------
-    InputError
-        If a value is out of bounds, or a function of the user is needed that is not in these files.
-    """
+    """Make the objects that were described."""
     if isinstance(described, tuple):
         return tuple(build(item, allow_code=allow_code) for item in described)
     if isinstance(described, UserPart):

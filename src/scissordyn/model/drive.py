@@ -8,8 +8,6 @@ from typing import Annotated
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.units import Meaning, check_quantities
 
-__all__ = ["Drive"]
-
 
 @dataclass(frozen=True)
 class Drive:

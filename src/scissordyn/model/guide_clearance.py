@@ -19,8 +19,6 @@ from scissordyn.model.body import Body, check_place
 from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.units import Meaning, Quantity, check_quantities
 
-__all__ = ["ContactPoint", "GuideClearance", "block_contact_points"]
-
 
 @dataclass(frozen=True)
 class GuideClearance:
@@ -134,36 +132,16 @@ class GuideClearance:
 
 @dataclass(frozen=True)
 class ContactPoint:
-    """A contact point of a clearance guide: a rounded corner of the block and the guide surface that it faces.
+    """A contact point of a clearance guide: a rounded corner of the block and the guide surface that it faces."""
 
-    Parameters
-    ----------
-    name : str
-        "GUIDE/corner 1", "GUIDE/corner 2", ...
-    guide : str
-        Name of the guide.
-    follower : str
-        The body that the corner belongs to.
-    centre : (float, float)
-        Centre of the corner's arc, in the follower's frame [m].
-    body : str
-        The body that carries the guide, or the ground.
-    through : (float, float)
-        A point of the guide's line, in the frame of that body [m].
-    normal : (float, float)
-        Unit vector across the guide from the corner towards the guide surface, in that frame.
-    distance : float
-        Of the guide surface from the guide's line along the normal [m]; negative for a pole, which a ring meets from outside.
-    clearance : GuideClearance
-    """
-
-    name: str
-    guide: str
-    follower: str
-    centre: Point
-    body: str
-    through: Point
-    normal: Point
+    name: str  # "GUIDE/corner 1", "GUIDE/corner 2",
+    guide: str  # Name of the guide
+    follower: str  # The body that the corner belongs to
+    centre: Point  # Centre of the corner's arc, in the follower's frame [m]
+    body: str  # The body that carries the guide, or the ground
+    through: Point  # A point of the guide's line, in the frame of that body [m]
+    normal: Point  # Unit vector across the guide from the corner towards the guide surface, in that frame
+    # Of the guide surface from the guide's line along the normal [m]; negative for a pole, which a ring meets from outside
     distance: float
     clearance: GuideClearance
 
@@ -189,34 +167,7 @@ def block_contact_points(
     direction: float,
     follower_direction: float,
 ) -> tuple[ContactPoint, ...]:
-    """The contact points of the block in a clearance guide.
-
-    Parameters
-    ----------
-    name : str
-        Of the guide.
-    clearance : GuideClearance
-    follower : Body
-    point : str
-        Its guided point.
-    body : str
-        The body that carries the guide, or the ground.
-    through : (float, float)
-        A point of the guide's line, in the frame of that body [m].
-    direction : float
-        Direction of the line in that frame [rad].
-    follower_direction : float
-        Direction of the line in the follower's frame at the start [rad].
-
-    Returns
-    -------
-    tuple of ContactPoint
-
-    Raises
-    ------
-    InputError
-        If the corners do not face both guide surfaces.
-    """
+    """The contact points of the block in a clearance guide."""
     guided, radius = follower.points[point], clearance.corner_radius
     centres = clearance.centres(guided, follower_direction)
     cos, sin = math.cos(follower_direction), math.sin(follower_direction)

@@ -15,17 +15,6 @@ if TYPE_CHECKING:
     from scissordyn.model.clearance import Clearance
     from scissordyn.model.guide_clearance import GuideClearance
 
-__all__ = [
-    "HARD_STATES",
-    "MEAN_FRICTION",
-    "STORED",
-    "ContactKind",
-    "HardNumbers",
-    "check_hard",
-    "contact_states",
-    "hard_numbers",
-]
-
 ContactKind = Literal["compliant", "hard"]
 
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
@@ -41,18 +30,10 @@ _TAKEN = ("kinetic", "static")
 
 
 class HardNumbers(NamedTuple):
-    """Numbers of a hard contact.
+    """Numbers of a hard contact."""
 
-    Parameters
-    ----------
-    restitution : float
-        Newton's coefficient e [1].
-    kinetic, static : float
-        Coulomb's coefficients mu_k and mu_s [1].
-    """
-
-    restitution: float
-    kinetic: float
+    restitution: float  # Newton's coefficient e [1]
+    kinetic: float  # Coulomb's coefficients mu_k and mu_s [1]
     static: float
 
 
@@ -81,17 +62,7 @@ def _refused(what: str, allowed: str, sample: str = "") -> InputError:
 
 
 def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
-    """The numbers of a hard contact.
-
-    Parameters
-    ----------
-    clearance : Clearance or GuideClearance
-
-    Returns
-    -------
-    HardNumbers
-        The static coefficient is the kinetic one where the friction law has none of its own.
-    """
+    """The numbers of a hard contact."""
     damping, friction = clearance.damping, clearance.friction
     restitution = float(getattr(damping, "restitution", 0.0))
     kinetic = float(getattr(friction, "kinetic", 0.0))

@@ -13,8 +13,6 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.units import Meaning, Quantity, check_quantities
 
-__all__ = ["Guide", "Revolute"]
-
 
 @dataclass(frozen=True)
 class Revolute:

@@ -11,42 +11,21 @@ from scissordyn.component.place import Point
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 
-__all__ = ["UNIFORM", "Legs", "legs_of"]
-
 UNIFORM = 1e-6
 """Largest relative difference of mass centre and inertia from those of uniform legs."""
 
 
 class Legs(NamedTuple):
-    """A kinked bar in parts.
+    """A kinked bar in parts."""
 
-    Parameters
-    ----------
-    bodies : tuple of Body
-        Straight uniform bars, of which the one on the x axis has the name and the frame of the kinked bar.
-    welds : tuple of Weld
-        Between consecutive ones.
-    where : dict of str to str
-        Which of them has each point of the kinked bar.
-    """
-
+    # Straight uniform bars, of which the one on the x axis has the name and the frame of the kinked bar
     bodies: tuple[Body, ...]
-    welds: tuple[Weld, ...]
-    where: dict[str, str]
+    welds: tuple[Weld, ...]  # Between consecutive ones
+    where: dict[str, str]  # Which of them has each point of the kinked bar
 
 
 def legs_of(body: Body) -> Legs | None:
-    """The straight legs of a kinked bar, whose points follow each other from one end to the other.
-
-    Parameters
-    ----------
-    body : Body
-
-    Returns
-    -------
-    Legs or None
-        None if its mass is not that of a uniform line through its points, or none of its legs is on its x axis.
-    """
+    """The straight legs of a kinked bar, whose points follow each other from one end to the other."""
     groups = _groups(body)
     if body.inertia is None or len(groups) < 2 or not _is_uniform(body):
         return None

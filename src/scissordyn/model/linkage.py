@@ -14,8 +14,6 @@ from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, SliderMass
 from scissordyn.units import Meaning, Quantity, checked
 
-__all__ = ["common_pin", "four_bar", "n_four_bar", "slider_crank"]
-
 
 @checked
 def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute, ...]:

@@ -11,8 +11,6 @@ from scissordyn.errors import InputError
 from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
 from scissordyn.units import Meaning, Quantity, check_quantities, quantities
 
-__all__ = ["Lubrication"]
-
 SHORTEST, LONGEST = 0.25, 4.0
 """Length over diameter of the table of finite bearings."""
 

@@ -33,8 +33,6 @@ from scissordyn.model.track import Track
 from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
-__all__ = ["LENT", "PLAN", "Gravity", "GravityDirection", "Mechanism"]
-
 PLAN, LENT = "_plan", "_lent"
 """Where the plan of a mechanism is kept, and the plan of the one that it was made from (plan/plan.py)."""
 

@@ -7,8 +7,6 @@ from fnmatch import fnmatchcase
 
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["GROUPS", "matching"]
-
 GROUPS = {
     "all": ("*",),
     "pivots": ("*/pivot",),
@@ -18,26 +16,7 @@ GROUPS = {
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
-    """The names that match any of some patterns, in their own order.
-
-    Parameters
-    ----------
-    what : str
-        Kind of the named things, such as "joint", for the message.
-    patterns : str or iterable of str
-        Each a name, a word of `GROUPS`, or a pattern in which ``*`` stands for any text, ``?`` for one character and
-        ``[12]`` for one of some characters. An exact name takes precedence over a pattern or a group name.
-    names : sequence of str
-
-    Returns
-    -------
-    tuple of str
-
-    Raises
-    ------
-    InputError
-        If one of the patterns matches nothing.
-    """
+    """The names that match any of some patterns, in their own order."""
     wanted: set[str] = set()
     for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
         if not isinstance(pattern, str):

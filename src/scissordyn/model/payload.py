@@ -17,8 +17,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, checked
 
-__all__ = ["panel_ends", "payload_points", "with_panels", "with_payload"]
-
 PAYLOAD, PANEL = "payload", "panel"
 """Names of the points that say where a body carries what: "payload", and "panel start" and "panel end", numbered from the
 second one on. Pictures draw them, and they can be tracked as any point."""

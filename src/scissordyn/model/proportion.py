@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["proportion_warnings"]
-
 LARGEST_CLEARANCE = 0.1
 LARGEST_RADIUS = 2.0
 LONGEST_BEARING = 10.0
@@ -27,16 +25,7 @@ ADVICE = "; check its unit"
 
 
 def proportion_warnings(mechanism: Mechanism) -> list[str]:
-    """A warning for each number that is far beyond those of the rest of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    list of str
-    """
+    """A warning for each number that is far beyond those of the rest of a mechanism."""
     return [*_of_contacts(mechanism), *_of_bodies(mechanism), *_of_rotors(mechanism)]
 
 

@@ -13,8 +13,6 @@ from scissordyn.errors import InputError
 from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.origin import origin_of
 
-__all__ = ["CLASS", "DIGEST", "FUNCTION", "KIND", "PACKAGE", "first_difference", "kind_of", "made_in_python", "to_plain"]
-
 PACKAGE = "scissordyn"
 KIND = "kind"
 FUNCTION, CLASS = "function", "class"
@@ -25,17 +23,7 @@ DIGEST = "digest"
 
 
 def to_plain(described: Any) -> Any:
-    """A frozen description as nested dicts, lists, strings and numbers.
-
-    Parameters
-    ----------
-    described : dataclass instance, tuple, mapping, str, number, bool or None
-
-    Returns
-    -------
-    plain
-        Fit for JSON; numbers survive bit for bit.
-    """
+    """A frozen description as nested dicts, lists, strings and numbers."""
     if isinstance(described, _SCALARS):
         return described
     if isinstance(described, tuple | list):
@@ -81,19 +69,7 @@ def made_in_python(plain: Any) -> list[str]:
 
 
 def first_difference(one: Any, other: Any, place: str = "") -> tuple[str, Any, Any]:
-    """The first place at which two trees of plain data that differ do so, and what is there in each.
-
-    Parameters
-    ----------
-    one, other : plain
-    place : str
-        What the trees are called.
-
-    Returns
-    -------
-    place : str
-    one, other : plain
-    """
+    """The first place at which two trees of plain data that differ do so, and what is there in each."""
     while isinstance(one, dict | list) and type(one) is type(other):
         entries, others = _entries(one), _entries(other)
         key = next(key for key in {**entries, **others} if entries.get(key) != others.get(key))

@@ -12,8 +12,6 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked
 
-__all__ = ["MOST_UNITS", "UNITS_TAKE", "BarLength", "BarMass", "SliderMass", "Units", "joints_of_units", "scissor"]
-
 MOST_UNITS = 10_000
 """Units of an array: the elimination of linear constraints takes time with the square of their number at least."""
 
@@ -28,23 +26,7 @@ SliderMass = Annotated[float, Quantity("kg", above=0.0, help="mass of the slider
 def joints_of_units(
     units: int, *, pivot: str, sides: tuple[str, str] = ("upper", "lower"), closed: bool = False
 ) -> tuple[Revolute, ...]:
-    """The joints inside and between scissor units.
-
-    Parameters
-    ----------
-    units : int
-    pivot : str
-        Name of the point at which the bars cross.
-    sides : (str, str)
-        Names of the joints at the ends of bar 1 and of bar 2, where the next unit starts with its other bar.
-    closed : bool
-        Whether the last unit is joined to the first.
-
-    Returns
-    -------
-    tuple of Revolute
-        "unit 1/pivot", "unit 1/upper", "unit 1/lower", "unit 2/pivot", ...
-    """
+    """The joints inside and between scissor units."""
     joints = []
     for unit in range(1, units + 1):
         joints.append(Revolute(f"unit {unit}/pivot", (f"unit {unit}/bar 1", pivot), (f"unit {unit}/bar 2", pivot)))

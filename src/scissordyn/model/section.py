@@ -13,8 +13,6 @@ from typing import Annotated
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["MATERIALS", "SECTIONS", "Section", "StructuralMaterial", "read_material", "read_section", "with_dimension"]
-
 
 @dataclass(frozen=True)
 class Section:
@@ -132,13 +130,7 @@ PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]
 
 
 def read_section(text: str | Section) -> Section:
-    """A section from its text, such as ``"tube 60x60x1.5 mm"``.
-
-    Raises
-    ------
-    InputError
-        If there is no such section, or its wall is too thick for it.
-    """
+    """A section from its text, such as ``"tube 60x60x1.5 mm"``."""
     if isinstance(text, Section):
         return text
     maker, numbers, unit = _parted(text)
@@ -146,13 +138,7 @@ def read_section(text: str | Section) -> Section:
 
 
 def with_dimension(text: str, name: str, value: float) -> str:
-    """The text of a section with another dimension, such as its wall [m].
-
-    Raises
-    ------
-    InputError
-        If it has no dimension of that name.
-    """
+    """The text of a section with another dimension, such as its wall [m]."""
     maker, numbers, unit = _parted(text)
     known = list(inspect.signature(maker).parameters)
     if name not in known:

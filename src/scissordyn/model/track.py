@@ -9,8 +9,6 @@ from scissordyn.component.place import Point
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Track"]
-
 
 @dataclass(frozen=True)
 class Track:

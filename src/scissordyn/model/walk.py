@@ -12,8 +12,6 @@ from typing import Any, get_type_hints
 from scissordyn.component.place import Point
 from scissordyn.units import Quantity, extras, quantities
 
-__all__ = ["Declared", "Place", "Route", "at", "declared", "given", "is_described", "leaves", "replaced"]
-
 Route = tuple[str | int, ...]
 """Fields, keys and indices, from the top of a description."""
 

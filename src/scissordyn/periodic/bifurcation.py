@@ -25,8 +25,6 @@ from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import save
 from scissordyn.units import Meaning, checked
 
-__all__ = ["bifurcation", "check_diagram"]
-
 VALUE_BYTES = 5000
 """Memory of a value beside its cycles: the mechanism that it makes."""
 
@@ -121,14 +119,7 @@ def bifurcation(
 
 
 def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> None:
-    """Raise `InputError` for numbers of cycles that cannot be, or a diagram that does not fit into the memory of this machine.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    values, cycles, keep : int
-        See `bifurcation`.
-    """
+    """Raise `InputError` for numbers of cycles that cannot be, or a diagram that does not fit into memory."""
     whole_number("cycles", cycles)
     whole_number("keep", keep, 1, cycles)
     check_cycles(len(mechanism.contacts), cycles)

@@ -23,8 +23,6 @@ from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.units import checked
 
-__all__ = ["DESCRIBED", "cycle", "per_cycle", "recorded"]
-
 
 @checked
 def cycle(
@@ -120,14 +118,7 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
 
 
 def stroboscopic_samples(found: Cycles) -> dict[str, np.ndarray]:
-    """The quantities of a stroboscopic map, at the samples.
-
-    Returns
-    -------
-    dict of ndarray
-        "eccentricity", "eccentricity_rate" (cycles, nj, 2), "in_contact" (cycles, nj), "energy" (cycles,), and
-        "slider_position", "slider_velocity", "slider_acceleration" (cycles,) if the output body has a guide on the ground.
-    """
+    """The quantities of a stroboscopic map, at the samples."""
     samples, system = found.samples, found.system.content
     rows = record(found.plan.maps, found.system, samples)
     contacts = range(system.parameters.contact.size)

@@ -27,8 +27,6 @@ from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import load
 from scissordyn.study.grouped import grouped_lines
 
-__all__ = ["OtherDiagramError", "conclude", "diagram_from", "empty_diagram", "enter_value", "final_state"]
-
 TITLE = "scissordyn bifurcation"
 
 
@@ -44,21 +42,7 @@ def empty_diagram(
     follow: bool,
     shown: tuple[str, float] | None = None,
 ) -> xr.Dataset:
-    """A diagram without results.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    over : str or callable
-        The parameter.
-    numbers : list of float
-        Its values.
-    cases : sequence of CycleCase
-        One for each.
-    follow : bool
-    shown : (str, float), optional
-        Unit in which messages and pictures show the values, and one of it in SI.
-    """
+    """A diagram without results."""
     first = cases[0]
     if isinstance(over, str):
         quantity = number(mechanism, over).quantity
@@ -122,21 +106,7 @@ def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
 
 
 def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """What a file already holds of a diagram; the diagram without results if there is no file.
-
-    Parameters
-    ----------
-    target : Path or None
-    blank : Dataset
-        The diagram without results.
-    mechanism : Mechanism
-        Of a value.
-
-    Raises
-    ------
-    OtherDiagramError
-        If the file holds anything else, or parts of it are missing.
-    """
+    """What a file already holds of a diagram; the diagram without results if there is no file."""
     if target is None or not target.exists():
         return blank
     try:

@@ -26,8 +26,6 @@ from scissordyn.run.snapshot import Snapshot
 from scissordyn.study.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
-__all__ = ["ensemble"]
-
 LEAST, MOST = 1e-16, 1e-6
 """Range of relative perturbations on the scale of round-off."""
 

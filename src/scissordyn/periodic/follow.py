@@ -16,26 +16,11 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.driver import make_system
 from scissordyn.run.snapshot import Snapshot
 
-__all__ = ["carried", "consistent"]
-
 
 def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
     """The state of one mechanism as the start of another, with the same positions and velocities of bodies.
 
     Both are at the same phase of their drives; time restarts from zero.
-
-    Parameters
-    ----------
-    before : Mechanism
-    state : Snapshot
-        Of `before`, between two cycles.
-    after : Mechanism
-        Of the same bodies and joints; lengths, masses, drives, clearances and laws may differ.
-
-    Raises
-    ------
-    InputError
-        If they are not of the same bodies and clearance joints.
     """
     if [b.name for b in before.bodies] != [b.name for b in after.bodies] or _clearance_joints(before) != _clearance_joints(
         after
@@ -60,12 +45,6 @@ def consistent(system: Handle, state: Snapshot) -> Snapshot:
 
     A joint that was in contact and has indentation stays in contact, with its approach speed and internal states; another joint
     with indentation starts a new contact.
-
-    Parameters
-    ----------
-    system : Handle
-        Of a `System`; its state is overwritten.
-    state : Snapshot
     """
     live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
     live.mode[:], live.memory[:], live.reference[:] = state.mode, state.arrays["memory"], state.arrays["reference"]

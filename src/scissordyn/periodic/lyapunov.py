@@ -27,8 +27,6 @@ from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.trajectory import Trajectory, broken_off, compute, make_driver
 from scissordyn.units import checked
 
-__all__ = ["separation_exponent", "variational_exponent"]
-
 NUDGE = 1e-7
 """Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state."""
 
@@ -121,25 +119,7 @@ def separation_exponent(
 
 
 class _Pair:
-    """Two trajectories side by side, put back to their first distance after each interval.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-    pulse : float
-        Angular frequency by which positions are weighed [rad/s].
-    distance : float
-        First distance over the pulse [kg^0.5 m].
-    seed : int
-
-    Attributes
-    ----------
-    growth : list of float
-        Logarithm of the growth in each interval.
-    together : int
-        Ends of intervals at which both have the same contact modes.
-    """
+    """Two trajectories side by side, put back to their first distance after each interval."""
 
     def __init__(self, mechanism: Mechanism, options: Options, pulse: float, distance: float, seed: int) -> None:
         made = plan(mechanism)

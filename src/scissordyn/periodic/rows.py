@@ -15,31 +15,17 @@ from scissordyn.run.engine import STATES, Outcome, error_text
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
 
-__all__ = ["COLUMNS", "PENDING", "CycleCase", "CycleRow", "coordinates", "enter", "run_case", "status_columns"]
-
 PENDING = STATES[0]
 """Status of a case that has not been computed yet."""
 
 
 @dataclass(frozen=True)
 class CycleCase:
-    """One periodic run, with all inputs of a worker.
+    """One periodic run, with all inputs of a worker."""
 
-    Parameters
-    ----------
-    at : int
-        Its place among the cases.
-    mechanism : Mechanism
-    options : Options
-        `until` is the period.
-    cycles, keep : int
-    phase : float
-    start : {"concentric", "in-contact", "static"} or Snapshot
-    """
-
-    at: int
+    at: int  # Its place among the cases
     mechanism: Mechanism
-    options: Options
+    options: Options  # `until` is the period
     cycles: int
     keep: int
     phase: float
@@ -48,30 +34,16 @@ class CycleCase:
 
 @dataclass(frozen=True)
 class CycleRow:
-    """The result of one case.
+    """The result of one case."""
 
-    Parameters
-    ----------
-    values : dict of ndarray
-        The last cycles, by the names of `periodic.cycles.DESCRIBED`; shorter where the run failed.
-    end : Snapshot
-    about : dict
-        Status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds.
-    """
-
-    values: dict[str, np.ndarray]
+    values: dict[str, np.ndarray]  # The last cycles, by the names of `periodic.cycles.DESCRIBED`; shorter where the run failed
     end: Snapshot
+    # Status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds
     about: dict[str, str | int | float]
 
 
 def run_case(case: CycleCase) -> CycleRow:
-    """Compute one case.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If the user stopped it.
-    """
+    """Compute one case."""
     began, worked = time.perf_counter(), time.thread_time()
     found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if found.status == "interrupted":
@@ -107,14 +79,7 @@ COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
 
 
 def status_columns(along: str, count: int) -> dict[str, Column]:
-    """Variables of a Dataset for what is known of cases, before anything is.
-
-    Parameters
-    ----------
-    along : str
-        Dimension of the cases.
-    count : int
-    """
+    """Variables of a Dataset for what is known of cases, before anything is."""
     kinds = {str: object, int: np.int64, float: float}
     return {name: (along, np.full(count, blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()}
 
@@ -129,16 +94,7 @@ def coordinates(case: CycleCase) -> dict[str, Column]:
 
 
 def enter(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:
-    """Write what became of a case into its row; numbers of cycles that were not reached stay NaN.
-
-    Parameters
-    ----------
-    rows : Dataset
-        With some of the `status_columns`.
-    along : str
-        Dimension of the cases.
-    outcome : Outcome
-    """
+    """Write what became of a case into its row; numbers of cycles that were not reached stay NaN."""
     at, row = outcome.task.at, outcome.value
     if row is None:
         assert outcome.error is not None

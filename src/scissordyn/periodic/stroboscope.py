@@ -26,72 +26,30 @@ from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.trajectory import broken_off, make_driver
 from scissordyn.run.warn import Extremes
 
-__all__ = ["Cycles", "drive_period", "run_cycles", "start_state"]
-
 
 @dataclass(frozen=True)
 class Cycles:
-    """The result of a periodic run: one sample and one row of statistics per complete cycle.
-
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Of the mechanics' `System`.
-    first : int
-        Number of the first cycle; cycle k lasts from k to k + 1 periods.
-    samples : Samples
-        One row per cycle, at its start plus the phase.
-    impacts : ndarray of int, shape (cycles, nj)
-        Contacts that started.
-    contact_fraction : ndarray, shape (cycles, nj)
-        Fraction of the cycle spent in contact.
-    peak_force : ndarray, shape (cycles, nj)
-        Largest normal force [N].
-    work : ndarray, shape (cycles, accounts)
-        Increment of each of `events.ACCOUNTS` [J].
-    steps : ndarray of int, shape (cycles,)
-    end : Snapshot
-        After the last whole cycle.
-    status : str
-        "complete", "interrupted" or "failed".
-    cause : str
-        Cause if it is not complete.
-    statistics : dict
-        Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second.
-    warnings : tuple of str
-        Of the start, and of the cycles that are kept.
-    """
+    """The result of a periodic run: one sample and one row of statistics per complete cycle."""
 
     plan: Plan
-    system: Handle
-    first: int
-    samples: Samples
-    impacts: np.ndarray
-    contact_fraction: np.ndarray
-    peak_force: np.ndarray
-    work: np.ndarray
-    steps: np.ndarray
-    end: Snapshot
-    status: str
-    cause: str
+    system: Handle  # Of the mechanics' `System`
+    first: int  # Number of the first cycle; cycle k lasts from k to k + 1 periods
+    samples: Samples  # One row per cycle, at its start plus the phase
+    impacts: np.ndarray  # (cycles, nj) Contacts that started
+    contact_fraction: np.ndarray  # (cycles, nj) Fraction of the cycle spent in contact
+    peak_force: np.ndarray  # (cycles, nj) Largest normal force [N]
+    work: np.ndarray  # (cycles, accounts) Increment of each of `events.ACCOUNTS` [J]
+    steps: np.ndarray  # (cycles,)
+    end: Snapshot  # After the last whole cycle
+    status: str  # "complete", "interrupted" or "failed"
+    cause: str  # Cause if it is not complete
+    # Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second
     statistics: dict[str, str | int | float]
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...]  # Of the start, and of the cycles that are kept
 
 
 def drive_period(mechanism: Mechanism) -> float:
-    """The period of a mechanism's only periodic drive.
-
-    Returns
-    -------
-    float
-        2 pi / W of a harmonic drive, 2 pi / |w| of one at constant speed [s].
-
-    Raises
-    ------
-    InputError
-        If there is none, or if several differ.
-    """
+    """The period of a mechanism's only periodic drive."""
     # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
@@ -107,15 +65,7 @@ def drive_period(mechanism: Mechanism) -> float:
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
-    """The initial state of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    start : str
-        See `Options.start`.
-    rtol, atol : float
-    """
+    """The initial state of a mechanism."""
     driver, _, _ = make_driver(plan(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
 
@@ -130,20 +80,7 @@ def run_cycles(
     start: StartKind | Snapshot = "concentric",
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
-    """The cycles as plain arrays; see `cycle` for the parameters.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options
-        `until` is the period, `most_steps` the most for one cycle; `start` only for the choice of the method.
-    cycles : int
-    keep : int, optional
-        How many of the last cycles are wanted with forces and energies, which take part of the time; all if not given.
-    phase : float
-    start : str or Snapshot
-    progress : callable, optional
-    """
+    """The cycles as plain arrays; see `cycle` for the parameters."""
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)
     check_cycles(len(mechanism.contacts), cycles)

@@ -17,8 +17,6 @@ from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import State
 
-__all__ = ["acting", "friction_states", "offsets", "start_coordinates", "time_functions"]
-
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
     """The components that the kernels know, in their order: those that exert forces, then the latches."""

@@ -14,8 +14,6 @@ from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.linear_constraints import body_inertia
 
-__all__ = ["balance"]
-
 FEW = 6
 """Up to so many unknowns their order does not matter."""
 
@@ -24,16 +22,7 @@ Entry = tuple[int, tuple[float, float, float], Point, int, int]
 
 
 def balance(mechanism: Mechanism) -> Balance:
-    """Set up the balances of all bodies.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Balance
-    """
+    """Set up the balances of all bodies."""
     unknowns = _Unknowns(mechanism)
     joints = unknowns.of(unknowns.joints)
     unknowns.of(unknowns.welds)
@@ -61,12 +50,7 @@ def balance(mechanism: Mechanism) -> Balance:
 
 
 class _Unknowns:
-    """Collects the reactions as unknowns, and where each of them acts.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    """
+    """Collects the reactions as unknowns, and where each of them acts."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism

@@ -18,19 +18,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
 
-__all__ = [
-    "bar_table",
-    "beam_mass",
-    "beams_of",
-    "bends",
-    "dissected",
-    "flexible_maps",
-    "held_table",
-    "is_straight",
-    "straight_bar",
-    "straight_maps",
-]
-
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
 """420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
 
@@ -48,10 +35,7 @@ def bends(mechanism: Mechanism) -> bool:
 def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
     """The consistent mass matrix of beam elements and flexible bars less the masses and inertias of their bodies.
 
-    Returns
-    -------
-    sparse matrix, shape (nZ, nZ)
-        Of the natural coordinates.
+    Shapes: returns (nZ, nZ).
     """
     entries: list[tuple[int, int, float]] = []
     for beam in beams_of(mechanism):

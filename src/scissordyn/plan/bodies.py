@@ -14,8 +14,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined
 
-__all__ = ["body_maps"]
-
 
 def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
     """Maps of the bodies of a mechanism."""

@@ -16,66 +16,30 @@ from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natura
 from scissordyn.plan.linear_constraints import eliminated, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
-__all__ = ["Branches", "every_branch"]
-
 NO_GRADIENT = 1e-12
 """A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Natural coordinates z, origins in units of the size, as N y + P b, and the quadratic constraints on z.
-
-    Parameters
-    ----------
-    natural : Natural
-    stays : ndarray of int, shape (n,)
-        Which of z are y.
-    free : ndarray, shape (nZ, n)
-        N.
-    known : ndarray, shape (nZ, 1 + 2 drives)
-        P.
-    rows : ndarray, shape (parts, 2, nZ)
-        Maps of the quadratic constraints: those of one follow each other.
-    constant : ndarray, shape (parts, 2)
-    weight : ndarray, shape (parts,)
-    moving : ndarray, shape (parts, 2, n)
-        Their dependence on y.
-    begin : ndarray of int, shape (m,)
-        First part of each constraint.
-    scale : ndarray, shape (m,)
-        Length that the gradient of each constraint can have, 1 where it has none.
-    varies : ndarray of int
-        Constraints that have a gradient.
-    constraints : tuple of Constraint
-        Unit lengths, moving guides and rods.
-    """
+    """Natural coordinates z, origins in units of the size, as N y + P b, and the quadratic constraints on z."""
 
     natural: Natural
-    stays: np.ndarray
-    free: np.ndarray
-    known: np.ndarray
-    rows: np.ndarray
-    constant: np.ndarray
-    weight: np.ndarray
-    moving: np.ndarray
-    begin: np.ndarray
-    scale: np.ndarray
-    varies: np.ndarray
-    constraints: tuple[Constraint, ...]
+    stays: np.ndarray  # (n,) Which of z are y
+    free: np.ndarray  # (nZ, n) N
+    known: np.ndarray  # (nZ, 1 + 2 drives) P
+    rows: np.ndarray  # (parts, 2, nZ) Maps of the quadratic constraints: those of one follow each other
+    constant: np.ndarray  # (parts, 2)
+    weight: np.ndarray  # (parts,)
+    moving: np.ndarray  # (parts, 2, n) Their dependence on y
+    begin: np.ndarray  # (m,) First part of each constraint
+    scale: np.ndarray  # (m,) Length that the gradient of each constraint can have, 1 where it has none
+    varies: np.ndarray  # Constraints that have a gradient
+    constraints: tuple[Constraint, ...]  # Unit lengths, moving guides and rods
 
 
 def every_branch(mechanism: Mechanism) -> Branches:
-    """The closure equations of a mechanism with ideal joints.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Branches
-    """
+    """The closure equations of a mechanism with ideal joints."""
     natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
     elimination, (start, columns, values) = eliminated(mechanism, natural, [])
     total = natural.total

@@ -21,26 +21,16 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
 from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
-__all__ = ["Constraint", "Coordinates", "Natural", "PointMap", "combined", "joined", "natural_coordinates"]
-
-
 SAME = 1e-9
 """Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies."""
 
 
 @dataclass(frozen=True)
 class PointMap:
-    """A plane vector that is linear in [x; b]: its columns and, for each, the coefficients of both components.
+    """A plane vector that is linear in [x; b]: its columns and, for each, the coefficients of both components."""
 
-    Parameters
-    ----------
-    columns : ndarray of int, shape (k,)
-        In increasing order.
-    rows : ndarray, shape (2, k)
-    """
-
-    columns: np.ndarray
-    rows: np.ndarray
+    columns: np.ndarray  # (k,) In increasing order
+    rows: np.ndarray  # (2, k)
 
     def at(self, full: np.ndarray) -> np.ndarray:
         """The vector at [x; b], shape (2,), or at many of them, shape (nt, 2)."""
@@ -52,35 +42,16 @@ class Constraint:
     """A quadratic constraint: the sum of weight |map|^2 / 2 is `value`.
 
     The maps have no unit and are of the order of one: those with a length are divided by `scale`.
-
-    Parameters
-    ----------
-    parts : tuple of (float, PointMap)
-        Weights and maps.
-    value : float
-        At t = 0.
-    scale : float
-        Length that the maps are divided by [m]; 1 for directions.
-    name : str
-        Of the rod or latch that the constraint represents.
-    motion : TimeFunction, optional
-        Distance that a rod prescribes over time [m].
-    latch : bool
-        Whether the constraint is active only once the latch has locked.
-    subject : str
-        What it keeps, for messages: bodies of unit length, a guide, a rod or a latch.
-    bodies : tuple of str
-        Whose motion it restricts.
     """
 
-    parts: tuple[tuple[float, PointMap], ...]
-    value: float
-    scale: float = 1.0
-    name: str = ""
-    motion: TimeFunction | None = None
-    latch: bool = False
-    subject: str = ""
-    bodies: tuple[str, ...] = ()
+    parts: tuple[tuple[float, PointMap], ...]  # Weights and maps
+    value: float  # At t = 0
+    scale: float = 1.0  # Length that the maps are divided by [m]; 1 for directions
+    name: str = ""  # Of the rod or latch that the constraint represents
+    motion: TimeFunction | None = None  # Distance that a rod prescribes over time [m]
+    latch: bool = False  # Whether the constraint is active only once the latch has locked
+    subject: str = ""  # What it keeps, for messages: bodies of unit length, a guide, a rod or a latch
+    bodies: tuple[str, ...] = ()  # Whose motion it restricts
 
     @property
     def columns(self) -> np.ndarray:
@@ -115,27 +86,14 @@ class Natural:
 
     Every point of a body is p + x d + y J d, linear in both. Of a cross-section of a bar that bends, unless it is clamped, the
     tangent of the bar stands for d, which has unit length but for the strain.
-
-    Parameters
-    ----------
-    bodies : dict of str to Body
-    ground : dict of str to (float, float)
-        Named points of the fixed frame [m].
-    offsets : dict of str to int
-        First coordinate of each body.
-    total : int
-        Their number; as a column it stands for 1.
-    axes : tuple of Axis
-        The bars that bend; the amplitudes of their modes come last.
-    tangents : dict of str to (Axis, int)
-        Of the cross-sections without a direction of their own, the bar and their number on it.
     """
 
     bodies: dict[str, Body]
-    ground: dict[str, Point]
-    offsets: dict[str, int]
-    total: int
-    axes: tuple[Axis, ...] = ()
+    ground: dict[str, Point]  # Named points of the fixed frame [m]
+    offsets: dict[str, int]  # First coordinate of each body
+    total: int  # Their number; as a column it stands for 1
+    axes: tuple[Axis, ...] = ()  # The bars that bend; the amplitudes of their modes come last
+    # Of the cross-sections without a direction of their own, the bar and their number on it
     tangents: Mapping[str, tuple[Axis, int]] = field(default_factory=dict)
 
     def angle(self, body: str) -> float:
@@ -243,56 +201,26 @@ def natural_coordinates(mechanism: Mechanism) -> Natural:
 
 @dataclass(frozen=True)
 class Family:
-    """Bodies that keep their relative directions, turned or mirrored.
-
-    Parameters
-    ----------
-    bodies : tuple of str
-    maps : tuple of PointMap
-        Their directions.
-    free : bool
-        Whether a free coordinate enters.
-    """
+    """Bodies that keep their relative directions, turned or mirrored."""
 
     bodies: tuple[str, ...]
-    maps: tuple[PointMap, ...]
-    free: bool
+    maps: tuple[PointMap, ...]  # Their directions
+    free: bool  # Whether a free coordinate enters
 
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Natural coordinates as T [x; b(t)], with T constant and b = (1, cos th_1, sin th_1, ...) the prescribed directions.
-
-    Parameters
-    ----------
-    natural : Natural
-    free : int
-        Number n of free coordinates x.
-    basis : int
-        Number nb of entries of b(t).
-    matrix : ndarray or sparse matrix, shape (nZ, n + nb)
-        T.
-    mass : ndarray or sparse matrix, shape (nZ, nZ)
-        Mass matrix of the natural coordinates [kg, kg m, kg m^2].
-    size : float
-        Length of the mechanism's parts [m].
-    constraints : tuple of Constraint
-        Unit lengths, moving guides, rods and latches, ordered for a narrow band.
-    redundant : tuple of str
-        Subjects of constraints that were left out because they follow from the others.
-    miss : float
-        By how much these do not follow, as a fraction of what they keep: the rounding of lengths.
-    """
+    """Natural coordinates as T [x; b(t)], with T constant and b = (1, cos th_1, sin th_1, ...) the prescribed directions."""
 
     natural: Natural = field(repr=False)
-    free: int
-    basis: int
-    matrix: Any = field(repr=False)
-    mass: Any = field(repr=False)
-    size: float
-    constraints: tuple[Constraint, ...] = ()
-    redundant: tuple[str, ...] = ()
-    miss: float = 0.0
+    free: int  # Number n of free coordinates x
+    basis: int  # Number nb of entries of b(t)
+    matrix: Any = field(repr=False)  # (nZ, n + nb) T
+    mass: Any = field(repr=False)  # (nZ, nZ) Mass matrix of the natural coordinates [kg, kg m, kg m^2]
+    size: float  # Length of the mechanism's parts [m]
+    constraints: tuple[Constraint, ...] = ()  # Unit lengths, moving guides, rods and latches, ordered for a narrow band
+    redundant: tuple[str, ...] = ()  # Subjects of constraints that were left out because they follow from the others
+    miss: float = 0.0  # By how much these do not follow, as a fraction of what they keep: the rounding of lengths
 
     def with_constraints(
         self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = (), miss: float = 0.0

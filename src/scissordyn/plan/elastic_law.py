@@ -10,35 +10,16 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["ElasticLaw", "elastic_law"]
-
 
 class ElasticLaw(NamedTuple):
-    """The stiffness law of a contact, for kernels.
+    """The stiffness law of a contact, for kernels."""
 
-    Parameters
-    ----------
-    force, energy : int
-        Addresses; 0 for an energy by quadrature.
-    row : ndarray, shape (PARAMETERS,)
-        Its numbers.
-    """
-
-    force: int
+    force: int  # Addresses; 0 for an energy by quadrature
     energy: int
-    row: np.ndarray
+    row: np.ndarray  # (PARAMETERS,) Its numbers
 
 
 def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
-    """The stiffness law of a contact, for kernels.
-
-    Parameters
-    ----------
-    clearance : Clearance or GuideClearance
-
-    Returns
-    -------
-    ElasticLaw
-    """
+    """The stiffness law of a contact, for kernels."""
     kernels = addresses(clearance.stiffness)
     return ElasticLaw(kernels["force"], kernels["energy"], row_of(clearance.stiffness, clearance.surfaces))

@@ -8,8 +8,6 @@ from scissordyn.model.hard_contact import contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["same_tables"]
-
 ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches")
 """Fields of a mechanism that all enter the tables."""
 
@@ -18,14 +16,6 @@ def same_tables(base: Mechanism, other: Mechanism) -> bool:
     """Whether two mechanisms have the same tables.
 
     Whatever could enter them, as a length or a mass, has them made anew: that costs time only.
-
-    Parameters
-    ----------
-    base, other : Mechanism
-
-    Returns
-    -------
-    bool
     """
     return (
         all(getattr(base, name) == getattr(other, name) for name in ENTIRE)

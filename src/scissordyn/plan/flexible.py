@@ -20,18 +20,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = [
-    "Axis",
-    "axes_of",
-    "clamped_bodies",
-    "contact_frequency",
-    "flexible_bars",
-    "mode_count",
-    "modes_below",
-    "with_mode_counts",
-    "with_modes",
-]
-
 IMPACT_SPEED = 1.0
 """Of the impact whose duration stands for that of contacts [m/s]."""
 
@@ -76,24 +64,15 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A bar that bends among the natural coordinates.
-
-    Parameters
-    ----------
-    bar : FlexibleBar
-    shapes : Shapes
-    first : ndarray of int, shape (count,)
-        Natural coordinate of the x component of the vector of each shape; y follows.
-    turned : ndarray, shape (count,)
-        By which angle the natural vector is turned to be that of the shape [rad]: directions of cross-sections at an angle.
-    directed : tuple of int
-        Cross-sections with a direction of their own; the slope at other ones, if it is a coordinate, has any length.
-    """
+    """A bar that bends among the natural coordinates."""
 
     bar: FlexibleBar
     shapes: Shapes
-    first: np.ndarray
+    first: np.ndarray  # (count,) Natural coordinate of the x component of the vector of each shape; y follows
+    # (count,) By which angle the natural vector is turned to be that of the shape [rad]: directions of cross-sections at an
+    # angle
     turned: np.ndarray
+    # Cross-sections with a direction of their own; the slope at other ones, if it is a coordinate, has any length
     directed: tuple[int, ...]
 
     @cached_property

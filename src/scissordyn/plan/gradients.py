@@ -27,16 +27,7 @@ TRIES = 6
 
 
 class Gradients:
-    """Quadratic constraints and vectors that are to be held, with their gradients by x.
-
-    Parameters
-    ----------
-    free, basis : int
-        Numbers of free coordinates and of entries of b.
-    constraints : sequence of Constraint
-    held : sequence of PointMap
-        Vectors to hold at given values, such as the eccentricities of clearance joints.
-    """
+    """Quadratic constraints and vectors that are to be held, with their gradients by x."""
 
     def __init__(self, free: int, basis: int, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
         self.free, self.count = free, len(constraints)

@@ -45,9 +45,6 @@ OF_ROWS = ("free", "before", "impulse", "velocity", "shift", "right")
 OF_STATES = ("kept_slope", "slope", "middle", "scratch")
 """Fields with a number of each row, or of each state."""
 
-__all__ = ["hard_contacts", "put_hard_numbers"]
-
-
 AXES = 3
 """Rows of a force element: N and T of a contact, directions in which a component damps."""
 
@@ -60,16 +57,7 @@ def damped_components(plan: Plan) -> list[tuple[int, int]]:
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
-    """Tables and scratch of the hard contacts.
-
-    Parameters
-    ----------
-    plan : Plan
-
-    Returns
-    -------
-    HardContacts
-    """
+    """Tables and scratch of the hard contacts."""
     model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
@@ -121,14 +109,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
 
 
 def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
-    """Put the numbers of a case of the same tables in place, and its state back to the start.
-
-    Parameters
-    ----------
-    made : HardContacts
-        Overwritten.
-    plan : Plan
-    """
+    """Put the numbers of a case of the same tables in place, and its state back to the start."""
     for i, j in enumerate(made.which.tolist()):
         clearance = plan.contacts[j].clearance
         assert clearance is not None

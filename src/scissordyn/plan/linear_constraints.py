@@ -31,20 +31,12 @@ from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
 from scissordyn.plan.redundancy import assembled_near_placed, independent
 
-__all__ = ["body_inertia", "eliminated", "origins", "reduced"]
-
 SMALL = 200
 """Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
 
 
 def reduced(mechanism: Mechanism) -> Coordinates:
-    """The coordinates of a mechanism with all linear constraints eliminated, its quadratic constraints found.
-
-    Raises
-    ------
-    InputError
-        If the joints and drives contradict each other.
-    """
+    """The coordinates of a mechanism with all linear constraints eliminated, its quadratic constraints found."""
     return _reduced(mechanism, parallel_bodies(mechanism, lambda: _assembled_angles(mechanism)))
 
 
@@ -90,15 +82,7 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
 def eliminated(
     mechanism: Mechanism, natural: Natural, parallel: list[tuple[str, str, float]]
 ) -> tuple[Elimination, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """All linear constraints solved, origins in units of the size, and the natural coordinates in what is left, by rows.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    natural : Natural
-    parallel : list
-        See `parallel_bodies`; empty for equations that hold on every branch of the assembly.
-    """
+    """All linear constraints solved, origins in units of the size, and the natural coordinates in what is left, by rows."""
     # origins are eliminated before directions: lengths then stay short expressions
     elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
     _impose_all(mechanism, natural, elimination, parallel)

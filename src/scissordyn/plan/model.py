@@ -34,8 +34,6 @@ from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joine
 from scissordyn.plan.ordering import incidence, order_unknowns
 from scissordyn.plan.rail import Rails, rail_tables
 
-__all__ = ["make_model"]
-
 
 def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Starts, columns and rows of some maps, one after the other."""
@@ -71,17 +69,7 @@ def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
 
 
 def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
-    """Everything that follows from topology and lengths.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    coordinates : Coordinates
-
-    Returns
-    -------
-    Model
-    """
+    """Everything that follows from topology and lengths."""
     n = coordinates.free
     moving, known = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
     carried = coordinates.mass @ known

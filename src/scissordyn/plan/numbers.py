@@ -22,22 +22,9 @@ from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plugin.element import PARAMETERS, addresses, row_of
 
-__all__ = ["make_parameters"]
-
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
-    """The numbers of a case.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    coordinates : Coordinates
-        Of the case's mechanism, or of one that differs in numbers that do not enter them only.
-
-    Returns
-    -------
-    system.Parameters
-    """
+    """The numbers of a case."""
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []

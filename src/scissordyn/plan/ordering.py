@@ -11,8 +11,6 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.plan.coordinates import Constraint
 
-__all__ = ["Ordering", "incidence", "order_unknowns"]
-
 FEW = 12
 """Up to so many unknowns the step matrix is taken as full, and nothing is eliminated."""
 
@@ -21,24 +19,12 @@ ELIMINATED = -1
 
 
 class Ordering(NamedTuple):
-    """Rows of the step matrix.
+    """Rows of the step matrix."""
 
-    Parameters
-    ----------
-    permutation : ndarray of int, shape (n+m+nz,)
-        Row of each acceleration, multiplier and internal state; -1 if it is eliminated. The coordinates of a pair share one.
-    reach : int
-        Off-diagonals on either side.
-    pair : ndarray of int, shape (pairs, 3)
-        Part of the constraint, and its two coordinates.
-    pair_of : ndarray of int, shape (m,)
-        Pair of a constraint, or -1.
-    """
-
-    permutation: np.ndarray
-    reach: int
-    pair: np.ndarray
-    pair_of: np.ndarray
+    permutation: np.ndarray  # (n+m+nz,) Row of each acceleration, multiplier and internal state; -1 if it is eliminated
+    reach: int  # Off-diagonals on either side
+    pair: np.ndarray  # (pairs, 3) Part of the constraint, and its two coordinates
+    pair_of: np.ndarray  # (m,) Pair of a constraint, or -1
 
 
 def incidence(groups: Sequence[np.ndarray], columns: int) -> csr_array:
@@ -51,24 +37,7 @@ def incidence(groups: Sequence[np.ndarray], columns: int) -> csr_array:
 def order_unknowns(
     free: int, constraints: Sequence[Constraint], latched: set[int], elements: Sequence[np.ndarray], states: Sequence[int]
 ) -> Ordering:
-    """Rows of the step matrix for accelerations, multipliers and internal states.
-
-    Parameters
-    ----------
-    free : int
-        Number of free coordinates.
-    constraints : sequence of Constraint
-    latched : set of int
-        Those that are inactive at times.
-    elements : sequence of ndarray of int
-        Free coordinates that each force element reads.
-    states : sequence of int
-        Number of its states.
-
-    Returns
-    -------
-    Ordering
-    """
+    """Rows of the step matrix for accelerations, multipliers and internal states."""
     m, first = len(constraints), free + len(constraints)
     size = first + sum(states)
     if size <= FEW:

@@ -75,17 +75,6 @@ def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None])
     """Pairs of rotating bodies, or the ground and one, that a parallelogram of four ideal joints keeps parallel.
 
     A parallelogram could leave this assembly branch only by folding flat; the branch of the start is kept.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    assemble : callable
-        The angles at which the bodies as placed are assembled without this function's answer; None if they are not.
-
-    Returns
-    -------
-    list of (str, str, float)
-        The two bodies, the ground first if it is one of them, and the angle of the second against the first [rad].
     """
     placed = {body.name: body.angle for body in mechanism.bodies}
     candidates = list(_quadrilaterals(mechanism))

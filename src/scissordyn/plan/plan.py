@@ -42,8 +42,6 @@ from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import at_rest
 
-__all__ = ["Plan", "plan"]
-
 SAID_MISS = 1e-8
 """Lengths that contradict each other by more than this fraction are said to do so."""
 
@@ -53,31 +51,16 @@ class Plan:
     """What everything below works on in place of a mechanism: tables that follow from its parts, and their names.
 
     The tables are never written; cases that differ only in numbers which do not enter them share them (`fits`, `case`).
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Read here only.
-    coordinates : Coordinates
-        Maps of points and directions, and the quadratic constraints.
-    model : Model
-        What the kernels read of topology and lengths.
-    maps : BodyMaps
-        Where the bodies are, and where force elements, rods and latches act on them.
-    balance : Balance
-        Of forces and moments, for the reactions of ideal joints.
-    angles : ndarray
-        That turns are counted from: of families of parallel bodies, then of components [rad].
-    known : dict
-        What was last found with these tables, by what it was asked for: the assembly at the start, singular positions.
     """
 
-    mechanism: Mechanism = field(repr=False)
-    coordinates: Coordinates
-    model: Model = field(repr=False)
-    maps: BodyMaps = field(repr=False)
-    balance: Balance = field(repr=False)
+    mechanism: Mechanism = field(repr=False)  # Read here only
+    coordinates: Coordinates  # Maps of points and directions, and the quadratic constraints
+    model: Model = field(repr=False)  # What the kernels read of topology and lengths
+    maps: BodyMaps = field(repr=False)  # Where the bodies are, and where force elements, rods and latches act on them
+    balance: Balance = field(repr=False)  # Of forces and moments, for the reactions of ideal joints
+    # That turns are counted from: of families of parallel bodies, then of components [rad]
     angles: np.ndarray = field(repr=False)
+    # What was last found with these tables, by what it was asked for: the assembly at the start, singular positions
     known: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def fits(self, other: Mechanism) -> bool:
@@ -290,19 +273,6 @@ def plan(mechanism: Mechanism) -> Plan:
 
     It takes a fifth of the time of a short run: it is kept with the mechanism, which never changes, and a mechanism that was
     made from another one by a change has the tables of that one's plan if it fits.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Plan
-
-    Raises
-    ------
-    InputError
-        If joints, guides, rods and drives contradict each other.
     """
     known: Plan | None = mechanism.__dict__.get(PLAN)
     if known is None:

@@ -16,8 +16,6 @@ from scissordyn.model.check import SAME_PLACE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
 
-__all__ = ["order_constraints", "quadratic_constraints"]
-
 CONTRADICTION = 1e-7
 """Lengths that differ by less than this fraction are one length."""
 
@@ -32,25 +30,7 @@ def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
 def quadratic_constraints(
     mechanism: Mechanism, coordinates: Coordinates, elimination: Elimination | None = None
 ) -> list[Constraint]:
-    """The quadratic constraints of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    coordinates : Coordinates
-        Without constraints.
-    elimination : Elimination, optional
-        Of the linear constraints, to say which of them contradict a length.
-
-    Returns
-    -------
-    list of Constraint
-
-    Raises
-    ------
-    InputError
-        If what is known of a body's direction contradicts its length.
-    """
+    """The quadratic constraints of a mechanism."""
     lengths = _lengths(coordinates, elimination)
     return [
         *lengths,

@@ -13,39 +13,19 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.flexible import Axis
 
-__all__ = ["Rails", "axis_of", "rail_axes", "rail_tables", "shapes_beyond"]
-
 
 class Rails(NamedTuple):
-    """Of all components.
+    """Of all components."""
 
-    Parameters
-    ----------
-    maps : list of PointMap
-        Those of the components; of one on a rail with the columns of the bar added.
-    bars : dict of int to int
-        The bar of each component on a rail.
-    rows : ndarray of int, shape (components, 4)
-        See `system.Model.rail`.
-    table : ndarray
-    places : ndarray of int
-    """
-
-    maps: list[PointMap]
-    bars: dict[int, int]
-    rows: np.ndarray
+    maps: list[PointMap]  # Those of the components; of one on a rail with the columns of the bar added
+    bars: dict[int, int]  # The bar of each component on a rail
+    rows: np.ndarray  # (components, 4) See `system.Model.rail`
     table: np.ndarray
     places: np.ndarray
 
 
 def axis_of(axes: Sequence[Axis], component: Any) -> int:
-    """Number of the bar that a component runs along.
-
-    Raises
-    ------
-    InputError
-        If there is no such bar that bends as one part.
-    """
+    """Number of the bar that a component runs along."""
     names = [axis.bar.name.removesuffix("/beam") for axis in axes]
     for k, axis in enumerate(axes):
         if component.rail in (names[k], axis.bar.name):
@@ -72,17 +52,7 @@ def shapes_beyond(axis: Axis, places: np.ndarray) -> np.ndarray:
 def rail_tables(
     coordinates: Coordinates, components: Sequence[Any], bars: Sequence[tuple[np.ndarray, list[PointMap]]], maps: list[PointMap]
 ) -> Rails:
-    """What the kernels read of components that run along bars.
-
-    Parameters
-    ----------
-    coordinates : Coordinates
-    components : sequence of Component
-    bars : sequence of (ndarray, list of PointMap)
-        Of each flexible bar its columns and the maps of its shapes.
-    maps : list of PointMap
-        Of the components.
-    """
+    """What the kernels read of components that run along bars."""
     axes, rows = coordinates.natural.axes, np.zeros((len(components), 4), np.int64)
     found: dict[int, int] = {}
     tables, places, made = [np.zeros(0)], [np.zeros(0, np.int64)], list(maps)

@@ -40,20 +40,7 @@ def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
     follow; they are left out if they still hold after another such move that only the others guided. Where only the start is
     special, such as folded flat, all constraints stay.
 
-    Parameters
-    ----------
-    coordinates : Coordinates
-    angles : ndarray, shape (drives,)
-        Of the drives at t = 0 [rad].
-
-    Returns
-    -------
-    Coordinates
-
-    Raises
-    ------
-    InputError
-        If a rod follows from the other parts: its force is not determined.
+    Shapes: `angles` (drives,) [rad].
     """
     holding = [constraint for constraint in coordinates.constraints if not constraint.latch]
     if len(holding) < 2:

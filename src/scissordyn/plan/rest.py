@@ -13,8 +13,6 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["at_rest"]
-
 Joint = TypeVar("Joint", Revolute, Guide)
 
 

@@ -13,8 +13,6 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.polynomial import legendre
 
-__all__ = ["Shapes", "shapes_of"]
-
 EXTRA = 11
 """Degree of the polynomials of a span beyond the modes that they represent: errors of the kept frequencies below 1e-9."""
 
@@ -27,23 +25,13 @@ _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """The shapes of a bar.
+    """The shapes of a bar."""
 
-    Parameters
-    ----------
-    places : tuple of float
-        Of the cross-sections [m].
-    clamped : tuple of int
-        Cross-sections whose direction is a coordinate.
-    modes : int
-    unit : bool
-        Whether these directions have unit length: there are then as many points of quadrature as axial freedoms, so that the
-        strain at the points is free where that at the clamp is zero.
-    """
-
-    places: tuple[float, ...]
-    clamped: tuple[int, ...]
+    places: tuple[float, ...]  # Of the cross-sections [m]
+    clamped: tuple[int, ...]  # Cross-sections whose direction is a coordinate
     modes: int
+    # Whether these directions have unit length: there are then as many points of quadrature as axial freedoms, so that the
+    # strain at the points is free where that at the clamp is zero
     unit: bool = False
 
     @property
@@ -150,11 +138,6 @@ class Shapes:
         The bending form of all vectors, EI int |r''|^2 ds, has the square of the strain's derivative e' beside that of the
         curvature. Here it is taken away: int e^2 - (EI/EA) e'^2 ds, with e a polynomial in each span. What varies so fast that
         little would be left keeps a positive energy: with x the part that is taken away, 1 - x up to x = 1/2, 1/(4 x) beyond.
-
-        Parameters
-        ----------
-        ratio : float
-            EI/EA [m^2].
         """
         points, weights = self.quadrature
         found = np.zeros((points.size, points.size))

@@ -9,23 +9,9 @@ from matplotlib.axes import Axes
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels, small
 
-__all__ = ["agreement_curves"]
-
 
 def agreement_curves(found: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """Each measured quantity with the run's, and below it their difference.
-
-    Parameters
-    ----------
-    found : Dataset
-        Of `analysis.agreement.agreement`.
-    axes : Axes, optional
-        Two for each column; a new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Each measured quantity with the run's, and below it their difference."""
     count = found.sizes["column"]
     drawn = panels(axes, 2 * count, size=(7.2, 2.6 * count), ratios=[2.0, 1.0] * count)
     time = engineering("s", found["time"].values)

@@ -21,8 +21,6 @@ from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.joints import clearance_joints
 from scissordyn.run.spacing import spread_samples
 
-__all__ = ["FILMS", "animate", "check_film", "magnified_first"]
-
 RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Frames per second by format. A GIF is composed in memory before it is written."""
 
@@ -30,12 +28,7 @@ FILMS = tuple(RATES)
 
 
 def check_film(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a film can be written in the format that a file name ends with.
-
-    Parameters
-    ----------
-    path : path
-    """
+    """Raise `InputError` unless a film can be written in the format that a file name ends with."""
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FILMS:
         raise InputError(f"film '{path}'{did_you_mean(ending, FILMS)}", "a name that ends in .gif, .mp4 or .html", "film.html")
@@ -121,20 +114,7 @@ def animate(
 
 
 def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
-    """What a film magnifies.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-    joints : sequence of str or None
-        Those that were asked for.
-
-    Returns
-    -------
-    (int, list of str, list of str)
-        How many are magnified at the same time; all revolute clearance joints, the important ones first; the clearance guides.
-    """
+    """What a film magnifies."""
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     known = [name for name in clearance_joints(pins) if name not in chosen]

@@ -42,8 +42,6 @@ from scissordyn.plot.style import (
     small,
 )
 
-__all__ = ["Film", "write_film"]
-
 DPI = 100
 
 RING = 8.0
@@ -67,14 +65,7 @@ LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "
 
 
 class Film:
-    """A figure whose artists are moved from frame to frame.
-
-    Parameters
-    ----------
-    scene : Scene
-    slower : float
-        Time scale: film time over simulated time.
-    """
+    """A figure whose artists are moved from frame to frame."""
 
     def __init__(self, scene: Scene, slower: float) -> None:
         self.scene, self.slower = scene, slower
@@ -325,23 +316,7 @@ def _supports(axes: Axes, scene: Scene) -> None:
 
 
 def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
-    """Write a GIF or an MP4.
-
-    Parameters
-    ----------
-    scene : Scene
-    path : Path
-        Ends in .gif or .mp4.
-    rate : int
-        Frames per second.
-    slower : float
-        Time scale: film time over simulated time.
-
-    Raises
-    ------
-    InputError
-        If an MP4 is wanted where there is no ffmpeg, or one that cannot code it.
-    """
+    """Write a GIF or an MP4."""
     film = Film(scene, slower)
     writer: AbstractMovieWriter
     if path.suffix.lower() == ".mp4":

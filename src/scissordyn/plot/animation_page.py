@@ -10,8 +10,6 @@ from scissordyn.plot.animation_scene import Scene, scale_in_words
 from scissordyn.plot.canvas import CANVAS, packed
 from scissordyn.plot.scale import engineering
 
-__all__ = ["page", "write_page"]
-
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -51,21 +49,7 @@ if (frame > 0) place.querySelector(".sd-stage").frame(frame);
 
 
 def page(scene: Scene, run: xr.Dataset, seconds: float) -> str:
-    """The page of a film.
-
-    Parameters
-    ----------
-    scene : Scene
-    run : Dataset
-        Whose scene it is.
-    seconds : float
-        How long the film is at speed 1 [s].
-
-    Returns
-    -------
-    str
-        The HTML of the page.
-    """
+    """The page of a film."""
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)
     slower = seconds / float(scene.time[-1] - scene.time[0])
@@ -77,14 +61,5 @@ def page(scene: Scene, run: xr.Dataset, seconds: float) -> str:
 
 
 def write_page(scene: Scene, run: xr.Dataset, path: Path, seconds: float) -> None:
-    """Write the page of a film to a file.
-
-    Parameters
-    ----------
-    scene : Scene
-    run : Dataset
-    path : Path
-    seconds : float
-        How long the film is at speed 1 [s].
-    """
+    """Write the page of a film to a file."""
     path.write_text(page(scene, run, seconds), encoding="utf-8")

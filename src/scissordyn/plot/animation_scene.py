@@ -26,8 +26,6 @@ from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols
 from scissordyn.run.placement import Placement
 
-__all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scale_in_words", "scene_of"]
-
 TRAIL = 12
 """Number of frames over which the journal's path stays visible in a GIF or MP4."""
 
@@ -46,25 +44,13 @@ SYMBOL = 0.03
 
 @dataclass(frozen=True)
 class Shape:
-    """A body, a guide, or a stroke of the symbol of a component, as a line through points.
-
-    Parameters
-    ----------
-    name : str
-    kind : {"bar", "plate", "block", "payload", "panel", "component", "rod", "guide"}
-    points : ndarray, shape (frames, points, 2)
-        In the frame of the picture, where gravity points downwards [m].
-    tone : int
-        Bars and plates have one of two colours, in turn.
-    parts : tuple of int
-        Of a bar that bends: where its parts are in the diagrams of the scene.
-    """
+    """A body, a guide, or a stroke of the symbol of a component, as a line through points."""
 
     name: str
     kind: str
-    points: np.ndarray
-    tone: int = 0
-    parts: tuple[int, ...] = ()
+    points: np.ndarray  # (frames, points, 2) In the frame of the picture, where gravity points downwards [m]
+    tone: int = 0  # Bars and plates have one of two colours, in turn
+    parts: tuple[int, ...] = ()  # Of a bar that bends: where its parts are in the diagrams of the scene
 
     @property
     def places(self) -> np.ndarray:
@@ -78,89 +64,38 @@ class Shape:
 
 @dataclass(frozen=True)
 class ClearanceJoint:
-    """A clearance joint: its position and its magnified view.
-
-    Parameters
-    ----------
-    name : str
-    place : ndarray, shape (frames, 2)
-        Centre of the bearing [m].
-    journal : ndarray, shape (frames, 2)
-        Centre of the journal in its magnified bearing, in drawn journal radii.
-    path : ndarray, shape (points, 2)
-        The same at finer instants.
-    reached : ndarray of int, shape (frames,)
-        Number of points of the path before each frame.
-    touched : ndarray of bool, shape (frames,)
-        Whether there was contact at any instant since the frame before.
-    force : ndarray, shape (frames,)
-        Largest normal force since the frame before [N].
-    gain : float
-        Magnification of the clearance relative to that of the journal.
-    """
+    """A clearance joint: its position and its magnified view."""
 
     name: str
-    place: np.ndarray
-    journal: np.ndarray
-    path: np.ndarray
-    reached: np.ndarray
-    touched: np.ndarray
-    force: np.ndarray
-    gain: float
+    place: np.ndarray  # (frames, 2) Centre of the bearing [m]
+    journal: np.ndarray  # (frames, 2) Centre of the journal in its magnified bearing, in drawn journal radii
+    path: np.ndarray  # (points, 2) The same at finer instants
+    reached: np.ndarray  # (frames,) Number of points of the path before each frame
+    touched: np.ndarray  # (frames,) Whether there was contact at any instant since the frame before
+    force: np.ndarray  # (frames,) Largest normal force since the frame before [N]
+    gain: float  # Magnification of the clearance relative to that of the journal
 
 
 @dataclass(frozen=True)
 class Scene:
-    """All data of a film.
+    """All data of a film."""
 
-    Parameters
-    ----------
-    time : ndarray, shape (frames,)
-        [s]
-    scale : Scale
-        Scale of the times.
-    shapes : tuple of Shape
-    pins : ndarray, shape (frames, pins, 2)
-        Ideal joints [m].
-    supports : ndarray, shape (supports, 2)
-        Pins of the fixed frame [m].
-    clearance_joints : tuple of ClearanceJoint
-        Those to magnify first.
-    low, high : ndarray, shape (2,)
-        Corners of the visible region [m].
-    turns : int
-        Quarter turns of the picture, after which gravity points downwards.
-    channels : tuple of Channel
-        Of the clearance guides.
-    shown : int
-        How many clearance joints and channels are magnified at the same time.
-    pin_names : tuple of str
-    tracks : tuple of (str, ndarray of shape (frames, 2))
-        Tracked points, with their names [m].
-    magnification : float
-        Of the deflections of bars that bend.
-    diagrams : tuple of Diagram
-        What can be drawn on bars that bend, at the frames.
-    on_bars : str
-        Which of them is drawn at first; "" for none.
-    """
-
-    time: np.ndarray
-    scale: Scale
+    time: np.ndarray  # (frames,) [s]
+    scale: Scale  # Scale of the times
     shapes: tuple[Shape, ...]
-    pins: np.ndarray
-    supports: np.ndarray
-    clearance_joints: tuple[ClearanceJoint, ...]
-    low: np.ndarray
-    high: np.ndarray
-    turns: int = 0
-    channels: tuple[Channel, ...] = ()
-    shown: int = MOST_JOINTS
+    pins: np.ndarray  # (frames, pins, 2) Ideal joints [m]
+    supports: np.ndarray  # (supports, 2) Pins of the fixed frame [m]
+    clearance_joints: tuple[ClearanceJoint, ...]  # Those to magnify first
+    low: np.ndarray  # (2,) Corners of the visible region [m]
+    high: np.ndarray  # (2,)
+    turns: int = 0  # Quarter turns of the picture, after which gravity points downwards
+    channels: tuple[Channel, ...] = ()  # Of the clearance guides
+    shown: int = MOST_JOINTS  # How many clearance joints and channels are magnified at the same time
     pin_names: tuple[str, ...] = ()
-    tracks: tuple[tuple[str, np.ndarray], ...] = ()
-    magnification: float = 1.0
-    diagrams: tuple[Diagram, ...] = ()
-    on_bars: str = ""
+    tracks: tuple[tuple[str, np.ndarray], ...] = ()  # (frames, 2) Tracked points, with their names [m]
+    magnification: float = 1.0  # Of the deflections of bars that bend
+    diagrams: tuple[Diagram, ...] = ()  # What can be drawn on bars that bend, at the frames
+    on_bars: str = ""  # Which of them is drawn at first; "" for none
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
@@ -177,19 +112,7 @@ class Scene:
     ) -> np.ndarray:
         """Where the names of the magnified joints stand, see `label_place.asides`; outlines are closed.
 
-        Parameters
-        ----------
-        count : int, optional
-            Of the first ones only.
-        region : ndarray, shape (2, 2), optional
-            Corners of what is drawn [m]; those of the scene if not given.
-        longer, looks
-            As of `label_place.asides`.
-
-        Returns
-        -------
-        ndarray, shape (instants, magnified, 2)
-            [pt]
+        Shapes: `region` (2, 2) [m]; returns (instants, magnified, 2) [pt].
         """
         named = self.magnified[:count]
         lines = [
@@ -245,28 +168,7 @@ def scene_of(
     shown: int = MOST_JOINTS,
     on_bars: str | None = None,
 ) -> Scene:
-    """The scene of a film of a run.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-        The one that was run.
-    frames : ndarray of int
-        Samples of the run, increasing.
-    joints : list of str
-        Clearance joints to magnify, the most important ones first.
-    guides : sequence of str
-        Clearance guides to magnify.
-    shown : int
-        How many are magnified at the same time.
-    on_bars : str, optional
-        What is drawn on bars that bend, a key of `bar_diagram.QUANTITIES`.
-
-    Returns
-    -------
-    Scene
-    """
+    """The scene of a film of a run."""
     if on_bars is not None:
         check_quantity(on_bars, mechanism)
     diagrams = known_diagrams(run, mechanism)

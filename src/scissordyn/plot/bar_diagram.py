@@ -26,23 +26,6 @@ from scissordyn.run.bars import PARTS, part_names
 from scissordyn.run.internal_forces import bars_of
 from scissordyn.run.placement import Placement
 
-__all__ = [
-    "COLOURS",
-    "MOMENT",
-    "ORDINATE",
-    "QUANTITIES",
-    "Diagram",
-    "check_quantity",
-    "colour_bar",
-    "diagram_of",
-    "draw_diagram",
-    "edges",
-    "is_known",
-    "known_diagrams",
-    "part_indices",
-    "stations",
-]
-
 COLOURS = colormaps["cividis_r"]
 """Perceptually uniform, for readers without red or green too: the larger the darker, in print without colour as well."""
 
@@ -56,27 +39,14 @@ TOGETHER = 1e-9
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a quantity is drawn.
-
-    Parameters
-    ----------
-    unit : str
-    first, last : str
-        Variables of a run with its values at the start and the end of parts of bars.
-    tone : str
-        Colour of its ordinates; "" where bars themselves are coloured by it.
-    needs : tuple of str
-        Fields of a bar without which it is not known.
-    whole : str
-        Variable with one value of each part, for elements that have no values at their ends.
-    """
+    """How a quantity is drawn."""
 
     unit: str
-    first: str
+    first: str  # Variables of a run with its values at the start and the end of parts of bars
     last: str
-    tone: str = ""
-    needs: tuple[str, ...] = ()
-    whole: str = ""
+    tone: str = ""  # Colour of its ordinates; "" where bars themselves are coloured by it
+    needs: tuple[str, ...] = ()  # Fields of a bar without which it is not known
+    whole: str = ""  # Variable with one value of each part, for elements that have no values at their ends
 
 
 MOMENT, AXIAL = "bending moment", "axial force"
@@ -92,24 +62,12 @@ QUANTITIES: Mapping[str, Quantity] = {
 
 @dataclass(frozen=True)
 class Diagram:
-    """A quantity along bars that bend, at the samples of a run.
+    """A quantity along bars that bend, at the samples of a run."""
 
-    Parameters
-    ----------
-    quantity : str
-        A key of `QUANTITIES`.
-    parts : tuple of str
-        Names of the elements of bars, or of their parts, as a run has them.
-    values : ndarray, shape (samples, parts, 2)
-        At the start and the end of each; alike where it is one number of a part.
-    largest : float
-        Size at which the scale of colours or ordinates ends.
-    """
-
-    quantity: str
-    parts: tuple[str, ...]
-    values: np.ndarray
-    largest: float
+    quantity: str  # A key of `QUANTITIES`
+    parts: tuple[str, ...]  # Names of the elements of bars, or of their parts, as a run has them
+    values: np.ndarray  # (samples, parts, 2) At the start and the end of each; alike where it is one number of a part
+    largest: float  # Size at which the scale of colours or ordinates ends
 
     @property
     def coloured(self) -> bool:
@@ -147,12 +105,7 @@ class Diagram:
 
         A positive moment curves a bar towards its +y, so that its fibres at -y are in tension: ordinates stand on that side.
 
-        Parameters
-        ----------
-        places : ndarray, shape (samples, parts, points, 2)
-            As of `stations`; one sample may stand for all.
-        length : float
-            Of the largest [m].
+        Shapes: `places` (samples, parts, points, 2).
         """
         start, middle, end = np.moveaxis(places[..., [0, places.shape[-2] // 2, -1], :], -2, 0)
         along = np.stack([4.0 * middle - 3.0 * start - end, 3.0 * end - 4.0 * middle + start], axis=-2)
@@ -162,13 +115,7 @@ class Diagram:
 
 
 def check_quantity(quantity: str, mechanism: Mechanism) -> None:
-    """Raise `InputError` for a quantity that bars have not, or these do not know.
-
-    Parameters
-    ----------
-    quantity : str
-    mechanism : Mechanism
-    """
+    """Raise `InputError` for a quantity that bars have not, or these do not know."""
     if quantity not in QUANTITIES:
         raise InputError(f"'{quantity}' on bars{did_you_mean(quantity, QUANTITIES)}", ", ".join(QUANTITIES), "stress")
     if not bars_of(mechanism):
@@ -204,25 +151,7 @@ def _lacking(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]]:
 
 
 def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
-    """What a run says of a quantity along its bars.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-        The one that was run.
-    quantity : str
-        A key of `QUANTITIES`.
-
-    Returns
-    -------
-    Diagram
-
-    Raises
-    ------
-    InputError
-        If no bar bends, or a bar has no section or material for a stress.
-    """
+    """What a run says of a quantity along its bars."""
     check_quantity(quantity, mechanism)
     one, parts = QUANTITIES[quantity], _parts(mechanism)
     if "beam" not in run:
@@ -253,13 +182,7 @@ def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:
 
 
 def stations(mechanism: Mechanism, placed: Placement) -> np.ndarray:
-    """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m].
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    placed : Placement
-    """
+    """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
     found = []
     for beam in beams_of(mechanism):
         angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
@@ -276,14 +199,7 @@ def stations(mechanism: Mechanism, placed: Placement) -> np.ndarray:
 def draw_diagram(axes: Axes, diagram: Diagram, places: np.ndarray, size: float) -> None:
     """Draw one sample, or several one over the other: bars in colours, or ordinates beside them.
 
-    Parameters
-    ----------
-    axes : Axes
-    diagram : Diagram
-    places : ndarray, shape (1, parts, 3, 2)
-        As of `stations` [m].
-    size : float
-        Longer side of the mechanism [m].
+    Shapes: `places` (1, parts, 3, 2) [m].
     """
     lines = list(places[0])
     if diagram.coloured:
@@ -308,17 +224,7 @@ def edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list
 
     Parts that go on from each other have one area and one line, so that there are no seams; where values jump, the line does.
 
-    Parameters
-    ----------
-    places : ndarray, shape (parts, points, 2)
-        As of `stations`, of one sample [m].
-    outer : ndarray, shape (parts, 2, 2)
-        As of `Diagram.ordinates` [m].
-
-    Returns
-    -------
-    areas, lines : list of ndarray, shape (points, 2)
-        [m]
+    Shapes: `places` (parts, points, 2) [m], `outer` (parts, 2, 2) [m]; returns `areas, lines` (points, 2) [m].
     """
     size = float(np.max(np.ptp(places, axis=(0, 1)), initial=0.0))
     apart = np.linalg.norm(places[1:, 0] - places[:-1, -1], axis=-1) > TOGETHER * size

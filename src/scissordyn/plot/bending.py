@@ -39,8 +39,6 @@ from scissordyn.plot.style import (
 from scissordyn.plot.window import window
 from scissordyn.run.placement import Placement
 
-__all__ = ["bending"]
-
 
 def bending(
     run: xr.Dataset,

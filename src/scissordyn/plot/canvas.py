@@ -18,8 +18,6 @@ from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
 from scissordyn.run.spacing import spread_samples
 
-__all__ = ["CANVAS", "FRAMES", "packed", "packed_scene"]
-
 PARTS = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 
 CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in PARTS)
@@ -33,26 +31,7 @@ SECONDS = 6.0
 
 
 def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES) -> str:
-    """The scene of a run, with everything magnified that has a clearance.
-
-    Parameters
-    ----------
-    run : Dataset
-        With two samples or more.
-    mechanism : Mechanism
-        The one that was run.
-    number : int
-        Of the run in its session.
-    note : str
-        A line below the drawing.
-    frames : int
-        Most frames.
-
-    Returns
-    -------
-    str
-        JSON.
-    """
+    """The scene of a run, with everything magnified that has a clearance."""
     samples = run.sizes["time"]
     chosen = spread_samples(run["time"].values, min(samples, frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
@@ -61,23 +40,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
 
 
 def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:
-    """A scene for the canvas.
-
-    Parameters
-    ----------
-    scene : Scene
-    run : Dataset
-        Whose scene it is.
-    number, note
-        As for `packed_scene`.
-    seconds : float
-        How long it is shown at speed 1 [s].
-
-    Returns
-    -------
-    str
-        JSON.
-    """
+    """A scene for the canvas."""
     largest = largest_forces(run) if scene.channels else {}
     data = {
         "run": number,

@@ -12,8 +12,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel_scene import EDGE, Channel, channel_of
 from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, VERMILION, literal, small
 
-__all__ = ["channel", "guides_of", "surfaces"]
-
 
 def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
     """Names of clearance joints with the contact points of each clearance guide replaced by the guide, once."""
@@ -22,26 +20,7 @@ def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
 
 
 def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, axes: Axes) -> Axes:
-    """A clearance guide at one sample, its line horizontal: the block between the guide surfaces, points in contact marked.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-    sample : int
-        Index along "time".
-    guide : str
-    axes : Axes
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        If the guide has no clearance.
-    """
+    """A clearance guide at one sample, its line horizontal: the block between the guide surfaces, points in contact marked."""
     view = channel_of(run, mechanism, [sample], guide)
     touching = view.touching[0]
     surfaces(axes, view)
@@ -62,13 +41,7 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
 
 
 def surfaces(axes: Axes, view: Channel) -> None:
-    """Draw the guide surfaces and the line of a channel, and fit the axes to them.
-
-    Parameters
-    ----------
-    axes : Axes
-    view : Channel
-    """
+    """Draw the guide surfaces and the line of a channel, and fit the axes to them."""
     for face, height in view.surfaces.items():
         low = min(height, height + 0.25 * face)
         strip = Rectangle((-EDGE, low), 2.0 * EDGE, 0.25, facecolor="white", edgecolor=GREY, hatch="//////", linewidth=0.0)

@@ -13,8 +13,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["EDGE", "GAP", "Channel", "channel_of"]
-
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width."""
 
@@ -27,62 +25,23 @@ EDGE = 1.7
 
 @dataclass(frozen=True)
 class Channel:
-    """The block of a clearance guide between the guide surfaces, its line horizontal, in drawn half widths of the block.
+    """The block of a clearance guide between the guide surfaces, its line horizontal, in drawn half widths of the block."""
 
-    Parameters
-    ----------
-    name : str
-        Of the guide.
-    block : ndarray, shape (samples, corners, 2)
-        The corners around the block, with magnified clearance.
-    touching : ndarray of bool, shape (samples, corners)
-        Which corners are in contact.
-    surfaces : dict of float to float
-        Heights of the guide surfaces by their sides, 1 and -1.
-    force : ndarray, shape (samples,)
-        Largest normal force of a corner [N].
-    place : ndarray, shape (samples, 2)
-        Where the block is in the picture [m]; empty if not asked for.
-    gain : float
-        Magnification of the clearance relative to that of the block.
-    corners : tuple of str
-        Names of the contact points, as they stand around the block.
-    hollow : bool
-        Whether the block surrounds the guide, as a ring does a pole.
-    """
-
-    name: str
-    block: np.ndarray
-    touching: np.ndarray
-    surfaces: dict[float, float]
-    force: np.ndarray
-    place: np.ndarray
-    gain: float
-    corners: tuple[str, ...]
-    hollow: bool = False
+    name: str  # Of the guide
+    block: np.ndarray  # (samples, corners, 2) The corners around the block, with magnified clearance
+    touching: np.ndarray  # (samples, corners) Which corners are in contact
+    surfaces: dict[float, float]  # Heights of the guide surfaces by their sides, 1 and -1
+    force: np.ndarray  # (samples,) Largest normal force of a corner [N]
+    place: np.ndarray  # (samples, 2) Where the block is in the picture [m]; empty if not asked for
+    gain: float  # Magnification of the clearance relative to that of the block
+    corners: tuple[str, ...]  # Names of the contact points, as they stand around the block
+    hollow: bool = False  # Whether the block surrounds the guide, as a ring does a pole
 
 
 def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, place: np.ndarray | None = None) -> Channel:
     """The channel of a guide at samples of a run.
 
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-        The one that was run.
-    samples : index along "time"
-    guide : str
-    place : ndarray, shape (samples, 2), optional
-        Where the block is in the picture [m].
-
-    Returns
-    -------
-    Channel
-
-    Raises
-    ------
-    InputError
-        If the guide has no clearance.
+    Shapes: `place` (samples, 2) [m].
     """
     described = mechanism.guide(guide)
     gap = described.clearance

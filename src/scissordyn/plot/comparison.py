@@ -16,8 +16,6 @@ from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
 from scissordyn.run.joints import clearance_joints
 
-__all__ = ["comparison", "shared_curves"]
-
 JOINTS = 3
 """Most joints whose forces are compared, those with the largest forces."""
 
@@ -28,16 +26,7 @@ WORKS = ("drive_work", "motor_work", "load_work")
 
 
 def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.DataArray]]]:
-    """Quantities over time that all runs have, with their curves: output, torques, forces, energy, work.
-
-    Parameters
-    ----------
-    runs : sequence of Dataset
-
-    Yields
-    ------
-    (str, list of DataArray)
-    """
+    """Quantities over time that all runs have, with their curves: output, torques, forces, energy, work."""
     if all("slider_position" in run for run in runs):
         yield "displacement", [run["slider_position"] for run in runs]
     torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]

@@ -7,44 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-__all__ = ["ContactTimes", "contact_times", "force_curve", "frame_contacts", "with_instants"]
-
 
 @dataclass(frozen=True)
 class ContactTimes:
-    """The contacts of one joint.
+    """The contacts of one joint."""
 
-    Parameters
-    ----------
-    start, end : ndarray, shape (contacts,)
-        [s]; a contact that lasts ends with the run.
-    peak_time : ndarray, shape (contacts,)
-        Instant of the largest force [s]; NaN where there is none.
-    peak : ndarray, shape (contacts,)
-        Largest force [N].
-    lasting : ndarray of bool, shape (contacts,)
-        Whether a contact goes on at the end of the run.
-    """
-
-    start: np.ndarray
-    end: np.ndarray
-    peak_time: np.ndarray
-    peak: np.ndarray
-    lasting: np.ndarray
+    start: np.ndarray  # (contacts,) [s]; a contact that lasts ends with the run
+    end: np.ndarray  # (contacts,)
+    peak_time: np.ndarray  # (contacts,) Instant of the largest force [s]; NaN where there is none
+    peak: np.ndarray  # (contacts,) Largest force [N]
+    lasting: np.ndarray  # (contacts,) Whether a contact goes on at the end of the run
 
 
 def contact_times(run: xr.Dataset, joint: str) -> ContactTimes:
-    """The contacts of a joint; none in a run without contacts.
-
-    Parameters
-    ----------
-    run : Dataset
-    joint : str
-
-    Returns
-    -------
-    ContactTimes
-    """
+    """The contacts of a joint; none in a run without contacts."""
     if "contact_joint" not in run:
         nothing = np.empty(0)
         return ContactTimes(nothing, nothing, nothing, nothing, nothing.astype(bool))
@@ -58,16 +34,7 @@ def contact_times(run: xr.Dataset, joint: str) -> ContactTimes:
 def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A sampled curve with further points in it.
 
-    Parameters
-    ----------
-    time, values : ndarray, shape (samples,)
-    when, also : ndarray, shape (points,)
-        Points that are not finite or lie outside the samples are left out; at the instant of a sample the larger magnitude
-        stays.
-
-    Returns
-    -------
-    time, values : ndarray
+    Shapes: `time, values` (samples,), `when, also` (points,).
     """
     if not time.size:
         return time, values
@@ -87,16 +54,6 @@ def force_curve(run: xr.Dataset, joint: str) -> xr.DataArray:
     """The normal force of a joint at its samples, and at start, peak and end of each contact.
 
     A line through samples alone is lower than the peaks between them, and misses a contact that is shorter than their distance.
-
-    Parameters
-    ----------
-    run : Dataset
-    joint : str
-
-    Returns
-    -------
-    DataArray
-        Along "time", with the attributes of `normal_force`.
     """
     sampled = run["normal_force"].sel(joint=joint)
     time, values = run["time"].values, sampled.values
@@ -112,19 +69,7 @@ def force_curve(run: xr.Dataset, joint: str) -> xr.DataArray:
 def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What the contacts of a joint add to frames of an animation, each of which covers the time since the one before.
 
-    Parameters
-    ----------
-    run : Dataset
-    joint : str
-    frames : ndarray, shape (frames,)
-        Instants [s].
-
-    Returns
-    -------
-    touched : ndarray of bool, shape (frames,)
-        Whether a contact lasts at some instant of a frame.
-    largest : ndarray, shape (frames,)
-        Largest peak of a contact in a frame [N]; 0 where there is none.
+    Shapes: `frames` (frames,) [s]; returns `touched` (frames,), `largest` (frames,) [N].
     """
     touched, largest = np.zeros(frames.size, bool), np.zeros(frames.size)
     found = contact_times(run, joint)

@@ -11,8 +11,6 @@ from scissordyn.plot.series import finish, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, LINE, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, panels
 from scissordyn.plot.window import window
 
-__all__ = ["energy"]
-
 PANELS = (
     (
         "energy",

@@ -12,8 +12,6 @@ from matplotlib.figure import Figure
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 
-__all__ = ["DPI", "FORMATS", "check_format", "svg", "write"]
-
 FORMATS = ("png", "svg", "pdf")
 
 DPI = 150
@@ -21,34 +19,13 @@ DPI = 150
 
 
 def check_format(format: str) -> None:
-    """Raise `InputError` if pictures cannot be written in a format.
-
-    Parameters
-    ----------
-    format : str
-    """
+    """Raise `InputError` if pictures cannot be written in a format."""
     if format not in FORMATS:
         raise InputError(f"picture format '{format}'{did_you_mean(format, FORMATS)}", ", ".join(FORMATS), "format='png'")
 
 
 def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to a file in the format of its ending; the same figure gives the same file.
-
-    Parameters
-    ----------
-    figure : Figure
-    path : path
-        Ends in .png, .svg or .pdf.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        If the ending is another one, or the file cannot be written, or holds something else than a picture.
-    """
+    """Write a figure to a file in the format of its ending; the same figure gives the same file."""
     target = Path(path)
     format = target.suffix.lower().removeprefix(".")
     check_format(format)
@@ -58,16 +35,7 @@ def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
 
 
 def svg(figure: Figure) -> str:
-    """The text of the SVG file of a figure.
-
-    Parameters
-    ----------
-    figure : Figure
-
-    Returns
-    -------
-    str
-    """
+    """The text of the SVG file of a figure."""
     return _drawn(figure, "svg").decode()
 
 

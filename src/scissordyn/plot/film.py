@@ -14,8 +14,6 @@ from scissordyn.plot.window import window
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.film import MIXED
 
-__all__ = ["film"]
-
 DRY = 0.1
 """Films are drawn down to this part of the roughness; contacts are drawn there."""
 

@@ -9,28 +9,12 @@ from matplotlib.axes import Axes
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, dress, legend, literal, panels, small
 
-__all__ = ["fit_correlation", "fit_curves"]
-
 MOST = 4
 """Segments that are drawn, from the first on: curves of more cannot be distinguished from each other."""
 
 
 def fit_curves(found: xr.Dataset, *, segments: int = MOST, axes: Canvas = None) -> list[Axes]:
-    """Measured and fitted curves of the first segments, and below each the residuals of all.
-
-    Parameters
-    ----------
-    found : Dataset
-        Of `fit`.
-    segments : int
-        How many are drawn as curves.
-    axes : Axes, optional
-        Two for each column, curves and residuals; a new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Measured and fitted curves of the first segments, and below each the residuals of all."""
     count = found.sizes["column"]
     ratios = [2.0, 1.0] * count
     drawn = panels(axes, 2 * count, size=(7.2, 2.4 * count), ratios=ratios, share=False)
@@ -66,19 +50,7 @@ def fit_curves(found: xr.Dataset, *, segments: int = MOST, axes: Canvas = None) 
 
 
 def fit_correlation(found: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """Correlation of the fitted numbers, one square for each pair.
-
-    Parameters
-    ----------
-    found : Dataset
-        Of `fit`.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Correlation of the fitted numbers, one square for each pair."""
     names = [literal(str(name)) for name in found["parameter"].values]
     side = 1.6 + 0.55 * len(names)
     (one,) = panels(axes, 1, size=(side + 1.6, side))

@@ -26,8 +26,6 @@ from scissordyn.plot.style import (
 )
 from scissordyn.plot.window import window
 
-__all__ = ["force"]
-
 STRIP = 0.06
 """Height of the strip of contacts, as a fraction of the panel."""
 

@@ -10,8 +10,6 @@ from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.series import time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, literal, panels
 
-__all__ = ["kinematics"]
-
 COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)
 
 STEEPEST = 4.0
@@ -23,20 +21,7 @@ MARKS = {"change point": (0, (5, 2)), "near change point": (0, (1, 2)), "locking
 
 
 def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """The ideal kinematics over time, with the singular positions marked.
-
-    Parameters
-    ----------
-    ideal : Dataset
-        Of `ideal_kinematics`.
-    axes : iterable of Axes, optional
-        Four of them; a new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-        Output, transmission angles, torque or force of the drive, reactions.
-    """
+    """The ideal kinematics over time, with the singular positions marked."""
     drawn = panels(axes, 4, size=(7.5, 8.5))
     time = time_scale(ideal)
     t = time.factor * ideal["time"].values

@@ -14,8 +14,6 @@ from matplotlib.patheffects import withStroke
 
 from scissordyn.plot.style import literal, small
 
-__all__ = ["Label", "write_labels"]
-
 DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
 """Of a name from what it names, the nearest one first [pt]."""
 
@@ -44,40 +42,15 @@ BLOCKED = 1e4
 
 @dataclass(frozen=True)
 class Label:
-    """A name and where it belongs.
+    """A name and where it belongs."""
 
-    Parameters
-    ----------
-    text : str
-        Shown letter by letter; it is no markup.
-    place : ndarray, shape (2,)
-        [m]
-    color : str
-    """
-
-    text: str
-    place: np.ndarray
+    text: str  # Shown letter by letter; it is no markup
+    place: np.ndarray  # (2,) [m]
     color: str
 
 
 def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = None, crowded: bool = True) -> list[str]:
-    """Write names into a drawing whose limits are final, each where it hides least.
-
-    Parameters
-    ----------
-    axes : Axes
-    labels : sequence of Label
-        The most important ones first: they get the best places.
-    size : float, optional
-        Of the letters [pt]; that of small letters if not given.
-    crowded : bool
-        Whether a name without a free place is written all the same, where it is least in the way; otherwise it is left out.
-
-    Returns
-    -------
-    list of str
-        Names that are left out.
-    """
+    """Write names into a drawing whose limits are final, each where it hides least."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     if not labels:

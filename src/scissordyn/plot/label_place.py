@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["LOOKS", "REGION", "asides"]
-
 REGION = 440.0
 """Longer side of the region as pages and the explorer draw it, about [pt]."""
 
@@ -53,27 +51,8 @@ def asides(
 ) -> np.ndarray:
     """Where the middles of names are, relative to their joints, at instants that are equally spread over a film.
 
-    Parameters
-    ----------
-    names : sequence of str
-        The most important ones first.
-    joints : ndarray, shape (frames, names, 2)
-        Their joints [m].
-    lines : sequence of ndarray, shape (frames, points, 2)
-        What is drawn; what does not move may have one frame [m].
-    others : ndarray, shape (frames, joints, 2)
-        Joints without a name [m].
-    region : (ndarray, ndarray)
-        Lower left and upper right corner of what is drawn [m].
-    longer : float
-        Longer side of the region as it is drawn [pt].
-    looks : int
-        Most instants: the first, the last, and those in between.
-
-    Returns
-    -------
-    ndarray, shape (instants, names, 2)
-        [pt]
+    Shapes: `joints` (frames, names, 2) [m], `lines` (frames, points, 2) [m], `others` (frames, joints, 2) [m]; returns
+    (instants, names, 2) [pt].
     """
     chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
     scale = longer / float(np.max(region[1] - region[0]))

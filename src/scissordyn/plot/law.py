@@ -36,8 +36,6 @@ from scissordyn.plot.style import (
 )
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["JOINT", "FreeMass", "draw_gallery", "draw_law"]
-
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 """The default joint: that of `Clearance`, with c = 0.5 mm."""
 
@@ -57,18 +55,10 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
 
 @dataclass(frozen=True)
 class FreeMass:
-    """The free mass of the impact of a law.
+    """The free mass of the impact of a law."""
 
-    Parameters
-    ----------
-    mass : float
-        Of the free body [kg].
-    speed : float
-        Of the impact [m/s].
-    """
-
-    mass: float = 5.0
-    speed: float = 0.5
+    mass: float = 5.0  # Of the free body [kg]
+    speed: float = 0.5  # Of the impact [m/s]
 
 
 def _loop(axes: Axes, history: Impact, force: Scale, length: Scale, **look: Any) -> None:
@@ -125,20 +115,6 @@ def draw_law(
 
     An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
     beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
-
-    Parameters
-    ----------
-    law : elastic, damping or friction law
-    axes : Axes or iterable of Axes, optional
-        One Axes, two for friction; a new figure if not given.
-    joint : JointContact
-        The joint of the law.
-    free_mass : FreeMass, optional
-        The impact.
-
-    Returns
-    -------
-    list of Axes
     """
     chosen = free_mass or FreeMass()
     if isinstance(law, Friction):
@@ -157,21 +133,7 @@ def _soft(law: type[Any]) -> Any:
 
 
 def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None) -> list[Axes]:
-    """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5.
-
-    Parameters
-    ----------
-    axes : iterable of Axes, optional
-        Three Axes; a new figure if not given.
-    joint : JointContact
-        The joint of the laws.
-    free_mass : FreeMass, optional
-        The impact.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5."""
     chosen = free_mass or FreeMass()
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (

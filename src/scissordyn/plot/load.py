@@ -10,8 +10,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.payload import panel_ends, payload_points
 from scissordyn.run.placement import Placement
 
-__all__ = ["Load", "loads"]
-
 SQUARE = 1.5
 """Half the side of a payload, in sizes of a block."""
 
@@ -21,36 +19,15 @@ BAND = 0.55
 
 @dataclass(frozen=True)
 class Load:
-    """The outline of a payload or of a panel.
-
-    Parameters
-    ----------
-    name : str
-    kind : {"payload", "panel"}
-    corners : ndarray, shape (samples, 4, 2)
-        [m]
-    """
+    """The outline of a payload or of a panel."""
 
     name: str
     kind: str
-    corners: np.ndarray
+    corners: np.ndarray  # (samples, 4, 2) [m]
 
 
 def loads(mechanism: Mechanism, placement: Placement, size: float) -> list[Load]:
-    """The payloads and panels of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    placement : Placement
-    size : float
-        Of a block [m].
-
-    Returns
-    -------
-    list of Load
-        Panels first.
-    """
+    """The payloads and panels of a mechanism."""
     square = placement.vectors(SQUARE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
     panels, payloads = [], []
     for body in mechanism.bodies:

@@ -17,8 +17,6 @@ from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import Canvas, dress, figure_size, legend, panels, small
 from scissordyn.run.placement import Placement
 
-__all__ = ["frequencies", "oscillation", "shapes"]
-
 AMPLITUDE = 0.06
 """Largest displacement of a drawn mode, as a fraction of the mechanism's longer side."""
 
@@ -27,24 +25,7 @@ PERIODS, FRAMES = 2, 100
 
 
 def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
-    """Natural frequencies over what the first drive holds.
-
-    Parameters
-    ----------
-    found : Dataset
-        From `modes` with `times`.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        If the modes are those of one position.
-    """
+    """Natural frequencies over what the first drive holds."""
     if "time" not in found.dims or found.sizes["time"] < 2:
         raise InputError("frequencies of one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])")
     drawn = panels(axes, 1, size=(7.0, 4.5))[0]
@@ -64,20 +45,7 @@ def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
 
 
 def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[Axes]:
-    """The first modes, each at its largest displacement on both sides.
-
-    Parameters
-    ----------
-    found : Dataset
-        From `modes`; along a motion the first position is drawn.
-    mechanism : Mechanism
-    count : int
-        Number of modes at most.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """The first modes, each at its largest displacement on both sides."""
     here, still = found.isel(time=0) if "time" in found.dims else found, mechanism.ideal()
     modes = here["mode"].values[:count].tolist()
     drawn = [oscillation(here, still, mode, frames=5, periods=1) for mode in modes]
@@ -107,28 +75,7 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
 def oscillation(
     found: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FRAMES, periods: int = PERIODS
 ) -> xr.Dataset:
-    """A mode as a motion: what pictures and films need of a run.
-
-    Parameters
-    ----------
-    found : Dataset
-        From `modes` at one position.
-    mechanism : Mechanism
-        With ideal joints.
-    mode : int
-        Its number, from 1.
-    frames, periods : int
-
-    Returns
-    -------
-    Dataset
-        `position` and `angle` over `time` in periods of the mode; the largest displacement is a part of the mechanism's size.
-
-    Raises
-    ------
-    InputError
-        If there is no such mode.
-    """
+    """A mode as a motion: what pictures and films need of a run."""
     if mode not in found["mode"].values:
         raise InputError(f"mode {mode}", f"1 to {found.sizes['mode']}", "count=20")
     one = found.sel(mode=mode)

@@ -11,8 +11,6 @@ from matplotlib.axes import Axes
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels
 
-__all__ = ["torque_speed"]
-
 RPM = Scale(30.0 / math.pi, "rpm")
 
 ROUND = 1.15
@@ -26,21 +24,7 @@ def torque_speed(
     torques: np.ndarray | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Torque over speed of a drive, an actuator or a motor.
-
-    Parameters
-    ----------
-    needed : Dataset
-        Of `analysis.motor.torque_over_speed`.
-    speeds, torques : ndarray, optional
-        Of a motor at the joint [rad/s], [N m].
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Torque over speed of a drive, an actuator or a motor."""
     (one,) = panels(axes, 1, size=(5.4, 4.2))
     scale = engineering("N m", needed["torque"].values, *(() if torques is None else (torques,)))
     speed, torque = RPM.factor * needed["speed"].values, scale.factor * needed["torque"].values

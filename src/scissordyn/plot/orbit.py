@@ -26,8 +26,6 @@ from scissordyn.plot.style import (
 )
 from scissordyn.plot.window import window
 
-__all__ = ["orbit"]
-
 COLUMNS, LEAST = 3, 1.7
 """Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]."""
 

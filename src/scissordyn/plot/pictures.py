@@ -24,8 +24,6 @@ from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import track
 
-__all__ = ["Pictures"]
-
 Arguments = ParamSpec("Arguments")
 
 

@@ -10,8 +10,6 @@ from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
 
-__all__ = ["Corners", "corners_of", "outline", "outlines", "ring_size", "upright"]
-
 MARGIN = 0.1
 """Around a mechanism, as a fraction of its longer side."""
 
@@ -45,14 +43,7 @@ def corners_of(placement: Placement) -> Corners:
 def ring_size(joints: np.ndarray, scale: float, largest: float) -> float:
     """Diameter of the rings around joints, so that bars are seen between them [pt].
 
-    Parameters
-    ----------
-    joints : ndarray, shape (frames, joints, 2)
-        Their places [m]; the frame in the middle of crowded and spread ones counts.
-    scale : float
-        [pt/m]
-    largest : float
-        Where there is room [pt].
+    Shapes: `joints` (frames, joints, 2) [m].
     """
     apart = np.linalg.norm(joints[:, :, None] - joints[:, None], axis=-1)
     apart[apart <= TOGETHER * np.max(apart, initial=0.0)] = np.inf
@@ -61,17 +52,7 @@ def ring_size(joints: np.ndarray, scale: float, largest: float) -> float:
 
 
 def upright(mechanism: Mechanism) -> int:
-    """Quarter turns, counter-clockwise, after which gravity points downwards; none without gravity or where it is oblique.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    int
-        0 to 3.
-    """
+    """Quarter turns, counter-clockwise, after which gravity points downwards; none without gravity or where it is oblique."""
     if mechanism.gravity == 0.0:
         return 0
     turns = (-0.5 * math.pi - mechanism.gravity_direction) / (0.5 * math.pi)
@@ -81,14 +62,7 @@ def upright(mechanism: Mechanism) -> int:
 def outline(body: Body) -> np.ndarray:
     """The outline of a body in its own frame: the line between its extreme points, or the polygon around them.
 
-    Parameters
-    ----------
-    body : Body
-
-    Returns
-    -------
-    ndarray, shape (points, 2)
-        One point for a point mass, two for a bar, more for a body whose points are not in a line.
+    Shapes: returns (points, 2).
     """
     local = np.array([*dict.fromkeys(body.points.values())] or [body.centre], float)
     if len(local) < 3:

@@ -24,8 +24,6 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERM
 from scissordyn.run.placement import Placement
 from scissordyn.run.simulate import simulate
 
-__all__ = ["preview", "preview_svg"]
-
 INSTANT = 1e-9
 """A run of this length gives the assembled position [s]."""
 
@@ -94,16 +92,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
 
 
 def preview_svg(mechanism: Mechanism) -> str:
-    """The preview of a mechanism as the text of an SVG file.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    str
-    """
+    """The preview of a mechanism as the text of an SVG file."""
     figure = preview(mechanism).get_figure(root=True)
     assert figure is not None
     return svg(figure)
@@ -118,13 +107,7 @@ def _size(span: np.ndarray, names: int) -> tuple[float, float]:
 
 
 class _Drawing:
-    """What is drawn of a mechanism, and where.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    run : Dataset
-    """
+    """What is drawn of a mechanism, and where."""
 
     def __init__(self, mechanism: Mechanism, run: xr.Dataset) -> None:
         self.mechanism = mechanism

@@ -10,8 +10,6 @@ import matplotlib as mpl
 
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["STYLES", "style"]
-
 STYLES: Mapping[str, Mapping[str, Any]] = {
     "screen": {"figure.figsize": mpl.rcParamsDefault["figure.figsize"], "font.size": mpl.rcParamsDefault["font.size"]},
     "single-column": {"figure.figsize": (3.54, 2.6), "font.size": 8.75},

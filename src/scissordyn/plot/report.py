@@ -25,8 +25,6 @@ from scissordyn.plot.torque import torque
 from scissordyn.plot.track import has_tracks, track
 from scissordyn.run.joints import clearance_joints
 
-__all__ = ["KINDS", "check_kinds", "draw_all"]
-
 KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure", "bending")
 """All pictures, in order."""
 
@@ -42,12 +40,7 @@ NEEDS = {
 
 
 def check_kinds(only: Sequence[str] | None) -> None:
-    """Raise `InputError` for a kind of picture that there is not.
-
-    Parameters
-    ----------
-    only : sequence of str or None
-    """
+    """Raise `InputError` for a kind of picture that there is not."""
     for kind in only or ():
         if kind not in KINDS:
             raise InputError(f"picture '{kind}'{did_you_mean(kind, KINDS)}", ", ".join(KINDS), "--only force,orbit")
@@ -70,37 +63,6 @@ def draw_all(
 
     Track needs a tracked point, force a clearance joint or guide, orbit a revolute clearance joint, torque a drive, an actuator
     or a motor, structure a mechanism. Nothing is written before all are drawn.
-
-    Parameters
-    ----------
-    run : Dataset
-    ideal : Dataset or None
-        The run of the ideal mechanism, drawn dashed.
-    folder : path
-        Target folder; created if missing.
-    mechanism : Mechanism or None
-        The one that was run.
-    format : {"png", "svg", "pdf"}
-    only : sequence of str, optional
-        Some of `KINDS`; every one that the run has data for if not given.
-    joints : sequence of str, optional
-        The clearance joints of force, orbit and structure; those with the largest forces if not given.
-    magnify : float
-        Factor of the deflections of bars that bend in the picture of the structure.
-    bars : str, optional
-        What is drawn on them there, as of `structure`.
-    envelope : bool
-        Whether the picture of bending has the largest values of the run, as of `bending`.
-
-    Returns
-    -------
-    list of Path
-
-    Raises
-    ------
-    InputError
-        If the format or a kind is another one, the run has no data for a kind that is named, a named joint has no clearance, or
-        the folder cannot be written.
     """
     check_format(format)
     check_kinds(only)

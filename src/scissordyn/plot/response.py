@@ -12,8 +12,6 @@ from scissordyn.plot.style import Canvas, legend, literal, normal, panels
 from scissordyn.plot.window import window
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
-__all__ = ["DEFAULT_BODY", "response"]
-
 DEFAULT_BODY = "unit 1/bar 2"
 
 SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), ("slider_acceleration", "acceleration"))

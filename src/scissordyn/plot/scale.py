@@ -14,8 +14,6 @@ from scissordyn.numeral import numerals
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["DEGREES", "Scale", "engineering", "scale_of"]
-
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 PREFIXED = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
@@ -26,21 +24,11 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class Scale:
-    """Display scale of numbers in SI units.
+    """Display scale of numbers in SI units."""
 
-    Parameters
-    ----------
-    factor : float
-        Shown number per number in SI units.
-    unit : str
-        Unit of the shown numbers; "" for pure numbers.
-    labels : tuple of str
-        Names that are shown in place of the numbers 0, 1, ...
-    """
-
-    factor: float
-    unit: str
-    labels: tuple[str, ...] = ()
+    factor: float  # Shown number per number in SI units
+    unit: str  # Unit of the shown numbers; "" for pure numbers
+    labels: tuple[str, ...] = ()  # Names that are shown in place of the numbers 0, 1,
 
     def label(self, quantity: str) -> str:
         """A quantity with its unit, for an axis."""
@@ -71,21 +59,7 @@ DEGREES = Scale(180.0 / math.pi, "deg")
 
 
 def engineering(unit: str, *values: ArrayLike) -> Scale:
-    """The engineering scale of the largest of the values.
-
-    Parameters
-    ----------
-    unit : str
-        SI unit of the values, such as "N m" or "rad/s^2".
-    *values : array_like
-        Values to be shown together; those not finite are ignored.
-
-    Returns
-    -------
-    Scale
-        A prefix with which the largest value is between 1 and 1000, of a length or a time between 0.1 and 100: 150 kN, but
-        0.5 mm and 0.15 s. Where the unit takes no prefix, a power of ten for values outside 0.001 to 10000.
-    """
+    """The engineering scale of the largest of the values."""
     parts = [np.abs(np.asarray(part, float)) for part in values]
     largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
     # the next float below a limit counts as the limit, so that round-off does not choose the prefix
@@ -109,18 +83,7 @@ def _printed(unit: str) -> str:
 
 
 def scale_of(values: xr.DataArray) -> Scale:
-    """The scale of a variable: of the unit in which the user wrote it, degrees of an angle, an engineering one of all others.
-
-    Parameters
-    ----------
-    values : DataArray
-        With its SI unit as the attribute `units`; `shown_unit` and `shown_scale`, such a unit in SI, if the user chose one;
-        `labels` of names.
-
-    Returns
-    -------
-    Scale
-    """
+    """The scale of a variable: the unit in which the user wrote it, degrees of an angle, an engineering one otherwise."""
     if "labels" in values.attrs:
         return Scale(1.0, "", tuple(values.attrs["labels"]))
     if values.attrs.get("shown_unit"):

@@ -20,23 +20,6 @@ if TYPE_CHECKING:
 
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = [
-    "BEYOND",
-    "MOST_JOINTS",
-    "Joints",
-    "chosen_joints",
-    "clearance_pins",
-    "compare",
-    "finish",
-    "largest_forces",
-    "mechanism_of",
-    "names_of",
-    "note_more",
-    "predictability_horizon",
-    "time_scale",
-    "write_more",
-]
-
 Joints: TypeAlias = "str | Sequence[str] | None"
 """One joint, several, or those that a picture chooses."""
 
@@ -47,45 +30,18 @@ MOST_JOINTS = 6
 
 
 def time_scale(run: xr.Dataset) -> Scale:
-    """The scale of a run's time axis.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    Scale
-    """
+    """The scale of a run's time axis."""
     return engineering("s", run["time"].values)
 
 
 def predictability_horizon(run: xr.Dataset) -> float | None:
-    """The predictability horizon of a run [s]; None if it is the end or was not computed.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    float or None
-    """
+    """The predictability horizon of a run [s]; None if it is the end or was not computed."""
     until = float(run.attrs.get("trusted_until", math.nan))
     return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
 
 
 def clearance_pins(run: xr.Dataset) -> list[str]:
-    """Names of the clearance joints whose journal moves in a bearing, without the contact points of guides.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-    """
+    """Names of the clearance joints whose journal moves in a bearing, without the contact points of guides."""
     plane = set(run["joint"].values[run["plane_contact"].values].astype(str)) if "plane_contact" in run else set()
     return [name for name in clearance_joints(run) if name not in plane]
 
@@ -103,22 +59,7 @@ def names_of(joint: str | Sequence[str]) -> list[str]:
 
 
 def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
-    """The clearance joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
-
-    Parameters
-    ----------
-    run : Dataset
-    joint : str or sequence of str, optional
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    InputError
-        If no joint has clearance, or a named one has none.
-    """
+    """The clearance joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order."""
     names = some_clearance_joints(run)
     if joint is not None:
         for name in names_of(joint):
@@ -131,16 +72,7 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
 
 
 def largest_forces(run: xr.Dataset) -> dict[str, float]:
-    """The largest normal force of each clearance joint [N], of oiled ones with the film, between samples too.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """The largest normal force of each clearance joint [N], of oiled ones with the film, between samples too."""
     names = clearance_joints(run)
     found = {name: float(np.max(run["normal_force"].sel(joint=name).values)) for name in names}
     if "contact_joint" in run:
@@ -154,28 +86,14 @@ def largest_forces(run: xr.Dataset) -> dict[str, float]:
 
 
 def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> None:
-    """Say below a figure how many clearance joints it leaves out.
-
-    Parameters
-    ----------
-    axes : sequence of Axes
-    run : Dataset
-    chosen : sequence of str
-        The clearance joints that are drawn.
-    """
+    """Say below a figure how many clearance joints it leaves out."""
     figure = axes[0].get_figure(root=True)
     if figure is not None:
         write_more(figure, len(set(clearance_joints(run)) - set(chosen)))
 
 
 def write_more(figure: Figure, more: int) -> None:
-    """Say below a figure that so many more clearance joints have smaller forces; nothing if there are none.
-
-    Parameters
-    ----------
-    figure : Figure
-    more : int
-    """
+    """Say below a figure that so many more clearance joints have smaller forces; nothing if there are none."""
     if more:
         said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
         figure.supxlabel(said, fontsize=small(), color=GREY)
@@ -192,26 +110,7 @@ def compare(
     color: str = BLUE,
     labels: tuple[str, str] = ("with clearance", "ideal joints"),
 ) -> Scale:
-    """Draw one quantity over time, beside the ideal mechanism's.
-
-    Parameters
-    ----------
-    axes : Axes
-    name : str
-        The quantity, for the axis label.
-    run, ideal : DataArray
-        Along "time", with the attribute `units`.
-    scale : Scale, optional
-        The engineering scale of both if not given.
-    time : Scale
-    color : str
-    labels : (str, str)
-
-    Returns
-    -------
-    Scale
-        The one used.
-    """
+    """Draw one quantity over time, beside the ideal mechanism's."""
     both = [run] if ideal is None else [run, ideal]
     chosen = scale or engineering(run.attrs["units"], *(part.values for part in both))
     axes.plot(time.factor * run["time"].values, chosen.factor * run.values, color=color, linewidth=LINE, label=labels[0])
@@ -225,14 +124,6 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
     """Label the time axes, keep constants level, and shade the time beyond the predictability horizon, labelled once.
 
     Labels that are longer than their axes are broken into lines.
-
-    Parameters
-    ----------
-    axes : sequence of Axes
-    run : Dataset
-    time : Scale
-    bottom : sequence of Axes, optional
-        Axes with the label "time"; the last one if not given.
     """
     first, last = time.factor * run["time"].values[[0, -1]]
     until = predictability_horizon(run)

@@ -11,48 +11,24 @@ import xarray as xr
 from scissordyn.plot.contact import with_instants
 from scissordyn.run.summary import actuator_limits
 
-__all__ = ["TorqueSource", "torque_sources"]
-
 OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
 """Variables along the dimension of their sources, with those of their largest values."""
 
 
 @dataclass(frozen=True)
 class TorqueSource:
-    """A torque over time.
-
-    Parameters
-    ----------
-    name : str
-    variable, part : str, int
-        Where it stands in a run.
-    curve : DataArray
-        Along "time" [N m], with its located maximum between the samples.
-    peak : (float, float), optional
-        Instant [s] and value [N m] of the largest magnitude, where the run has it.
-    limit : float, optional
-        Largest torque in either sense [N m], where there is one.
-    """
+    """A torque over time."""
 
     name: str
-    variable: str
+    variable: str  # Where it stands in a run
     part: int
-    curve: xr.DataArray
-    peak: tuple[float, float] | None = None
-    limit: float | None = None
+    curve: xr.DataArray  # Along "time" [N m], with its located maximum between the samples
+    peak: tuple[float, float] | None = None  # Instant [s] and value [N m] of the largest magnitude, where the run has it
+    limit: float | None = None  # Largest torque in either sense [N m], where there is one
 
 
 def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
-    """The torques of drives, actuators and motors, in this order.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of TorqueSource
-    """
+    """The torques of drives, actuators and motors, in this order."""
     found = []
     drives = run.sizes.get("drive", 1) if "drive_torque" in run else 0
     for k in range(drives):

@@ -58,8 +58,6 @@ from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.joints import clearance_joints
 from scissordyn.run.placement import Placement
 
-__all__ = ["draw_mechanism", "fit_rings", "magnified", "snapshot", "structure"]
-
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
 
@@ -182,22 +180,7 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
 
 
 def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
-    """The mechanism at one sample: bars, pins, guides, components by their symbols, and ground; clearance joints ringed.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-    sample : int
-        Index along "time".
-    axes : Axes
-    corners : (ndarray, ndarray), optional
-        Lower left and upper right corner of the visible region [m]; around the mechanism if not given.
-
-    Returns
-    -------
-    Axes
-    """
+    """The mechanism at one sample: bars, pins, guides, components by their symbols, and ground; clearance joints ringed."""
     labels = draw_mechanism(run, mechanism, sample, axes=axes, corners=corners)
     fit_rings([axes])
     write_labels(axes, labels)
@@ -213,25 +196,7 @@ def draw_mechanism(
     corners: Corners | None = None,
     diagram: Diagram | None = None,
 ) -> list[Label]:
-    """Draw the mechanism at one sample without names.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-    sample : int
-        Index along "time".
-    axes : Axes
-    corners : (ndarray, ndarray), optional
-        Lower left and upper right corner of the visible region [m]; around the mechanism if not given.
-    diagram : Diagram, optional
-        What is drawn on bars that bend, of all samples.
-
-    Returns
-    -------
-    list of Label
-        Names of clearance guides, components and clearance joints.
-    """
+    """Draw the mechanism at one sample without names."""
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
     placed = Placement.at(mechanism, run, [sample], turns=upright(mechanism))
@@ -290,26 +255,7 @@ def _joints(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) ->
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
-    """A clearance joint or guide at one sample, with magnified clearance: journal and bearing, or block and channel.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-    sample : int
-        Index along "time".
-    joint : str
-    axes : Axes
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        If the joint has no clearance.
-    """
+    """A clearance joint or guide at one sample, with magnified clearance: journal and bearing, or block and channel."""
     if joint in guides_of(mechanism, (point.name for point in mechanism.contact_points)):
         return channel(run, mechanism, sample, joint, axes=axes)
     chosen_joints(run, [joint])
@@ -356,13 +302,7 @@ def _points_per_metre(axes: Axes, corners: Corners) -> float:
 
 
 def fit_rings(drawn: Sequence[Axes]) -> None:
-    """Size the rings around clearance joints, alike in all drawings of a figure, for the scale that its layout gives them.
-
-    Parameters
-    ----------
-    drawn : sequence of Axes
-        Of `draw_mechanism`, with limits that are final.
-    """
+    """Size the rings around clearance joints, alike in all drawings of a figure, for the scale that its layout gives them."""
     rings = [[line for line in axes.lines if line.get_gid() == RINGED] for axes in drawn]
     figure = drawn[0].get_figure(root=True)
     if not any(rings) or figure is None:

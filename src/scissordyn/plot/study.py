@@ -23,8 +23,6 @@ from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, Ca
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
-
 LONGEST = 84
 """Characters of a line of a label beside a bar; longer labels take several lines."""
 
@@ -89,34 +87,7 @@ def feasibility_map(
     bounds: Sequence[Bound] = (),
     axes: Canvas = None,
 ) -> list[Axes]:
-    """A response, or the fraction of cases that meet the requirements, over two factors.
-
-    Parameters
-    ----------
-    points : Dataset
-        Of `study.answer.by_point`.
-    x, y : str
-        Factors; the first two if not given. Over further factors of a grid the mean is drawn.
-    colour : str
-        "met", or a response of it.
-    limit : float, optional
-        A contour is drawn at this value, on a grid.
-    field : Field, optional
-        The response between points that are no grid, drawn under them.
-    bounds : sequence of Bound
-        Requirements whose lines are drawn over points that are no grid.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-
-    Raises
-    ------
-    InputError
-        If there are no two factors.
-    """
+    """A response, or the fraction of cases that meet the requirements, over two factors."""
     names = _factors(points)
     if len(names) < 2:
         raise InputError(f"a map over {len(names)} factors", "two factors or more")
@@ -232,21 +203,7 @@ def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.n
 
 
 def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = None, axes: Canvas = None) -> list[Axes]:
-    """Each response over each factor: all points, and median and middle 80 % over the other factors.
-
-    Parameters
-    ----------
-    points : Dataset
-        Of `study.answer.by_point`.
-    limits : dict of str to float, optional
-        Bounds of requirements, by response.
-    axes : Axes, optional
-        One for each response and factor, response by response; a new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Each response over each factor: all points, and median and middle 80 % over the other factors."""
     factors = _factors(points)
     names = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     if not factors or not names:
@@ -328,19 +285,7 @@ def _binned(x: np.ndarray, values: np.ndarray, *, each: bool) -> tuple[np.ndarra
 
 
 def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> list[Axes]:
-    """Sobol indices or Morris's mean effects of each factor, with 95 % intervals.
-
-    Parameters
-    ----------
-    indices : dict of str to Dataset
-        Of `study.indices.sensitivity`.
-    axes : Axes, optional
-        One for each response; a new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Sobol indices or Morris's mean effects of each factor, with 95 % intervals."""
     if not indices:
         raise InputError("no indices", "a Saltelli or Morris design")
     factors = next(iter(indices.values()))["factor"].values
@@ -368,18 +313,7 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
 def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np.ndarray, *, axes: Canvas = None) -> list[Axes]:
     """The fraction of a study's range that meets each requirement, with its 95 % interval.
 
-    Parameters
-    ----------
-    labels : sequence of str
-    fractions : ndarray, shape (n,)
-    intervals : ndarray, shape (n, 2)
-        NaN where there is none.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
+    Shapes: `fractions` (n,), `intervals` (n, 2).
     """
     lines = [wrap(label, LONGEST) or [""] for label in labels]
     # inches of the bars, and of the characters beside them
@@ -400,23 +334,7 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
 def pareto_front(
     tried: xr.Dataset, goals: tuple[str, str], *, confirmed: pd.DataFrame | None = None, axes: Canvas = None
 ) -> list[Axes]:
-    """All points that were tried, and the front of those that no other point beats in both goals.
-
-    Parameters
-    ----------
-    tried : Dataset
-        The `points` of `study.optimise.candidates`.
-    goals : (str, str)
-        Variables of it.
-    confirmed : DataFrame, optional
-        Of `study.fidelity.confirmed`: points that were run accurately too, each with a line from its cheap values.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """All points that were tried, and the front of those that no other point beats in both goals."""
     (one,) = panels(axes, 1, size=(5.0, 3.8))
     signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
     scales = [scale_of(tried[goal]) for goal in goals]

@@ -14,8 +14,6 @@ from matplotlib.patches import Patch
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, literal, small
 
-__all__ = ["Bound", "Field", "draw_bounds", "draw_field", "note_error"]
-
 TWO_SIDED = 1.96
 """Standard deviations of a 95 % interval."""
 
@@ -27,61 +25,27 @@ COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
 @dataclass(frozen=True)
 class Field:
-    """A response over two numbers, in SI.
+    """A response over two numbers, in SI."""
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (n,), (m,)
-    mean : ndarray, shape (m, n)
-    deviation : ndarray, shape (m, n)
-        Standard deviation of the prediction.
-    spread : float
-        Standard deviation of the response over all points.
-    error : float
-        Of points left out, as a fraction of the mean response.
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    mean: np.ndarray
-    deviation: np.ndarray
-    spread: float
-    error: float
+    x: np.ndarray  # (n,)
+    y: np.ndarray  # (n,)
+    mean: np.ndarray  # (m, n)
+    deviation: np.ndarray  # (m, n) Standard deviation of the prediction
+    spread: float  # Standard deviation of the response over all points
+    error: float  # Of points left out, as a fraction of the mean response
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A requirement on a response with a field.
-
-    Parameters
-    ----------
-    label : str
-    field : Field
-    value : float
-        In SI.
-    """
+    """A requirement on a response with a field."""
 
     label: str
     field: Field
-    value: float
+    value: float  # In SI
 
 
 def draw_field(axes: Axes, field: Field, scales: tuple[Scale, Scale, Scale], look: dict[str, Any]) -> Any:
-    """The field in colour, paler where it is uncertain.
-
-    Parameters
-    ----------
-    axes : Axes
-    field : Field
-    scales : (Scale, Scale, Scale)
-        Of x, y and the response.
-    look : dict
-        Colours, as for the points.
-
-    Returns
-    -------
-    QuadMesh
-    """
+    """The field in colour, paler where it is uncertain."""
     x, y = field.x * scales[0].factor, field.y * scales[1].factor
     drawn = axes.pcolormesh(x, y, field.mean * scales[2].factor, shading="nearest", zorder=0.5, **look)
     veil = VEIL * np.clip(field.deviation / max(field.spread, 1e-300), 0.0, 1.0)
@@ -92,20 +56,7 @@ def draw_field(axes: Axes, field: Field, scales: tuple[Scale, Scale, Scale], loo
 
 
 def draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]) -> list[Line2D | Patch]:
-    """Lines at which requirements are met, hatched where it is uncertain on which side of them a point is.
-
-    Parameters
-    ----------
-    axes : Axes
-    bounds : sequence of Bound
-    scales : (Scale, Scale)
-        Of x and y.
-
-    Returns
-    -------
-    list of artists
-        For a legend.
-    """
+    """Lines at which requirements are met, hatched where it is uncertain on which side of them a point is."""
     shown: list[Line2D | Patch] = []
     hatched = False
     for k, bound in enumerate(bounds):
@@ -125,13 +76,6 @@ def draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale]
 
 
 def note_error(axes: Axes, error: float) -> None:
-    """Say how well the field predicts points that it has not seen.
-
-    Parameters
-    ----------
-    axes : Axes
-    error : float
-        As a fraction of the mean response.
-    """
+    """Say how well the field predicts points that it has not seen."""
     text = literal(f"kriging between the points: {error:.1%} error at points left out; pale is uncertain")
     axes.set_title(text, loc="left", fontsize=small())

@@ -14,30 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.legend import Legend
 
-__all__ = [
-    "BLACK",
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "IDEAL",
-    "LIGHT",
-    "LINE",
-    "ORANGE",
-    "PURPLE",
-    "SKY",
-    "VERMILION",
-    "Canvas",
-    "dress",
-    "figure_size",
-    "in_lines",
-    "label_axes",
-    "legend",
-    "literal",
-    "normal",
-    "panels",
-    "small",
-]
-
 # Colours that are distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
 BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
@@ -86,18 +62,7 @@ Canvas: TypeAlias = "Axes | Iterable[Axes] | None"
 
 
 def literal(name: str) -> str:
-    r"""A name of the user's as text of a picture: no sign of it begins a formula, and control characters are made visible.
-
-    Parameters
-    ----------
-    name : str
-        May hold any character.
-
-    Returns
-    -------
-    str
-        With "\$" in place of "$", which matplotlib draws as "$"; where LaTeX sets the letters, as it writes the name.
-    """
+    r"""A name of the user's as text of a picture: no sign of it begins a formula, and control characters are made visible."""
     from matplotlib import rcParams
 
     shown = printable(name)
@@ -128,39 +93,13 @@ def _letters(parameter: str, fraction: float) -> float:
 
 
 def in_lines(text: str, inches: float, letters: float) -> str:
-    """A text in as many lines as it takes to keep within a width.
-
-    Parameters
-    ----------
-    text : str
-    inches : float
-        The width.
-    letters : float
-        Their size [pt].
-
-    Returns
-    -------
-    str
-    """
+    """A text in as many lines as it takes to keep within a width."""
     fitting = int(inches * 72.0 / (LETTER * letters))
     return text if len(text) <= fitting else "\n".join(wrap(text, max(fitting, SHORTEST), break_long_words=False))
 
 
 def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, float]:
-    """Width and height of a new figure: those of matplotlib's rcParams, where the user has changed them.
-
-    Parameters
-    ----------
-    width, height : float
-        Without such a change [inch].
-    rows : int
-        Rows of panels. Of one row the height is the user's as well; several keep about the shape of their panels.
-
-    Returns
-    -------
-    width, height : float
-        [inch]
-    """
+    """Width and height of a new figure: those of matplotlib's rcParams, where the user has changed them."""
     from matplotlib import rcParams, rcParamsDefault
 
     given = list(rcParams["figure.figsize"])
@@ -189,12 +128,7 @@ def label_axes(axes: Axes, turns: int) -> None:
 
 
 def dress(axes: Axes) -> None:
-    """Apply the style of the package to Axes.
-
-    Parameters
-    ----------
-    axes : Axes
-    """
+    """Apply the style of the package to Axes."""
     axes.grid(visible=True, color=LIGHT, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.tick_params(labelsize=small(), color=GREY, labelcolor=BLACK, width=0.6, length=3.0)
@@ -214,29 +148,7 @@ def panels(
     ratios: Sequence[float] | None = None,
     share: bool = True,
 ) -> list[Axes]:
-    """The Axes to draw on, in the style of the package: those given, or the panels of a new figure.
-
-    Parameters
-    ----------
-    canvas : Axes, iterable of Axes or None
-    rows, columns : int
-        Number of rows and columns; given Axes are taken row by row.
-    size : (float, float)
-        Width and height of a new figure [inch], unless the user has chosen others, see `figure_size`.
-    ratios : sequence of float, optional
-        Relative heights of the rows of a new figure.
-    share : bool
-        Whether the panels of a column of a new figure share their x axis.
-
-    Returns
-    -------
-    list of Axes
-
-    Raises
-    ------
-    InputError
-        If Axes are given, but not as many as there are panels.
-    """
+    """The Axes to draw on, in the style of the package: those given, or the panels of a new figure."""
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -255,21 +167,7 @@ def panels(
 
 
 def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
-    """A legend of all labelled artists, each label once.
-
-    Parameters
-    ----------
-    axes : sequence of Axes
-        Axes of the artists.
-    above : bool
-        Whether it is across the top of the figure; otherwise to the right of the first Axes. It is at the top as well where the
-        Axes are narrow; where others share their figure it is above the Axes, or inside them in a figure without a layout.
-
-    Returns
-    -------
-    Legend or None
-        None if nothing has a label.
-    """
+    """A legend of all labelled artists, each label once."""
     found: dict[str, Artist] = {}
     for one in axes:
         for handle, label in zip(*one.get_legend_handles_labels(), strict=True):

@@ -16,31 +16,18 @@ from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
 
-__all__ = ["Symbol", "cross_sections", "symbols"]
-
 RING = 0.4
 """By how much of the first one's radius each further symbol at the same hinge is larger."""
 
 
 @dataclass(frozen=True)
 class Symbol:
-    """The lines of a component.
-
-    Parameters
-    ----------
-    name : str
-    kind : str
-        The symbol.
-    strokes : tuple of ndarray, each of shape (samples, points, 2)
-        In the fixed frame [m].
-    anchor : ndarray, shape (samples, 2)
-        Where its name belongs [m].
-    """
+    """The lines of a component."""
 
     name: str
-    kind: str
-    strokes: Strokes
-    anchor: np.ndarray
+    kind: str  # The symbol
+    strokes: Strokes  # (samples, points, 2) In the fixed frame [m]
+    anchor: np.ndarray  # (samples, 2) Where its name belongs [m]
 
     @property
     def bar(self) -> str:
@@ -92,23 +79,7 @@ def cross_sections(mechanism: Mechanism) -> frozenset[str]:
 
 
 def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:
-    """The symbols of all components of a mechanism.
-
-    Parameters
-    ----------
-    run : Dataset
-        For the direction of forces.
-    mechanism : Mechanism
-    placement : Placement
-        At the same samples.
-    samples : index along "time"
-    size : float
-        Radius of a symbol [m].
-
-    Returns
-    -------
-    list of Symbol
-    """
+    """The symbols of all components of a mechanism."""
     scene = _Scene(run, mechanism, placement, samples, size)
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.latches, *mechanism.rods)
     found: list[Symbol] = []

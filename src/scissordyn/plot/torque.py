@@ -16,8 +16,6 @@ from scissordyn.plot.style import BLACK, ORANGE, VERMILION, Canvas, legend, lite
 from scissordyn.plot.window import window
 from scissordyn.run.summary import at_limit
 
-__all__ = ["torque"]
-
 
 def torque(
     run: xr.Dataset,

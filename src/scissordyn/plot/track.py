@@ -16,20 +16,9 @@ from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, 
 from scissordyn.plot.window import window
 from scissordyn.run.summary import summary_of
 
-__all__ = ["has_tracks", "track"]
-
 
 def has_tracks(run: xr.Dataset) -> bool:
-    """Whether a run has the deviation of tracked points.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a run has the deviation of tracked points."""
     return "track_deviation" in run and run.sizes.get("track", 0) > 0
 
 

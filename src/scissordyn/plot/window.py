@@ -9,28 +9,9 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 
-__all__ = ["window"]
-
 
 def window(run: xr.Dataset, first: float | None = None, last: float | None = None) -> xr.Dataset:
-    """The samples, contacts and events of a run between two instants.
-
-    Parameters
-    ----------
-    run : Dataset
-    first, last : float, optional
-        [s]; the start and the end of the run if not given.
-
-    Returns
-    -------
-    Dataset
-        With the contacts that last at any instant in between.
-
-    Raises
-    ------
-    InputError
-        If fewer than two samples are in between.
-    """
+    """The samples, contacts and events of a run between two instants."""
     if first is None and last is None:
         return run
     begin, end = -math.inf if first is None else first, math.inf if last is None else last

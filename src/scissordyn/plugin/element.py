@@ -18,20 +18,6 @@ from scissordyn.plugin.origin import class_in, note_origin
 from scissordyn.plugin.pointer import Kernel, arguments_of, pointer_of
 from scissordyn.units import State, check_quantities, quantities
 
-__all__ = [
-    "PARAMETERS",
-    "SLOTS",
-    "Element",
-    "Part",
-    "Slot",
-    "addresses",
-    "element",
-    "element_class",
-    "is_ours",
-    "numbers",
-    "row_of",
-]
-
 PARAMETERS = 16
 """Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
 
@@ -41,34 +27,17 @@ ABSENT = "-0.0"
 
 @dataclass(frozen=True, eq=False)
 class Slot:
-    """Where elements of one kind act.
+    """Where elements of one kind act."""
 
-    Parameters
-    ----------
-    name : str
-        What the slot is called in a case file.
-    inputs : tuple of str
-        What a kernel may name, in the order of their row.
-    kernels : mapping of str to (int, str)
-        The kernels that an element may have, the one it acts through first: how many of the inputs each may name, and its
-        results: "force", one number and the rates of the states; "states"; or "number".
-    context : tuple of str
-        What a kernel may name beside, in the order of their row.
-    defaults : mapping of str to value
-        Of attributes that may be fields.
-    stateful : bool
-        Whether its elements may have internal states.
-    title : str
-        What messages call an element.
-    """
-
-    name: str
-    inputs: tuple[str, ...]
+    name: str  # What the slot is called in a case file
+    inputs: tuple[str, ...]  # What a kernel may name, in the order of their row
+    # The kernels that an element may have, the one it acts through first: how many of the inputs each may name, and its
+    # results: "force", one number and the rates of the states; "states"; or "number"
     kernels: Mapping[str, tuple[int, str]]
-    context: tuple[str, ...] = ()
-    defaults: Mapping[str, Any] = field(default_factory=dict)
-    stateful: bool = False
-    title: str = ""
+    context: tuple[str, ...] = ()  # What a kernel may name beside, in the order of their row
+    defaults: Mapping[str, Any] = field(default_factory=dict)  # Of attributes that may be fields
+    stateful: bool = False  # Whether its elements may have internal states
+    title: str = ""  # What messages call an element
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,20 +155,7 @@ def element(
 
 
 def element_class(slot: str, reference: str, folder: Path) -> tuple[Any, str]:
-    """The class of elements that ``"file.py:Class"`` names, or None for a function, and its absolute name.
-
-    Parameters
-    ----------
-    slot : str
-    reference : str
-    folder : Path
-        Where a relative file name starts.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or the class is no element of the slot.
-    """
+    """The class of elements that ``"file.py:Class"`` names, or None for a function, and its absolute name."""
     base = SLOTS[slot]
     found, name = class_in(base.slot.title, reference, folder)
     if found is not None and not (issubclass(found, base) and "declaration" in vars(found)):
@@ -263,18 +219,7 @@ def _targets(declared: Element, key: str, present: tuple[str, ...]) -> tuple[str
 
 
 def addresses(part: Any) -> Mapping[str, int]:
-    """Addresses of the kernels of an element, by name; 0 for one that it does not have.
-
-    Parameters
-    ----------
-    part : element
-        Or a class of elements.
-
-    Raises
-    ------
-    InputError
-        If a kernel cannot be compiled.
-    """
+    """Addresses of the kernels of an element, by name; 0 for one that it does not have."""
     states = getattr(part, "states", ())
     if not isinstance(states, tuple):  # of a class whose parts decide
         states = part.declaration.states
@@ -299,14 +244,7 @@ def _addresses(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]
 
 
 def row_of(part: Any, *joint: Any) -> np.ndarray:
-    """The numbers of an element as its kernels read them, shape (PARAMETERS,).
-
-    Parameters
-    ----------
-    part : element
-    *joint
-        The surfaces, for a law.
-    """
+    """The numbers of an element as its kernels read them, shape (PARAMETERS,)."""
     numbers, row = part.parameters(*joint), np.zeros(PARAMETERS)
     if len(numbers) != len(part.declaration.numbers):
         raise InputError(

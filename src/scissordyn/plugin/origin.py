@@ -7,8 +7,6 @@ from typing import Any
 
 from scissordyn.plugin.user_file import load_function, made_in, split_reference
 
-__all__ = ["class_in", "note_origin", "origin_of"]
-
 _KNOWN: dict[tuple[str, str], type] = {}
 """The classes that this process has made, by file and digest."""
 
@@ -28,16 +26,7 @@ def origin_of(described: type) -> tuple[str, str] | None:
 
 
 def class_in(kind: str, reference: str, folder: Path) -> tuple[Any, str]:
-    """What ``"file.py:name"`` names, if it is a class, or None, and its absolute name; the file is executed.
-
-    Parameters
-    ----------
-    kind : str
-        As for `split_reference`.
-    reference : str
-    folder : Path
-        Where a relative file name starts.
-    """
+    """What ``"file.py:name"`` names, if it is a class, or None, and its absolute name; the file is executed."""
     path, name = split_reference(kind, reference, folder)
     found = load_function(kind, f"{path}:{name}")
     return found if isinstance(found, type) else None, f"{path}:{name}"

@@ -32,13 +32,7 @@ def arguments_of(kernel: Kernel) -> tuple[str, ...]:
 
 @cache
 def pointer_of(recipe: Recipe) -> int:
-    """Where the machine code of an element's kernel lies.
-
-    Raises
-    ------
-    InputError
-        If it cannot be compiled.
-    """
+    """Where the machine code of an element's kernel lies."""
     if PYTHON:
         pointer = len(CALLED) + 1
         CALLED[pointer] = recipe.python(_guarded(recipe.function))

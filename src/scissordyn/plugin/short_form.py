@@ -17,8 +17,6 @@ from scissordyn.kernel import F1, F2, call_at, entry
 from scissordyn.plugin.element import PARAMETERS, Element, Slot, addresses
 from scissordyn.plugin.user_file import load_function, pinned
 
-__all__ = ["Function", "ShortForm", "answers"]
-
 Function = Callable[..., float]
 
 

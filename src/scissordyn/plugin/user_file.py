@@ -12,8 +12,6 @@ from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["file_digest", "load_function", "made_in", "pinned", "split_reference"]
-
 DIGEST = "__digest__"
 """What a module is asked for: the digest of the text that was executed."""
 
@@ -22,27 +20,7 @@ SAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers
 
 
 def split_reference(kind: str, reference: str, folder: Path | None = None) -> tuple[Path, str]:
-    """The file and the function or class that ``"file.py:name"`` names.
-
-    Parameters
-    ----------
-    kind : str
-        What the function or class stands for, such as "friction law" or "component", for messages.
-    reference : str
-    folder : Path, optional
-        Where a relative file name starts; the working folder otherwise.
-
-    Returns
-    -------
-    path : Path
-        Absolute.
-    name : str
-
-    Raises
-    ------
-    InputError
-        If it is not of that form or there is no such file.
-    """
+    """The file and the function or class that ``"file.py:name"`` names."""
     file, _, name = reference.rpartition(":")
     if not file.endswith(".py") or not name.isidentifier():
         what, sample = "class" if kind == "component" else "function", SAMPLES.get(kind, "my_laws.py:soft")
@@ -63,18 +41,7 @@ def file_digest(path: Path) -> str:
 
 
 def made_in(described: type) -> tuple[str, str] | None:
-    """Where a class of the user's can be had again: file and name, and the digest of the file.
-
-    Parameters
-    ----------
-    described : type
-        While its module is executed.
-
-    Returns
-    -------
-    (str, str) or None
-        None for a class of a package, a notebook, the program that is run, or a function.
-    """
+    """Where a class of the user's can be had again: file and name, and the digest of the file."""
     module = sys.modules.get(described.__module__)
     file = Path(getattr(module, "__file__", None) or "")
     if "." in described.__module__ or described.__module__ == "__main__" or not described.__qualname__.isidentifier():
@@ -85,20 +52,7 @@ def made_in(described: type) -> tuple[str, str] | None:
 
 
 def pinned(kind: str, function: Callable[..., Any] | str, digest: str) -> str:
-    """The digest that a description keeps: the one given or, for a function in a file without one, that of the file now.
-
-    Parameters
-    ----------
-    kind : str
-        As for `split_reference`.
-    function : callable or str
-    digest : str
-
-    Returns
-    -------
-    str
-        Empty for a function that is no file's.
-    """
+    """The digest that a description keeps: the one given or, for a function in a file without one, that of the file now."""
     return file_digest(split_reference(kind, function)[0]) if isinstance(function, str) and not digest else digest
 
 
@@ -120,24 +74,7 @@ def _module(path: Path, source: bytes) -> ModuleType:
 
 
 def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., Any]:
-    """The function or class that ``"file.py:name"`` names.
-
-    Parameters
-    ----------
-    kind, reference : str
-        As for `split_reference`.
-    digest : str
-        The file's digest when the function was described. From a description it is never empty, see `pinned`.
-
-    Returns
-    -------
-    callable
-
-    Raises
-    ------
-    InputError
-        If the file or the function is missing, or the file is no longer what it was.
-    """
+    """The function or class that ``"file.py:name"`` names."""
     path, name = split_reference(kind, reference)
     source = path.read_bytes()  # once: what is executed is what was compared
     if digest and _digest(source) != digest:

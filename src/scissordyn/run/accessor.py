@@ -15,8 +15,6 @@ from scissordyn.run.citations import Citations, citations
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.summary import Summary, summary_of
 
-__all__ = ["RunAccessor"]
-
 
 @xr.register_dataset_accessor("scissordyn")  # type: ignore[no-untyped-call]
 class RunAccessor:

@@ -15,8 +15,6 @@ from scissordyn.laws.evaluate import elastic_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["MEANS", "condensed", "force_at_equal_energy", "read_warnings"]
-
 OF_ONE = re.compile(r"(?P<what>joint|guide|actuator|latch) '(?P<name>[^']*)': (?P<said>.*)", re.DOTALL)
 """A warning about one part."""
 
@@ -49,34 +47,12 @@ class _One(NamedTuple):
 
 
 def read_warnings(warnings: Sequence[str], mechanism: Mechanism | None = None) -> list[str]:
-    """The warnings of a run as lines for a user.
-
-    Parameters
-    ----------
-    warnings : sequence of str
-        Those of the run.
-    mechanism : Mechanism, optional
-        The one that was run, to compare its laws with others.
-
-    Returns
-    -------
-    list of str
-        Equal ones in one line with their ranges, each followed by what it means for the forces and what to change.
-    """
+    """The warnings of a run as lines for a user."""
     return _in_order(warnings, _groups(warnings), mechanism)
 
 
 def condensed(warnings: Sequence[str]) -> list[str]:
-    """Equal warnings about several parts in one line, with the ranges of their numbers and the part with the worst.
-
-    Parameters
-    ----------
-    warnings : sequence of str
-
-    Returns
-    -------
-    list of str
-    """
+    """Equal warnings about several parts in one line, with the ranges of their numbers and the part with the worst."""
     return _in_order(warnings, _groups(warnings), None, meant=False)
 
 
@@ -174,17 +150,6 @@ def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, i
     """Force of another law over that of a law, at an indentation and at the one with the same elastic energy.
 
     An impact ends where its energy is stored: laws are compared at equal energy, not at equal indentation.
-
-    Parameters
-    ----------
-    law, other : Elastic
-    contact : JointContact
-    indentation : float
-        Of the first law [m].
-
-    Returns
-    -------
-    float
     """
     depth = indentation * np.linspace(0.0, 1.0, POINTS)
     own = _forces(law, contact, depth)

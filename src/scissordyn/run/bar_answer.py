@@ -12,46 +12,23 @@ from scissordyn.errors import printable
 from scissordyn.run.words import Words
 from scissordyn.units import short
 
-__all__ = ["BarAnswer", "bar_answer"]
-
 
 @dataclass(frozen=True)
 class BarAnswer(Words):
-    """The bar that bends which carries most.
+    """The bar that bends which carries most."""
 
-    Parameters
-    ----------
-    bar : str
-        The one with the largest utilisation; without a material that with the largest bending moment.
-    moment : float
-        Its largest bending moment [N m].
-    stress : float
-        Its largest stress [Pa]; NaN without a material.
-    utilisation : float
-        That over the yield strength; NaN if that is not known.
-    when : float
-        Instant of it [s].
-    place : float
-        Distance of it from the bar's first end [m].
-    deflection, deflected : float, str
-        The largest deflection of any bar [m], and of which one.
-    buckling : float
-        The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
-        compression.
-    buckled : str
-        Which bar takes part in that and is compressed; empty without one.
-    """
-
-    bar: str
-    moment: float
-    stress: float
-    utilisation: float
-    when: float
-    place: float
-    deflection: float
+    bar: str  # The one with the largest utilisation; without a material that with the largest bending moment
+    moment: float  # Its largest bending moment [N m]
+    stress: float  # Its largest stress [Pa]; NaN without a material
+    utilisation: float  # That over the yield strength; NaN if that is not known
+    when: float  # Instant of it [s]
+    place: float  # Distance of it from the bar's first end [m]
+    deflection: float  # The largest deflection of any bar [m], and of which one
     deflected: str
+    # The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
+    # compression
     buckling: float
-    buckled: str
+    buckled: str  # Which bar takes part in that and is compressed; empty without one
 
     def __str__(self) -> str:
         known = math.isfinite(self.stress)
@@ -66,16 +43,7 @@ class BarAnswer(Words):
 
 
 def bar_answer(run: xr.Dataset) -> BarAnswer | None:
-    """The bar that carries most, or None if no bar bends or there are no samples.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    BarAnswer or None
-    """
+    """The bar that carries most, or None if no bar bends or there are no samples."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return None
     names = run["bar"].values.astype(str).tolist()

@@ -18,8 +18,6 @@ from scissordyn.run.trajectory import reached
 if TYPE_CHECKING:
     from scissordyn.run.measure import Measure
 
-__all__ = ["along_bars", "check_bars"]
-
 NEEDED = {"peak_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
 """What bars have to know for a measure."""
 
@@ -39,23 +37,7 @@ def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
 
 
 def along_bars(driver: Driver) -> dict[str, np.ndarray]:
-    """Sizes of the largest values along bars that bend, among the samples of a driver, each of shape (bars,).
-
-    Parameters
-    ----------
-    driver : Driver
-        At the end of a run with samples.
-
-    Returns
-    -------
-    dict of str to ndarray
-        By the names that variables of a run have.
-
-    Raises
-    ------
-    ScissordynError
-        If the accelerations at a sample are not defined.
-    """
+    """Sizes of the largest values along bars that bend, among the samples of a driver, each of shape (bars,)."""
     state = driver.system.content.state
     before = [part.copy() for part in state]
     path = reached(driver)

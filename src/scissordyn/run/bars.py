@@ -19,8 +19,6 @@ from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
 
-__all__ = ["PARTS", "bar_motions", "bar_variables", "marks_of", "mode_warnings", "part_names", "shape_forces"]
-
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 SHARE = 0.1
@@ -73,22 +71,13 @@ def part_names(bar: FlexibleBar) -> list[str]:
 
 @dataclass(frozen=True)
 class BarMotion:
-    """Of a bar at some instants.
+    """Of a bar at some instants."""
 
-    Parameters
-    ----------
-    vectors, rates, accelerations : ndarray, shape (nt, count, 2)
-        Of its shapes; accelerations less gravity.
-    factor : ndarray, shape (nt,)
-        Of its temperatures.
-    running : tuple of (ndarray, ndarray)
-        Of what runs along it: places, shape (nt,) [m], and the forces that it exerts there, shape (nt, 2) [N].
-    """
-
-    vectors: np.ndarray
-    rates: np.ndarray
-    accelerations: np.ndarray
-    factor: np.ndarray
+    vectors: np.ndarray  # (nt, count, 2) Of its shapes; accelerations less gravity
+    rates: np.ndarray  # (nt, count, 2)
+    accelerations: np.ndarray  # (nt, count, 2)
+    factor: np.ndarray  # (nt,) Of its temperatures
+    # Of what runs along it: places, shape (nt,) [m], and the forces that it exerts there, shape (nt, 2) [N]
     running: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
 
 
@@ -199,18 +188,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
 def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have.
 
-    Parameters
-    ----------
-    plan : Plan
-    time : ndarray, shape (nt,)
-    found : Record
-    known : mapping of str to Variable
-        With those of beam elements, if there are any; what these alone have becomes NaN for the parts.
-
-    Returns
-    -------
-    dict
-        Empty without flexible bars.
+    Shapes: `time` (nt,).
     """
     axes = plan.coordinates.natural.axes
     if not axes:
@@ -314,18 +292,7 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
 
 
 def mode_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
-    """Whether a contact was so short that it excites bending modes which bars were left without.
-
-    Parameters
-    ----------
-    plan : Plan
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-        At most one: the shortest contact, and how many modes it needs.
-    """
+    """Whether a contact was so short that it excites bending modes which bars were left without."""
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
     if not axes or not run["contact_start"].size:
         return []

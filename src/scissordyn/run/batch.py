@@ -24,8 +24,6 @@ from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, com
 from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.warn import Extremes
 
-__all__ = ["Perturbed", "simulate_cases", "simulate_many", "usual_measures"]
-
 TITLE = "scissordyn batch"
 
 LARGEST_PERTURBATION = 1e-6
@@ -154,14 +152,7 @@ def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measur
 
 @dataclass(frozen=True)
 class Perturbed:
-    """Perturbations of the starts on the scale of round-off; see `simulate_many`.
-
-    Parameters
-    ----------
-    members : array_like of int
-    perturbation : float
-    seed : int
-    """
+    """Perturbations of the starts on the scale of round-off; see `simulate_many`."""
 
     members: ArrayLike
     perturbation: float

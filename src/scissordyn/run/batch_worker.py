@@ -27,8 +27,6 @@ from scissordyn.run.start import prepare_start
 from scissordyn.run.tolerance import error_weights
 from scissordyn.run.trajectory import broken_off, crosses, model_failure
 
-__all__ = ["Cases", "Worker"]
-
 MOST_TOGETHER = 16
 """Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,
 preparing one case takes three to ten times as long as after another."""
@@ -60,15 +58,7 @@ class Cases(Protocol):
 
 
 class Worker:
-    """One thread's arrays, which it keeps from case to case.
-
-    Parameters
-    ----------
-    base : Plan
-        Of the mechanism whose numbers are varied.
-    options : Options
-    cases : Cases
-    """
+    """One thread's arrays, which it keeps from case to case."""
 
     def __init__(self, base: Plan, options: Options, cases: Cases) -> None:
         self.base, self.options, self.cases = base, options, cases
@@ -168,13 +158,7 @@ def _warned(driver: Driver, options: Options) -> list[str]:
 
 
 class _Slot:
-    """A driver and the arrays that it works on, for one case after another.
-
-    Parameters
-    ----------
-    plan : Plan
-        Of the first case.
-    """
+    """A driver and the arrays that it works on, for one case after another."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.system = plan, make_system(plan)

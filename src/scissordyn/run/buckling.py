@@ -21,8 +21,6 @@ from scissordyn.run.small_motion import placed
 from scissordyn.run.stiffness import stiffness
 from scissordyn.units import Quantity, checked
 
-__all__ = ["buckling"]
-
 
 @checked
 def buckling(

@@ -85,13 +85,7 @@ def _forces(bar: Bar, variables: Mapping[str, xr.Variable]) -> Forces:
 
 
 class _Frozen:
-    """The ideal mechanism at positions of a run.
-
-    Parameters
-    ----------
-    plan : Plan
-        Of the run.
-    """
+    """The ideal mechanism at positions of a run."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.ideal = plan, plan.ideal

@@ -18,8 +18,6 @@ from scissordyn.mechanics.time_function import prescribe
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan
 
-__all__ = ["check_springs", "failed_latch", "full_coordinates", "immobile_joints", "singular_position"]
-
 NEAR = 1e-3
 """A position is near a singular one if a combination of the constraints' unit gradients is shorter than this."""
 
@@ -47,18 +45,7 @@ def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float)
 def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:
     """The bodies that a singular position is made of, in words; empty if the position is not near a singular one.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Of the `System`.
-    state : ndarray, shape (ny,)
-    time : float
-        [s]
-
-    Returns
-    -------
-    str
+    Shapes: `state` (ny,).
     """
     content: System = system.content
     inactive = content.work.inactive.tolist()
@@ -107,16 +94,7 @@ def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
     A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the constraints: it cannot move if E
     vanishes on the null space of D.
 
-    Parameters
-    ----------
-    plan : Plan
-    full : ndarray, shape (n + nb,)
-        [x; b] at the start.
-
-    Returns
-    -------
-    list of str
-        Names.
+    Shapes: `full` (n + nb,) [x; b].
     """
     joints, n = plan.clearance_joints, plan.coordinates.free
     if not joints:

@@ -47,15 +47,7 @@ DIVERGES = 0.2
 
 
 def step_across(driver: Driver, until: float) -> bool:
-    """Step across the singular position ahead; returns whether the motion can go on.
-
-    Parameters
-    ----------
-    driver : Driver
-        The clock's longest step is minus the time to the position.
-    until : float
-        End of the advance [s].
-    """
+    """Step across the singular position ahead; returns whether the motion can go on."""
     state, near = driver.state, driver.system.content.work.near
     clock, time, ahead = state.clock, driver.time, -float(state.clock["longest"][0])
     n = driver.plan.coordinates.free

@@ -21,8 +21,6 @@ from scissordyn.model.record import DIGEST, first_difference
 from scissordyn.run.driver import Driver
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Checkpoint", "Keeper", "Part", "open_checkpoint"]
-
 TITLE = "scissordyn checkpoint"
 
 SAMPLE = "-o run.nc --checkpoint '60 s'"
@@ -56,21 +54,11 @@ class Checkpoint:
 
 @dataclass
 class Part:
-    """One computation of a run, such as the run itself or its repetition at a tighter tolerance.
+    """One computation of a run, such as the run itself or its repetition at a tighter tolerance."""
 
-    Parameters
-    ----------
-    words : ndarray of int64
-        The arrays of its driver one after the other, as the eight bytes of their numbers.
-    layout : mapping of str to tuple of int
-        Names and shapes of the arrays.
-    seconds : float
-        How long it has been computed [s].
-    """
-
-    words: np.ndarray
-    layout: Mapping[str, tuple[int, ...]]
-    seconds: float
+    words: np.ndarray  # The arrays of its driver one after the other, as the eight bytes of their numbers
+    layout: Mapping[str, tuple[int, ...]]  # Names and shapes of the arrays
+    seconds: float  # How long it has been computed [s]
 
     def arrays(self, like: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The arrays, with the types of those of a driver."""
@@ -84,26 +72,13 @@ class Part:
 
 @dataclass
 class Keeper:
-    """Writes the checkpoints of one run.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint
-    attributes : mapping
-        Of the file; a file with others is of another run.
-    parts : dict of str to Part
-        As they were last written or read.
-    last : float
-        When that was [s].
-    problem : str
-        Why a checkpoint could not be written; empty if all could.
-    """
+    """Writes the checkpoints of one run."""
 
     checkpoint: Checkpoint
-    attributes: Mapping[str, str]
-    parts: dict[str, Part] = field(default_factory=dict)
-    last: float = field(default_factory=clocks.monotonic)
-    problem: str = ""
+    attributes: Mapping[str, str]  # Of the file; a file with others is of another run
+    parts: dict[str, Part] = field(default_factory=dict)  # As they were last written or read
+    last: float = field(default_factory=clocks.monotonic)  # When that was [s]
+    problem: str = ""  # Why a checkpoint could not be written; empty if all could
 
     def take_up(self, name: str, driver: Driver) -> float:
         """Put the state of a part into its driver, if there is one; returns how long it has been computed already [s]."""
@@ -164,23 +139,7 @@ class Keeper:
 
 
 def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
-    """What keeps the checkpoints of a run, with those that its file holds already.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint
-    configuration : str
-        The attribute "configuration" of the run.
-
-    Returns
-    -------
-    Keeper
-
-    Raises
-    ------
-    InputError
-        If the file is of another run, not whole, or something else.
-    """
+    """What keeps the checkpoints of a run, with those that its file holds already."""
     keeper = Keeper(checkpoint, {"configuration": configuration, "versions": provenance()})
     check_target(checkpoint.path, sample=SAMPLE)
     folder = Path(checkpoint.path).absolute().parent

@@ -23,8 +23,6 @@ from scissordyn.plugin.element import Part
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.options import TIME_STEPPING
 
-__all__ = ["Citation", "Citations", "citations"]
-
 METHODS = {
     "dop853": "hairer1993",
     "dopri5": "hairer1993",
@@ -40,33 +38,18 @@ FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"
 
 @dataclass(frozen=True)
 class Citation:
-    """A publication, and what of a run it describes.
-
-    Parameters
-    ----------
-    reference : Reference
-    uses : tuple of str
-        Such as "friction law lugre".
-    """
+    """A publication, and what of a run it describes."""
 
     reference: Reference
-    uses: tuple[str, ...]
+    uses: tuple[str, ...]  # Such as "friction law lugre"
 
 
 @dataclass(frozen=True)
 class Citations:
-    """What a run has used of others' work.
+    """What a run has used of others' work."""
 
-    Parameters
-    ----------
-    entries : tuple of Citation
-        The package first, then the mechanism, laws and controllers, components and methods.
-    without : tuple of str
-        What names no publication as its source, such as a function of the user's.
-    """
-
-    entries: tuple[Citation, ...]
-    without: tuple[str, ...] = ()
+    entries: tuple[Citation, ...]  # The package first, then the mechanism, laws and controllers, components and methods
+    without: tuple[str, ...] = ()  # What names no publication as its source, such as a function of the user's
 
     def __iter__(self) -> Iterator[Citation]:
         return iter(self.entries)
@@ -86,22 +69,7 @@ class Citations:
 
 
 def citations(run: xr.Dataset) -> Citations:
-    """What a run has used of others' work, from what it says of itself.
-
-    Parameters
-    ----------
-    run : Dataset
-        That `simulate` made, also one that was saved.
-
-    Returns
-    -------
-    Citations
-
-    Raises
-    ------
-    InputError
-        If it does not say what it is of.
-    """
+    """What a run has used of others' work, from what it says of itself."""
     configuration = read_configuration(run)
     found: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
     without: list[str] = []

@@ -19,16 +19,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.run.options import Options
 
-__all__ = [
-    "ATTRIBUTE",
-    "TITLE",
-    "Configuration",
-    "is_run",
-    "number_attribute",
-    "read_configuration",
-    "write_configuration",
-]
-
 ATTRIBUTE = "configuration"
 
 TITLE = "scissordyn run"
@@ -39,43 +29,15 @@ ENTRIES = ("mechanism", "options", "diagram")
 
 @dataclass(frozen=True)
 class Configuration:
-    """What a saved run says of itself, compared with the declarations. Reading it executes nothing.
+    """What a saved run says of itself, compared with the declarations. Reading it executes nothing."""
 
-    Parameters
-    ----------
-    mechanism : Description
-        The mechanism as it was described. `build_mechanism` makes it; its facts can be read without.
-    plain : mapping
-        The same as plain data, to compare with `model.record.to_plain`.
-    options : Options or None
-        How it was simulated; None where the file does not say.
-    diagram : mapping of str to str, int, float or bool
-        Further entries of a bifurcation diagram.
-    """
-
-    mechanism: Description
-    plain: Mapping[str, Any]
-    options: Options | None = None
-    diagram: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    mechanism: Description  # The mechanism as it was described. `build_mechanism` makes it; its facts can be read without
+    plain: Mapping[str, Any]  # The same as plain data, to compare with `model.record.to_plain`
+    options: Options | None = None  # How it was simulated; None where the file does not say
+    diagram: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))  # Further entries of a bifurcation diagram
 
     def build_mechanism(self, allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = ()) -> Mechanism:
-        """The mechanism itself.
-
-        Parameters
-        ----------
-        allow_code : path or sequence of path
-            Files of the user whose functions may be executed, if the mechanism uses any and the digest of the file is the one
-            in the run.
-
-        Returns
-        -------
-        Mechanism
-
-        Raises
-        ------
-        InputError
-            If a value is out of bounds, or a function of the user is not allowed.
-        """
+        """The mechanism itself."""
         files = [allow_code] if isinstance(allow_code, str | os.PathLike) else allow_code
         mechanism: Mechanism = build(self.mechanism, allow_code=[Path(file) for file in files])
         return mechanism
@@ -87,21 +49,7 @@ def is_run(data: xr.Dataset) -> bool:
 
 
 def read_configuration(run: xr.Dataset) -> Configuration:
-    """What a saved run says of itself.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    Configuration
-
-    Raises
-    ------
-    InputError
-        If there is nothing, or anything but what this version writes.
-    """
+    """What a saved run says of itself."""
     text = run.attrs.get(ATTRIBUTE)
     if not isinstance(text, str):
         raise InputError(f"a dataset without the attribute '{ATTRIBUTE}'", "a Dataset that scissordyn made")
@@ -126,22 +74,7 @@ def read_configuration(run: xr.Dataset) -> Configuration:
 
 
 def number_attribute(run: xr.Dataset, name: str) -> float:
-    """An attribute of a run that is a number.
-
-    Parameters
-    ----------
-    run : Dataset
-    name : str
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InputError
-        If it is missing or anything else.
-    """
+    """An attribute of a run that is a number."""
     value = run.attrs.get(name)
     if not is_number(value):
         raise InputError(f"a dataset whose attribute '{name}' is {shown(value)}", "a number, as scissordyn writes it")
@@ -154,20 +87,7 @@ def write_configuration(
     *,
     diagram: Mapping[str, str | int | float | bool] | None = None,
 ) -> str:
-    """The attribute "configuration" of a run.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    options : Options, optional
-    diagram : mapping, optional
-        Further entries of a bifurcation diagram.
-
-    Returns
-    -------
-    str
-        JSON.
-    """
+    """The attribute "configuration" of a run."""
     plain: dict[str, Any] = {}
     if options is not None:
         plain["options"] = to_plain(options)

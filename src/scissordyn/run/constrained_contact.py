@@ -14,8 +14,6 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.reaction import ideal_reactions
 from scissordyn.units import checked
 
-__all__ = ["constrain_contact"]
-
 
 @checked
 def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:

@@ -9,74 +9,33 @@ import numpy as np
 
 from scissordyn.integrate.integration import RISE
 
-__all__ = ["Contact", "contacts"]
-
 LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss", "struck", "struck_time")
 EVENT = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
 
 
 class Contact(NamedTuple):
-    """One contact of one joint.
+    """One contact of one joint."""
 
-    Parameters
-    ----------
-    joint : int
-        Which clearance joint.
-    start : float
-        [s]
-    approach_speed : float
-        delta'(-) [m/s].
-    angle : float
-        Direction of n at the start [rad].
-    peak_force : float
-        Largest normal force [N].
-    peak_time : float
-        From the start of the contact to the peak [s].
-    duration : float
-        [s]; NaN if the run ended first.
-    rebound_speed : float
-        delta' at the end [m/s], negative; NaN if the run ended first.
-    impulse : float
-        Of the normal force [N s].
-    damping_loss, friction_loss : float
-        Energy dissipated by contact damping, or restitution, and by friction [J].
-    effective_mass : float
-        Of a hard contact, along the normal at its start [kg]; NaN of a compliant one.
-    struck : float
-        Of a hard contact the largest impact while it lasts, as m v^2 of the single impact of its impulse [J].
-    struck_time : float
-        From the start of the contact to that [s].
-    """
-
-    joint: int
-    start: float
-    approach_speed: float
-    angle: float
-    peak_force: float
-    peak_time: float
-    duration: float
-    rebound_speed: float
-    impulse: float
-    damping_loss: float
+    joint: int  # Which clearance joint
+    start: float  # [s]
+    approach_speed: float  # delta'(-) [m/s]
+    angle: float  # Direction of n at the start [rad]
+    peak_force: float  # Largest normal force [N]
+    peak_time: float  # From the start of the contact to the peak [s]
+    duration: float  # [s]; NaN if the run ended first
+    rebound_speed: float  # delta' at the end [m/s], negative; NaN if the run ended first
+    impulse: float  # Of the normal force [N s]
+    damping_loss: float  # Energy dissipated by contact damping, or restitution, and by friction [J]
     friction_loss: float
-    effective_mass: float = math.nan
-    struck: float = 0.0
-    struck_time: float = 0.0
+    effective_mass: float = math.nan  # Of a hard contact, along the normal at its start [kg]; NaN of a compliant one
+    struck: float = 0.0  # Of a hard contact the largest impact while it lasts, as m v^2 of the single impact of its impulse [J]
+    struck_time: float = 0.0  # From the start of the contact to that [s]
 
 
 def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
     """Pair the starts and ends in an event log.
 
-    Parameters
-    ----------
-    log : ndarray of LOG, shape (events,)
-    peak : ndarray of PEAK, shape (nj,)
-        Of contacts that have not ended; guards after the joints are left out.
-
-    Returns
-    -------
-    list of Contact
-        In order of their starts.
+    Shapes: `log` (events,), `peak` (nj,).
     """
     open_, found = dict[int, tuple[float, float, float, float]](), []
     for guard, mode, time, rate, angle, mass, *ended in log[log["guard"] < peak.size][list(EVENT)].tolist():

@@ -17,8 +17,6 @@ from scissordyn.run.log import unknown
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory, compute
 
-__all__ = ["recorded"]
-
 
 def recorded(
     plan: Plan,
@@ -32,22 +30,6 @@ def recorded(
 
     If there is one, the run counts as failed there and is computed again up to the last sample before: events, peaks,
     deviations and integrals of what is still going on hold until there.
-
-    Parameters
-    ----------
-    plan : Plan
-    options : Options
-    path : Trajectory
-    progress : callable, optional
-        As for `compute`.
-    ideal : IdealPath, optional
-        That tracked points were compared with.
-
-    Returns
-    -------
-    path : Trajectory
-        The given one if nothing is undefined.
-    found : Record
     """
     samples = path.samples
     state = samples.state.copy() if path.change_points else samples.state

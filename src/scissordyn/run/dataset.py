@@ -45,8 +45,6 @@ from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["largest_along_bars", "to_dataset"]
-
 Variables = dict[str, xr.Variable]
 
 
@@ -65,22 +63,7 @@ def _named(dim: str, names: list[str]) -> xr.Variable:
 
 
 def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) -> xr.Dataset:
-    """All results of a run; nothing is simulated here.
-
-    Parameters
-    ----------
-    plan : Plan
-    configuration : str
-        Its attribute "configuration".
-    path : Trajectory
-    found : Record
-        Of its samples, all of them defined (see `cut.recorded`).
-
-    Returns
-    -------
-    Dataset
-        With the names of the package's contract; all values in SI units and radians.
-    """
+    """All results of a run; nothing is simulated here."""
     variables = {
         "time": _described(("time",), path.samples.time, "s", "time"),
         "body": _named("body", [body.name for body in plan.bodies]),
@@ -118,18 +101,7 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
 
 
 def largest_along_bars(path: Trajectory, found: Record) -> Variables:
-    """`largest_variables` of a run of which nothing else is asked.
-
-    Parameters
-    ----------
-    path : Trajectory
-    found : Record
-        Of its samples.
-
-    Returns
-    -------
-    dict of str to Variable
-    """
+    """`largest_variables` of a run of which nothing else is asked."""
     plan = path.plan
     variables = {
         "body": _named("body", [body.name for body in plan.bodies]),

@@ -20,8 +20,6 @@ from scissordyn.run.driver import make_system
 from scissordyn.run.start import assembled_near
 from scissordyn.units import Quantity, checked
 
-__all__ = ["magnified_deflection", "places"]
-
 LARGEST = 1e6
 
 
@@ -36,25 +34,6 @@ def magnified_deflection(
     """The run with all bodies so many times as far from where straight bars and ideal joints on the same drive would have them.
 
     Places of that mechanism are those nearest to the run's. Pins stay together, as all bodies are moved by the same rule.
-
-    Parameters
-    ----------
-    run : Dataset
-    mechanism : Mechanism
-        The one that was run, with bars that bend.
-    factor : float
-    samples : sequence of int, optional
-        Along "time"; all if not given. The others are left as they are.
-
-    Returns
-    -------
-    Dataset
-        With other `position` and `angle`, and the attribute `magnified`.
-
-    Raises
-    ------
-    InputError
-        If no bar bends, or the mechanism cannot be assembled with straight bars.
     """
     if not bends(mechanism):
         raise InputError("magnified deflections of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")

@@ -12,18 +12,6 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     from scissordyn.plan.plan import Plan
 
-__all__ = [
-    "CYCLE_TIME",
-    "check_cases",
-    "check_cycles",
-    "check_memory",
-    "check_samples",
-    "count_in_words",
-    "duration",
-    "machine_memory",
-    "size",
-]
-
 NUMBER = 8
 """Bytes of a floating-point number."""
 
@@ -52,12 +40,7 @@ CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
 def machine_memory() -> int:
-    """Memory of this machine, or of the container that this process is in [bytes].
-
-    Returns
-    -------
-    int
-    """
+    """Memory of this machine, or of the container that this process is in [bytes]."""
     try:
         found = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):  # not on Windows
@@ -69,31 +52,12 @@ def machine_memory() -> int:
 
 
 def count_in_words(count: int) -> str:
-    """A whole number of any length, to four digits if it has more than nine.
-
-    Parameters
-    ----------
-    count : int
-
-    Returns
-    -------
-    str
-    """
+    """A whole number of any length, to four digits if it has more than nine."""
     return str(count) if count < 10**9 else f"{Decimal(count):.4g}"
 
 
 def size(count: int) -> str:
-    """An amount of memory in words.
-
-    Parameters
-    ----------
-    count : int
-        Of bytes; any number, however large.
-
-    Returns
-    -------
-    str
-    """
+    """An amount of memory in words."""
     for unit, factor in (("TB", 10**12), ("GB", 10**9)):
         if count >= factor:
             return f"{Decimal(count) / factor:.3g} {unit}"
@@ -101,16 +65,7 @@ def size(count: int) -> str:
 
 
 def duration(seconds: float | Decimal) -> str:
-    """A time in words.
-
-    Parameters
-    ----------
-    seconds : float or Decimal
-
-    Returns
-    -------
-    str
-    """
+    """A time in words."""
     for unit, factor in (("years", 31_557_600), ("days", 86_400), ("hours", 3600), ("minutes", 60)):
         if seconds >= 2 * factor:
             return f"{Decimal(seconds) / factor:.3g} {unit}"
@@ -118,19 +73,7 @@ def duration(seconds: float | Decimal) -> str:
 
 
 def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str, type_this: str = "") -> None:
-    """Raise `InputError` if something takes more memory than this machine has.
-
-    Parameters
-    ----------
-    what : str
-        In the plural.
-    needed : int
-        At least so much memory [bytes].
-    seconds : float or Decimal
-        About so much time, of one processor [s].
-    allowed, type_this : str
-        See `InputError`.
-    """
+    """Raise `InputError` if something takes more memory than this machine has."""
     here = machine_memory()
     if needed > here:
         raise InputError(
@@ -141,13 +84,7 @@ def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str,
 
 
 def check_samples(plan: Plan, samples: int) -> None:
-    """Raise `InputError` if the samples of a run do not fit into the memory of this machine.
-
-    Parameters
-    ----------
-    plan : Plan
-    samples : int
-    """
+    """Raise `InputError` if the samples of a run do not fit into the memory of this machine."""
     joints = len(plan.joint_names)
     numbers = BODY * len(plan.bodies) + (JOINT + (CONTACT_JOINT if plan.contacts else 0)) * joints
     most = machine_memory() // (NUMBER * numbers)
@@ -161,14 +98,7 @@ def check_samples(plan: Plan, samples: int) -> None:
 
 
 def check_cycles(contacts: int, cycles: int) -> None:
-    """Raise `InputError` if what is kept of each cycle does not fit into the memory of this machine.
-
-    Parameters
-    ----------
-    contacts : int
-        Their number.
-    cycles : int
-    """
+    """Raise `InputError` if what is kept of each cycle does not fit into the memory of this machine."""
     needed = NUMBER * (CYCLE + CYCLE_CONTACT * contacts)
     check_memory(
         f"{count_in_words(cycles)} cycles",
@@ -180,15 +110,7 @@ def check_cycles(contacts: int, cycles: int) -> None:
 
 
 def check_cases(points: int, samples: int, members: int, numbers: int) -> None:
-    """Raise `InputError` if not all cases of a study fit into the memory of this machine.
-
-    Parameters
-    ----------
-    points, samples, members : int
-        Samples of each point, members of each of these.
-    numbers : int
-        Numbers that vary, and measures, of a case.
-    """
+    """Raise `InputError` if not all cases of a study fit into the memory of this machine."""
     cases, needed = points * samples * members, NUMBER * (CASE_NUMBERS + numbers)
     named = (("points", points), ("samples of each", samples), ("members of each", members))
     factors = [f"{count_in_words(count)} {name}" for name, count in named if count > 1]

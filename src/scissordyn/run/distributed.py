@@ -10,8 +10,6 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import shapes_beyond
 from scissordyn.run.bars import bar_motions, shape_forces
 
-__all__ = ["with_distributed_mass"]
-
 
 def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record:
     """The record with what the consistent mass of the beam elements adds to the loads of their bodies.

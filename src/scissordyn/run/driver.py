@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from scissordyn.run.method import Choice
     from scissordyn.run.stepping import Stepping
 
-__all__ = ["Driver", "advance_together", "counted", "make_system"]
-
 SLICE = 20_000
 """Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
 
@@ -51,22 +49,7 @@ RECORD_ROWS = 1024
 
 
 def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
-    """Go on until a time with some drivers, in one call of the loop.
-
-    Parameters
-    ----------
-    drivers : sequence of Driver
-        Each of a system of its own.
-    until : float
-        [s]
-    most_steps : int
-        Steps of each, rejected ones included, after which it stops.
-
-    Returns
-    -------
-    list of int
-        A status of `integrate.advance` for each; a driver with one of `UNFINISHED` can be advanced further by itself.
-    """
+    """Go on until a time with some drivers, in one call of the loop."""
     for driver in drivers:
         driver.state.clock["end"] = until
     found = [0] * len(drivers)
@@ -94,17 +77,7 @@ def _advance(drivers: Sequence[Driver], most_steps: int) -> list[int]:
 
 
 def make_system(plan: Plan) -> Handle:
-    """A system at rest with everything open, for one thread.
-
-    Parameters
-    ----------
-    plan : Plan
-
-    Returns
-    -------
-    Handle
-        Of a `System`.
-    """
+    """A system at rest with everything open, for one thread."""
     model, numbers = plan.model, plan.numbers()
     return Handle(System(model, numbers, initial_state(model, plan.angles), make_workspace(model, numbers)))
 
@@ -112,18 +85,7 @@ def make_system(plan: Plan) -> Handle:
 class Driver:
     """A mechanism on its way through time.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Of a `System`; its state is the driver's from here on.
-    y : ndarray, shape (ny,)
-        Coordinates, rates and internal states at t = 0.
-    method : Choice
-    tolerances : Tolerances
-    crosses : bool
-        Whether steps go across contacts that begin and end, under error control.
-    initial_events : list of rows of the event log
+    Shapes: `y` (ny,).
     """
 
     def __init__(
@@ -194,15 +156,7 @@ class Driver:
     ) -> None:
         """Begin another case of the same model without delays, whose numbers `put_numbers` has put in place.
 
-        Parameters
-        ----------
-        plan : Plan
-        y : ndarray, shape (ny,)
-        tolerances : Tolerances
-        crosses : bool
-        initial_events : tuple of rows of the event log
-        choice : Choice, optional
-            With the step of time stepping.
+        Shapes: `y` (ny,).
         """
         self.plan = plan
         if self.stepping is not None and choice is not None:
@@ -302,12 +256,7 @@ class Driver:
     def compare_with(self, table: np.ndarray, step: float) -> None:
         """Monitor how far the tracked points are from those of the ideal mechanism.
 
-        Parameters
-        ----------
-        table : ndarray, shape (nodes, 6 tracks)
-            Position, velocity and acceleration of each in the ideal mechanism.
-        step : float
-            Time between two rows [s].
+        Shapes: `table` (nodes, 6 tracks).
         """
         self.system.exchange("parameters", ideal=table, ideal_step=np.array([step]))
 
@@ -333,22 +282,7 @@ class Driver:
             self.state.history_length[0] = length - old
 
     def advance(self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None) -> int:
-        """Go on until a time.
-
-        Parameters
-        ----------
-        until : float
-            [s]
-        most_steps : int
-            Steps, rejected ones included, after which it stops.
-        progress : callable, optional
-            Called now and then with the simulated time [s]; what it raises ends the advance between two steps.
-
-        Returns
-        -------
-        int
-            One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
-        """
+        """Go on until a time."""
         status, left = loop.ADVANCING, most_steps
         while status == loop.ADVANCING and left > 0:
             before, called = self.tried, clocks.perf_counter()
@@ -425,17 +359,7 @@ class Driver:
         return found | hard | {"log": self._events}
 
     def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit.
-
-        Parameters
-        ----------
-        arrays : mapping of str to ndarray
-
-        Raises
-        ------
-        InputError
-            If an array is missing or has another shape than here.
-        """
+        """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit."""
         mine = self.arrays()
         if arrays.keys() != mine.keys():
             raise InputError(f"a state without '{min(mine.keys() ^ arrays.keys())}'", "a state of the same version")

@@ -14,23 +14,6 @@ from typing import Generic, Protocol, Self, TypeVar, cast, runtime_checkable
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.run.interrupt import look, stopped_by
 
-__all__ = [
-    "AHEAD",
-    "ENGINES",
-    "QUICKLY",
-    "STATES",
-    "Begun",
-    "Engine",
-    "EngineError",
-    "Outcome",
-    "Threads",
-    "error_text",
-    "in_threads",
-    "opened",
-    "outcomes",
-    "processors",
-]
-
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
@@ -98,18 +81,7 @@ ENGINES = "threads, processes, a cluster, or a number of threads"
 
 
 def opened(engine: Engine | int | None) -> AbstractContextManager[Engine]:
-    """The engine that is meant, begun and ended with the context if it has to be and is not yet.
-
-    Parameters
-    ----------
-    engine : Engine, int or None
-        A number is one of threads, None one thread for each processor.
-
-    Raises
-    ------
-    InputError
-        If it is none of these.
-    """
+    """The engine that is meant, begun and ended with the context if it has to be and is not yet."""
     if engine is None or isinstance(engine, int):
         return nullcontext(Threads(engine))
     if isinstance(engine, Begun):
@@ -127,19 +99,7 @@ def outcomes(
     total: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[Outcome[Task, Value]]:
-    """Outcomes of tasks in the order in which they come, wherever they are done.
-
-    Parameters
-    ----------
-    engine : Engine, int or None
-        As for `opened`.
-    function : callable
-        Of a task.
-    tasks : iterable
-    total : int
-    progress : callable, optional
-        Called after each task, when its outcome has been used, with the number done and the total.
-    """
+    """Outcomes of tasks in the order in which they come, wherever they are done."""
     with opened(engine) as chosen:
         for done, outcome in enumerate(chosen.each(function, tasks), 1):
             yield outcome
@@ -211,17 +171,7 @@ class Threads:
 def in_threads(
     outcome: Callable[[Task], Outcome[Task, Value]], tasks: Iterable[Task], threads: int, stop: Callable[[], None]
 ) -> Iterator[Outcome[Task, Value]]:
-    """Outcomes of tasks in the order in which they come.
-
-    Parameters
-    ----------
-    outcome : callable
-        Of a task.
-    tasks : iterable
-    threads : int
-    stop : callable
-        Ends what is in work.
-    """
+    """Outcomes of tasks in the order in which they come."""
     pool = ThreadPoolExecutor(threads, thread_name_prefix="task")
     handed: set[Future[Outcome[Task, Value]]] = set()
     waiting, stopped = iter(tasks), False

@@ -7,8 +7,6 @@ import numpy as np
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.plan.plan import Plan
 
-__all__ = ["ACCOUNTS", "accounts", "event_variables"]
-
 ACCOUNTS = (*POWERS, "switching_loss")
 """The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
 
@@ -16,15 +14,7 @@ ACCOUNTS = (*POWERS, "switching_loss")
 def event_variables(plan: Plan, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
     """Table of the events of components, for the Dataset.
 
-    Parameters
-    ----------
-    plan : Plan
-    log : ndarray of LOG, shape (events,)
-
-    Returns
-    -------
-    dict
-        Empty for a mechanism without such components.
+    Shapes: `log` (events,).
     """
     guarded = [part for part in plan.acting if part.declaration.gap is not None]
     if not guarded:
@@ -57,19 +47,7 @@ def event_variables(plan: Plan, log: np.ndarray) -> dict[str, tuple[tuple[str, .
 def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -> np.ndarray:
     """The accounts of the energy balance at some instants.
 
-    Parameters
-    ----------
-    plan : Plan
-    total : ndarray, shape (nt, powers)
-        Integrals of `monitored.POWERS` [J].
-    log : ndarray of LOG, shape (events,)
-    time : ndarray, shape (nt,)
-        [s]; infinite for all events of the log.
-
-    Returns
-    -------
-    ndarray, shape (nt, accounts)
-        Along `ACCOUNTS` [J].
+    Shapes: `total` (nt, powers) [J], `log` (events,), `time` (nt,) [s]; returns (nt, accounts) [J].
     """
     found = np.column_stack([total, np.zeros(len(time))])
     rows = log[log["guard"] >= len(plan.contacts)]

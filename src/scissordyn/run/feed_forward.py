@@ -13,8 +13,6 @@ from scissordyn.run.interrupt import pass_on
 from scissordyn.run.simulate import simulate
 from scissordyn.units import checked
 
-__all__ = ["feed_forward"]
-
 
 @checked
 def feed_forward(

@@ -11,8 +11,6 @@ import xarray as xr
 from scissordyn.plan.plan import Plan
 from scissordyn.run.spacing import time_mean
 
-__all__ = ["HEAT_CAPACITY", "MIXED", "film_variables"]
-
 MIXED = 3.0
 """Film thickness in roughnesses below which peaks touch (a lambda ratio of 3)."""
 
@@ -23,18 +21,7 @@ HEAT_CAPACITY = 2000.0
 def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     """Least thickness, when and where, shares of time, Reynolds numbers and warming.
 
-    Parameters
-    ----------
-    plan : Plan
-    time : ndarray, shape (samples,)
-        [s]
-    variables : mapping of str to Variable
-        With those of the films.
-
-    Returns
-    -------
-    dict
-        Empty without films.
+    Shapes: `time` (samples,) [s].
     """
     joints = plan.lubricated
     if not joints:

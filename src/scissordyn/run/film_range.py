@@ -14,8 +14,6 @@ from scissordyn.model.lubrication import Lubrication
 from scissordyn.plan.plan import Plan
 from scissordyn.run.film import MIXED
 
-__all__ = ["VACUUM", "film_peak_warnings", "film_warnings"]
-
 THICKENS = 1e8
 """Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film."""
 
@@ -33,17 +31,7 @@ WARMED = 0.8
 
 
 def film_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
-    """Films that were too thin, torn, boiling, too hot or turbulent, or under too high a pressure.
-
-    Parameters
-    ----------
-    plan : Plan
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-    """
+    """Films that were too thin, torn, boiling, too hot or turbulent, or under too high a pressure."""
     found = list[str]()
     for k, (joint, gap, oil) in enumerate(plan.lubricated):
 
@@ -61,21 +49,7 @@ def film_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
 
 
 def film_peak_warnings(name: str, oil: Lubrication, gap: Clearance, largest: dict[str, float]) -> list[str]:
-    """Of a run without samples: by the largest eccentricity [m] and pressure [Pa] of a joint's film.
-
-    Parameters
-    ----------
-    name : str
-        Of the joint.
-    oil : Lubrication
-    gap : Clearance
-    largest : dict
-        By the names of the film's outputs.
-
-    Returns
-    -------
-    list of str
-    """
+    """Of a run without samples: by the largest eccentricity [m] and pressure [Pa] of a joint's film."""
     label, found = f"joint '{name}'", list[str]()
     least = gap.clearance - largest["eccentricity"]
     if least < MIXED * oil.roughness:

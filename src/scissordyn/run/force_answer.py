@@ -12,8 +12,6 @@ from scissordyn.errors import printable
 from scissordyn.run.words import Words
 from scissordyn.units import short
 
-__all__ = ["ESTIMATE", "ForceAnswer", "force_after_start", "parts_of_oiled"]
-
 ESTIMATE = "an estimate, as contact is hard"
 
 FALLS = 20.0
@@ -33,30 +31,15 @@ def parts_of_oiled(metal: float, film: float) -> str:
 
 @dataclass(frozen=True)
 class ForceAnswer(Words):
-    """The largest force that a clearance joint transmits in a run.
-
-    Parameters
-    ----------
-    joint : str
-    force : float
-        [N]
-    when : float
-        [s]
-    estimated : bool
-        Of a hard contact.
-    start, after : float or None
-        End of the start to which it belongs [s], and the largest force after it [N].
-    metal, film : float
-        Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one.
-    """
+    """The largest force that a clearance joint transmits in a run."""
 
     joint: str
-    force: float
-    when: float
-    estimated: bool = False
-    start: float | None = None
+    force: float  # [N]
+    when: float  # [s]
+    estimated: bool = False  # Of a hard contact
+    start: float | None = None  # End of the start to which it belongs [s], and the largest force after it [N]
     after: float | None = None
-    metal: float = math.nan
+    metal: float = math.nan  # Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one
     film: float = math.nan
 
     def __str__(self) -> str:

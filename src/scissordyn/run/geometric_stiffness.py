@@ -24,15 +24,7 @@ COMPLEX_STEP = 1e-30
 
 
 def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndarray) -> np.ndarray:
-    """Stiffness in the free coordinates of the forces that loads cause to the first order, shape (n, n).
-
-    Parameters
-    ----------
-    at, loaded : At
-        The mechanism without loads, and with them at the same position.
-    slopes, allowed : ndarray
-        Stiffness and allowed motions without loads, see `stiffness`.
-    """
+    """Stiffness in the free coordinates of the forces that loads cause to the first order, shape (n, n)."""
     n = at.plan.coordinates.free
     loaded = loaded._replace(state=at.state)
     added = force_slopes(loaded)  # loads that follow their bodies turn
@@ -49,16 +41,7 @@ def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndar
 class _Response:
     """Internal forces of a displacement to the first order, and their stiffness.
 
-    Parameters
-    ----------
-    at : At
-        Evaluated at its position.
-    moved : ndarray, shape (n,)
-        Displacement.
-    gravity : ndarray, shape (2,)
-        Among the loads that cause it.
-    load : float
-        Size of these.
+    Shapes: `moved` (n,), `gravity` (2,).
     """
 
     def __init__(self, at: At, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:

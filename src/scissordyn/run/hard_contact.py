@@ -14,8 +14,6 @@ from scissordyn.run.contacts import contacts
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["hard_contact_warnings", "step_unused", "stepping_warnings"]
-
 DEEP = 0.2
 """Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing."""
 
@@ -31,17 +29,7 @@ LASTING = 0.02
 
 
 def hard_contact_warnings(path: Trajectory, options: Options) -> list[str]:
-    """The warnings of time stepping; of a run without it only where a step was asked for.
-
-    Parameters
-    ----------
-    path : Trajectory
-    options : Options
-
-    Returns
-    -------
-    list of str
-    """
+    """The warnings of time stepping; of a run without it only where a step was asked for."""
     if "step" not in path.statistics:
         return step_unused(options)
     return stepping_warnings(path.plan, path.system, path.statistics) + _not_converged(path) + _jammed(path)
@@ -58,19 +46,7 @@ def step_unused(options: Options) -> list[str]:
 
 
 def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> list[str]:
-    """What the counters of time stepping warn of: impulses that are not solved or not determined, surfaces that overlap.
-
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-    counts : mapping
-        Of `Stepping.statistics`.
-
-    Returns
-    -------
-    list of str
-    """
+    """What the counters of time stepping warn of: impulses that are not solved or not determined, surfaces that overlap."""
     found, every = [], counts["contact_steps"]
     if counts["steps_not_solved"]:
         found.append(

@@ -18,8 +18,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.simulate import simulate
 
-__all__ = ["ideal_kinematics", "motion_range"]
-
 SAMPLES = 501
 
 FURTHEST = 3.0
@@ -103,18 +101,7 @@ def _add_singular(run: xr.Dataset, path: Path | None, until: float) -> None:
 
 
 def motion_range(plan: Plan) -> tuple[float, float, str]:
-    """How far the only input of a mechanism can go in both directions before it locks, and its unit.
-
-    Parameters
-    ----------
-    plan : Plan
-
-    Returns
-    -------
-    low, high : float
-        [rad] or [m]; NaN where nothing locks within a revolution.
-    unit : str
-    """
+    """How far the only input of a mechanism can go in both directions before it locks, and its unit."""
     closure = Closure(plan)
     start = start_of(closure)
     if start is None or closure.inputs.count != 1 or closure.mobility != 0:

@@ -15,8 +15,6 @@ from scissordyn.plan.plan import plan as make_plan
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.trajectory import compute
 
-__all__ = ["PARTS", "IdealPath", "deviates", "deviation_parts", "ideal_path", "stages"]
-
 PARTS = ("servo", "bending", "clearance")
 """What lets tracked points leave the commanded path, in the order in which it is added."""
 
@@ -41,24 +39,12 @@ TIGHT = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class IdealPath:
-    """Tracked points at equidistant instants: joints ideal, bars rigid, servos on their references.
+    """Tracked points at equidistant instants: joints ideal, bars rigid, servos on their references."""
 
-    Parameters
-    ----------
-    table : ndarray, shape (nodes, 6 tracks)
-        Position, velocity and acceleration of each [m, m/s, m/s^2].
-    step : float
-        Time between two rows [s].
-    warnings : tuple of str
-        If it ends early, or is not accurate.
-    stages : tuple of Mechanism
-        That of the path; with its servos; with its bars that bend, too. The same where one has nothing of the kind.
-    """
-
-    table: np.ndarray
-    step: float
-    warnings: tuple[str, ...]
-    stages: tuple[Mechanism, ...]
+    table: np.ndarray  # (nodes, 6 tracks) Position, velocity and acceleration of each [m, m/s, m/s^2]
+    step: float  # Time between two rows [s]
+    warnings: tuple[str, ...]  # If it ends early, or is not accurate
+    stages: tuple[Mechanism, ...]  # That of the path; with its servos; with its bars that bend, too
 
     @property
     def end(self) -> float:
@@ -96,18 +82,7 @@ def deviates(mechanism: Mechanism) -> bool:
 
 
 def ideal_path(plan: Plan, options: Options) -> IdealPath:
-    """Simulate the commanded path and tabulate its tracked points, as finely as a quintic between two rows needs.
-
-    Parameters
-    ----------
-    plan : Plan
-        With tracked points.
-    options : Options
-
-    Returns
-    -------
-    IdealPath
-    """
+    """Simulate the commanded path and tabulate its tracked points, as finely as a quintic between two rows needs."""
     chosen = stages(plan.mechanism)
     ideal = make_plan(chosen[0])
     rtol, atol = min(options.rtol, TIGHT), min(options.atol, TIGHT)
@@ -147,15 +122,7 @@ def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, tim
 
     Each is the change of place as its cause is added to the mechanism on its commanded path; their sum is the deviation.
 
-    Parameters
-    ----------
-    path : IdealPath
-    mechanism : Mechanism
-    options : Options
-    times : ndarray
-        Instants [s].
-    at : ndarray, shape (time, tracks, 2)
-        Where the points are.
+    Shapes: `at` (time, tracks, 2).
     """
     before, place = path.stages[0], path.at(times)
     parts = np.zeros((len(PARTS), *place.shape))

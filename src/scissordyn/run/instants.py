@@ -11,8 +11,6 @@ from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.options import EQUALLY_SPACED
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["MOST_INSTANTS", "of_run", "of_trajectory", "own_instants"]
-
 MOST_INSTANTS = 20_001
 """Most samples of ``samples = "auto"``: ten times the equally spaced ones."""
 
@@ -21,18 +19,7 @@ WITHIN = 8
 
 
 def of_trajectory(path: Trajectory) -> np.ndarray:
-    """The instants of a trajectory; see `own_instants`.
-
-    Parameters
-    ----------
-    path : Trajectory
-        Of the whole run; it does not depend on its samples.
-
-    Returns
-    -------
-    ndarray
-        Increasing [s].
-    """
+    """The instants of a trajectory; see `own_instants`."""
     table = columns(contacts(path.log, path.peak[: len(path.plan.contacts)]))
     return own_instants(
         table["joint"], table["start"], table["peak_time"], table["duration"], path.peak["largest_time"], path.end
@@ -40,17 +27,7 @@ def of_trajectory(path: Trajectory) -> np.ndarray:
 
 
 def of_run(run: xr.Dataset) -> np.ndarray:
-    """The instants of a run, from its table of contacts and its located largest values; see `own_instants`.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    ndarray
-        Increasing [s].
-    """
+    """The instants of a run, from its table of contacts and its located largest values; see `own_instants`."""
     located = [run[name].values.ravel() for name in run.variables if re.search("peak_.*_time$", str(name))]
     joint = np.unique(run["contact_joint"].values, return_inverse=True)[1]
     start, peak, duration = (run[name].values for name in ("contact_start", "peak_time", "contact_duration"))
@@ -66,21 +43,7 @@ def own_instants(
     Equally spaced ones; start, largest force and end of every contact; the located largest values of everything else that is
     monitored; and inside each contact and each flight of a joint as many more as `MOST_INSTANTS` leaves room for.
 
-    Parameters
-    ----------
-    joint : ndarray of int, shape (contacts,)
-        Of each contact.
-    start, peak, duration : ndarray, shape (contacts,)
-        Start of the contact; from it to the largest force; how long it lasts, NaN until the end of the run [s].
-    further : ndarray
-        Instants of other largest values [s].
-    last : float
-        End of the run [s].
-
-    Returns
-    -------
-    ndarray
-        Increasing [s].
+    Shapes: `joint` (contacts,), `start, peak, duration` (contacts,) [s].
     """
     end = np.where(np.isfinite(duration), start + duration, last)
     located = np.concatenate([start, start + peak, end, further])

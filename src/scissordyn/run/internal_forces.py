@@ -21,8 +21,6 @@ from scissordyn.plan.flexible import flexible_bars
 from scissordyn.run.bars import PARTS, marks_of, part_names
 from scissordyn.run.configuration import read_configuration
 
-__all__ = ["Bar", "bars_of", "internal_forces", "largest_variables"]
-
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 NODES = 0.5 * (1.0 + POINTS)
 
@@ -62,16 +60,7 @@ class Bar(NamedTuple):
 
 
 def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
-    """The bars that bend, each with its elements in order; a beam of a user's own is a bar by itself.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    tuple of Bar
-    """
+    """The bars that bend, each with its elements in order; a beam of a user's own is a bar by itself."""
     groups = itertools.groupby(beams_of(mechanism), key=lambda beam: beam.name.rsplit("/beam ", 1)[0])
     wholes = (Bar(bar.name.removesuffix("/beam"), (), bar) for bar in flexible_bars(mechanism))
     return (*(Bar(name, tuple(beams)) for name, beams in groups), *wholes)
@@ -156,20 +145,7 @@ def largest_variables(
     Among the samples, at the quarters of each element. `bar_buckling_load` is the largest compression of each bar over its
     largest buckling ratio.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    variables : dict of str to Variable
-        Of a run: bodies' places and the outputs of beams.
-    time : ndarray, shape (samples,)
-        [s]
-    ratios : ndarray, shape (bars,)
-        See `buckling_ratios`.
-
-    Returns
-    -------
-    dict of str to Variable
-        Empty if no bar bends or there are no samples.
+    Shapes: `time` (samples,) [s], `ratios` (bars,).
     """
     bars = bars_of(mechanism)
     if not bars or not time.size:
@@ -207,13 +183,7 @@ def largest_variables(
 
 
 class _Read:
-    """Places and motion of cross-sections and outputs of beams, by name, over time.
-
-    Parameters
-    ----------
-    source : Dataset or mapping of str to Variable
-    mechanism : Mechanism
-    """
+    """Places and motion of cross-sections and outputs of beams, by name, over time."""
 
     def __init__(self, source: Any, mechanism: Mechanism) -> None:
         self.source = source
@@ -350,13 +320,7 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
 
 
 class _Shape:
-    """An element over time, in the frame of its chord: the rotation psi as in `component.beam`, loads and what acts at its end.
-
-    Parameters
-    ----------
-    beam : Beam
-    read : _Read
-    """
+    """An element over time, in the frame of its chord: rotation psi as in `component.beam`, loads, forces at its end."""
 
     def __init__(self, beam: Beam, read: _Read) -> None:
         (self.start, turned), (end, end_turned) = read.pose(beam.start[0]), read.pose(beam.end[0])

@@ -36,11 +36,6 @@ def pass_on(part: xr.Dataset) -> xr.Dataset:
     """Raise `KeyboardInterrupt` again if a run was interrupted that is only a part of what was asked for.
 
     A run that is interrupted returns what it has. Where that is of no use by itself, the whole computation has to end.
-
-    Returns
-    -------
-    Dataset
-        The same.
     """
     if part.attrs["status"] == "interrupted":
         raise KeyboardInterrupt

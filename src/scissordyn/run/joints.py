@@ -7,41 +7,16 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 
-__all__ = ["clearance_joints", "some_clearance_joints"]
-
 
 def clearance_joints(run: xr.Dataset) -> list[str]:
-    """Names of the joints with clearance, in order.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-    """
+    """Names of the joints with clearance, in order."""
     if "clearance" not in run:
         return []
     return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
 
 
 def some_clearance_joints(run: xr.Dataset) -> list[str]:
-    """The same of a run that has to have some.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    InputError
-        If no joint has clearance.
-    """
+    """The same of a run that has to have some."""
     found = clearance_joints(run)
     if not found:
         raise InputError(

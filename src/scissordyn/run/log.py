@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["BAND", "LOG", "PEAK", "by_name", "unknown"]
-
 
 def _rows(*columns: str | tuple[str, ...]) -> np.dtype[np.void]:
     """Rows of numbers; a column may have one name for each kind of row."""
@@ -48,16 +46,7 @@ BAND = _rows("limit", "last_above", "first_within")
 def by_name(rows: np.ndarray, described: np.dtype[np.void]) -> np.ndarray:
     """Rows of numbers with names for their columns.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, columns)
-    described : dtype
-        `LOG`, `PEAK` or `BAND`.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        A view: what is written into it stands in the rows.
+    Shapes: `rows` (n, columns); returns (n,).
     """
     return rows.view(described)[:, 0]
 

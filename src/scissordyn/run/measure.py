@@ -35,19 +35,9 @@ from scissordyn.run.peak_estimate import peak_forces
 from scissordyn.run.settling import SETTLING, settling_times
 from scissordyn.run.trajectory import reached
 
-__all__ = ["COMPONENT_UNIT", "MEASURES", "Ended", "Measure", "component_units", "parts_of"]
-
 
 class Ended:
-    """What a driver has accumulated up to now.
-
-    Parameters
-    ----------
-    driver : Driver
-    path : IdealPath, optional
-        That tracked points are compared with.
-    options : Options, optional
-    """
+    """What a driver has accumulated up to now."""
 
     def __init__(self, driver: Driver, path: IdealPath | None = None, options: Options | None = None) -> None:
         self.driver, self.path, self.options = driver, path, options
@@ -161,27 +151,14 @@ class Ended:
 
 @dataclass(frozen=True)
 class Measure:
-    """A number, or one for each joint, drive or component.
-
-    Parameters
-    ----------
-    units, long_name : str
-    dims : tuple of str
-        (), ("joint",), ("drive",), ("component",), ("track",) or ("bar",).
-    value : callable
-        From an `Ended` to a float or an array along the dimension.
-    compares : bool
-        Whether it is a deviation from the commanded path, which is then computed too.
-    sampled : bool
-        Whether it needs equally spaced samples.
-    """
+    """A number, or one for each joint, drive or component."""
 
     units: str
     long_name: str
-    dims: tuple[str, ...]
-    value: Callable[[Ended], float | np.ndarray]
-    compares: bool = False
-    sampled: bool = False
+    dims: tuple[str, ...]  # (), ("joint",), ("drive",), ("component",), ("track",) or ("bar",)
+    value: Callable[[Ended], float | np.ndarray]  # From an `Ended` to a float or an array along the dimension
+    compares: bool = False  # Whether it is a deviation from the commanded path, which is then computed too
+    sampled: bool = False  # Whether it needs equally spaced samples
 
 
 def _of_bars(units: str, quantity: str, text: str) -> Measure:
@@ -285,33 +262,13 @@ COMPONENT_UNIT = "component_unit"
 
 
 def component_units(mechanism: Mechanism) -> dict[str, str]:
-    """The unit of what each component exerts, as its port declares it.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    dict of str to str
-        "N" or "N m" by the names of the components, in their order; "1" of bars that bend, which exert no single number.
-    """
+    """The unit of what each component exerts, as its port declares it."""
     ports = {each.name: each.declaration.port for each in mechanism.components}
     return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
 
 
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Names along the dimensions of measures.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    dict of str to list of str
-        By "joint", "drive", "component", "track" and "bar".
-    """
+    """Names along the dimensions of measures."""
     return {
         "joint": [contact.name for contact in mechanism.contacts],
         "drive": [drive.body for drive in mechanism.drives],

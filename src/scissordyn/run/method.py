@@ -19,8 +19,6 @@ from scissordyn.run.driver import Driver
 from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.tolerance import Tolerances
 
-__all__ = ["Choice", "choose_method"]
-
 EXPLICIT, STIFF = "dop853", "rodas5p"
 
 STABLE = 6.0
@@ -70,41 +68,20 @@ more times shorter than this: implicit damping is stable, and what decays so fas
 
 @dataclass(frozen=True)
 class Choice:
-    """A method, and why it was chosen.
-
-    Parameters
-    ----------
-    method : str
-    reason : str
-    step : float
-        Of time stepping [s]; 0 for a method with error control.
-    turn : tuple of float
-        Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
-        infinite if the step was asked for.
-    """
+    """A method, and why it was chosen."""
 
     method: str
     reason: str
-    step: float = 0.0
+    step: float = 0.0  # Of time stepping [s]; 0 for a method with error control
+    # Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
+    # infinite if the step was asked for
     turn: tuple[float, float] = (math.inf, math.inf)
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
     """The method that was asked for, or the one that an estimate of stiffness suggests.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Its state is left as it was.
-    y : ndarray, shape (ny,)
-        At the start.
-    options : Options
-    tolerances : Tolerances
-
-    Returns
-    -------
-    Choice
+    Shapes: `y` (ny,).
     """
     hard = [plan.contacts[j].name for j in plan.hard_places]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
@@ -168,22 +145,7 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
     Damping over the approach speed, which is next to nothing at rest, is stiff until a contact has been open. Bars that bend
     often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Its state is left as it was.
-    y : ndarray, shape (ny,)
-        At the start.
-    tolerances : Tolerances
-    most : int
-        Steps; one in `most`/`TRIAL` looks at the contacts.
-    until : float
-        Simulated time after which it is too late [s].
-
-    Returns
-    -------
-    bool
+    Shapes: `y` (ny,).
     """
     state = system.content.state
     before = [part.copy() for part in state]
@@ -201,19 +163,7 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
 def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:
     """Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-    y : ndarray, shape (ny,)
-        At the start.
-    options : Options
-    tolerances : Tolerances
-
-    Returns
-    -------
-    step : float
-    reason : str
+    Shapes: `y` (ny,).
     """
     if options.step is not None:
         return options.step, "the step was asked for"
@@ -253,19 +203,7 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
     film of damping D, and steps of `STABLE` m/D are stable. D grows at least as the power -3/2 of the thickness h, so that
     there are about D^2 h/(2 `STABLE` m^2 a) steps down to h.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Its state is left as it was.
-    y : ndarray, shape (ny,)
-        At the start.
-    tolerances : Tolerances
-
-    Returns
-    -------
-    float
-        Without a unit; of several films by the strongest damping and the least thickness over the clearance.
+    Shapes: `y` (ny,).
     """
     content: System = system.content
     parameters, modes = content.parameters.component, content.state.mode

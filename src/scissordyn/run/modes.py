@@ -20,8 +20,6 @@ from scissordyn.run.small_motion import Place, Position, placed, released
 from scissordyn.run.stiffness import At, stiffness
 from scissordyn.units import Quantity, checked
 
-__all__ = ["modes"]
-
 NEAR = 0.1
 """Largest change of an input [rad, m/m] from one position to the next, which starts from it."""
 

@@ -9,24 +9,9 @@ from scissordyn.mechanics.system import System
 from scissordyn.mechanics.workspace import initial_state
 from scissordyn.plan.plan import Plan
 
-__all__ = ["put_numbers"]
-
 
 def put_numbers(system: Handle, plan: Plan) -> bool:
-    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start.
-
-    Parameters
-    ----------
-    system : Handle
-        Of a `System`.
-    plan : Plan
-        Of the other case.
-
-    Returns
-    -------
-    bool
-        Whether the arrays of the system could hold them; it is left as it was otherwise.
-    """
+    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start."""
     content: System = system.content
     model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
     # the table of the ideal mechanism is another one for each case: see `compare_with`

@@ -10,8 +10,6 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["AUTO", "EQUALLY_SPACED", "TIME_STEPPING", "EventKind", "Options", "SampleCount", "StartKind"]
-
 TIME_STEPPING = "moreau-jean"
 """Method of mechanisms with hard contacts."""
 

@@ -9,8 +9,6 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.outputs import Record
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["painleve_warnings"]
-
 MOST_SAMPLES, FEWEST = 600, 10
 """So many samples of a run are looked at, shared by its contacts and evenly spread over each, and no fewer of a contact."""
 
@@ -21,17 +19,6 @@ def painleve_warnings(path: Trajectory, found: Record) -> list[str]:
     With f the normal force, mu the friction over it and n, t the normal and the tangent, the indentation accelerates by
     -f (n M n - mu n M t), M the inverse of the mass that the joints leave. Where the bracket is negative a rigid contact has no
     solution or several (Painlevé's paradox), and the motion depends on the stiffness and damping of the contact.
-
-    Parameters
-    ----------
-    path : Trajectory
-    found : Record
-        Of its samples.
-
-    Returns
-    -------
-    list of str
-        One a contact.
 
     References
     ----------

@@ -18,8 +18,6 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["peak_forces"]
-
 POINTS = 201
 """Values of s at which the largest force is looked for, and a parabola through the best three."""
 
@@ -33,17 +31,7 @@ SMALL = 1e-6
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
     """Largest normal forces of impacts by the elastic and the damping law of a joint.
 
-    Parameters
-    ----------
-    clearance : Clearance or GuideClearance
-        Its laws, whatever its kind of contact; the damping law has a factor.
-    struck : ndarray, shape (k,)
-        Effective masses along the normal times squares of approach speeds [J].
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        [N]; NaN where that is not finite and positive.
+    Shapes: `struck` (k,) [J]; returns (k,) [N].
     """
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping

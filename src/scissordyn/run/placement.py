@@ -12,8 +12,6 @@ import xarray as xr
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Placement", "turned"]
-
 
 def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
     """Vectors after quarter turns, counter-clockwise, shape (..., 2)."""
@@ -30,25 +28,13 @@ def placed(centre: np.ndarray, angle: np.ndarray, local: np.ndarray) -> np.ndarr
 
 @dataclass(frozen=True)
 class Placement:
-    """The positions of a mechanism at some samples of a run.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    index : dict of str to int
-        Places of the bodies in the arrays.
-    centres : ndarray, shape (samples, bodies, 2)
-        Mass centres [m].
-    angles : ndarray, shape (samples, bodies)
-        [rad]
-    turns : int
-        Quarter turns, counter-clockwise, of the frame in which everything is given: a picture may show gravity downwards.
-    """
+    """The positions of a mechanism at some samples of a run."""
 
     mechanism: Mechanism
-    index: dict[str, int]
-    centres: np.ndarray
-    angles: np.ndarray
+    index: dict[str, int]  # Places of the bodies in the arrays
+    centres: np.ndarray  # (samples, bodies, 2) Mass centres [m]
+    angles: np.ndarray  # (samples, bodies) [rad]
+    # Quarter turns, counter-clockwise, of the frame in which everything is given: a picture may show gravity downwards
     turns: int = 0
 
     @classmethod

@@ -26,8 +26,6 @@ from scissordyn.run.ideal_path import IdealPath
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory, broken_off, compute, make_driver
 
-__all__ = ["DIVERGENCE", "DIVERGENCE_BODY", "Comparable", "Horizon", "compared", "predictability"]
-
 DIVERGENCE = 0.1
 """Distance of the two positions of a journal in its bearing, as a fraction of its clearance, from which on the runs have
 diverged; likewise of the corner of a block across its guide."""
@@ -62,45 +60,22 @@ TOO_NEAR = 0.2
 
 
 class Comparable(NamedTuple):
-    """A run at many instants.
+    """A run at many instants."""
 
-    Parameters
-    ----------
-    time : ndarray, shape (nt,)
-        Increasing [s].
-    state : ndarray, shape (nt, ny)
-    """
-
-    time: np.ndarray
-    state: np.ndarray
+    time: np.ndarray  # (nt,) Increasing [s]
+    state: np.ndarray  # (nt, ny)
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """Until when a run can be predicted.
+    """Until when a run can be predicted."""
 
-    Parameters
-    ----------
-    until : float
-        Time until which both runs agree [s].
-    contacts : int
-        Contacts that began before it.
-    found : str
-        "to the end", "diverged" or "unknown".
-    reason : str
-        Why it is unknown.
-    interrupted : bool
-        Whether the second run was stopped by the user.
-    cost : float
-        Steps of both runs over those of the first, rejected ones counted; NaN without a second run.
-    """
-
-    until: float
-    contacts: int
-    found: str
-    reason: str = ""
-    interrupted: bool = False
-    cost: float = math.nan
+    until: float  # Time until which both runs agree [s]
+    contacts: int  # Contacts that began before it
+    found: str  # "to the end", "diverged" or "unknown"
+    reason: str = ""  # Why it is unknown
+    interrupted: bool = False  # Whether the second run was stopped by the user
+    cost: float = math.nan  # Steps of both runs over those of the first, rejected ones counted; NaN without a second run
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -119,24 +94,7 @@ def compared(
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
 ) -> tuple[Trajectory, Comparable]:
-    """A run, and its state at all instants at which it can be compared with another.
-
-    Parameters
-    ----------
-    plan : Plan
-    options : Options
-    progress : callable, optional
-    ideal : IdealPath, optional
-        Of the tracked points.
-    keeper : Keeper, optional
-        Writes checkpoints of the run.
-
-    Returns
-    -------
-    path : Trajectory
-        With the samples that the options ask for.
-    compared : Comparable
-    """
+    """A run, and its state at all instants at which it can be compared with another."""
     asked = np.linspace(0.0, options.until, options.count)
     every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
     path = compute(plan, options, progress, times=every, record_steps=True, ideal=ideal, keeper=keeper)
@@ -160,22 +118,6 @@ def predictability(
     Runs have diverged when the positions of a journal in its bearing differ by `DIVERGENCE` of its clearance, or those of a
     point of a body by `DIVERGENCE_BODY` of the mechanism's size. As the second run is far more accurate, their difference is
     the error of the first.
-
-    Parameters
-    ----------
-    options : Options
-    path : Trajectory
-    compared : Comparable
-        Its states.
-    run : Dataset
-        Made of it.
-    progress : callable, optional
-    keeper : Keeper, optional
-        Writes checkpoints of the second run.
-
-    Returns
-    -------
-    Horizon
     """
     method = str(path.statistics["method"])
     rtol, atol = (max(TIGHTER * asked, SMALLEST) for asked in (options.rtol, options.atol))

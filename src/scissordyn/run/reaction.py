@@ -12,24 +12,11 @@ from scissordyn.plan.plan import Plan
 from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.driver import make_system
 
-__all__ = ["ideal_reactions"]
-
 
 def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
     """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0.
 
-    Parameters
-    ----------
-    plan : Plan
-    position : ndarray, shape (n,), optional
-        Free coordinates of the ideal mechanism, at rest there; assembled and moving as its drives demand if not given.
-    reference : ndarray, optional
-        Angles that turns are counted from there [rad]; as placed if not given.
-
-    Returns
-    -------
-    ndarray, shape (joints, 2)
-        [N]; NaN where the reaction is not determined.
+    Shapes: `position` (n,); returns (joints, 2) [N].
     """
     plan = plan.ideal
     system = make_system(plan)

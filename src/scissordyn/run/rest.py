@@ -18,8 +18,6 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.run.stiffness import At, stiffness
 
-__all__ = ["count_turns", "equilibrium", "touch_closed", "turns"]
-
 AT_REST = 1e-9
 """Unbalanced force, relative to the load, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
 
@@ -68,21 +66,11 @@ MOST_GROWTH = 10.0
 
 
 class Rest(NamedTuple):
-    """A position of equilibrium.
+    """A position of equilibrium."""
 
-    Parameters
-    ----------
-    position : ndarray, shape (n,)
-        Free coordinates.
-    load : float
-        That unbalanced forces were compared with.
-    growth : float
-        Rate at which the smallest motion away from it grows [rad/s]; 0 where it is stable.
-    """
-
-    position: np.ndarray
-    load: float
-    growth: float
+    position: np.ndarray  # (n,) Free coordinates
+    load: float  # That unbalanced forces were compared with
+    growth: float  # Rate at which the smallest motion away from it grows [rad/s]; 0 where it is stable
 
 
 def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> Rest:
@@ -93,20 +81,7 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     lead to stable equilibrium, but for long ones. From unstable equilibrium the descent goes on, to the side that it came
     from. Where it fails, thin bars are first taken as ones that stretch more easily.
 
-    Parameters
-    ----------
-    plan : Plan
-        Of a mechanism with constant drives (see `Plan.at_rest`).
-    handle : Handle
-        Of a `System` of it that counts turns as `count_turns` left it; its state is overwritten.
-    position : ndarray, shape (n,)
-    load : float
-        That unbalanced forces are compared with; that of the given position if not given.
-
-    Raises
-    ------
-    InputError
-        If no equilibrium is found; says what the mechanism did instead.
+    Shapes: `position` (n,).
 
     References
     ----------
@@ -192,18 +167,7 @@ def _growth(plan: Plan, handle: Handle, state: np.ndarray) -> tuple[float, np.nd
 class _Descent:
     """A mechanism at rest on its way to equilibrium.
 
-    Parameters
-    ----------
-    plan : Plan
-    handle : Handle
-    position : ndarray, shape (n,)
-    load : float
-        As for `equilibrium`.
-
-    Attributes
-    ----------
-    state : ndarray
-        Where it is, with velocities of zero.
+    Shapes: `position` (n,).
     """
 
     def __init__(self, plan: Plan, handle: Handle, position: np.ndarray, load: float) -> None:

@@ -33,8 +33,6 @@ from scissordyn.run.trajectory import FAILED, Trajectory, compute
 from scissordyn.run.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
-__all__ = ["refined", "replay", "simulate"]
-
 
 @checked
 def simulate(
@@ -167,21 +165,7 @@ def _simulate(
 
 
 def refined(run: xr.Dataset, mechanism: Mechanism, progress: Callable[[float], None] | None = None) -> xr.Dataset:
-    """A run with the instants of its contacts among its samples, for pictures: the same motion bit for bit.
-
-    Parameters
-    ----------
-    run : Dataset
-        That is complete.
-    mechanism : Mechanism
-        The one that was run.
-    progress : callable, optional
-
-    Returns
-    -------
-    Dataset
-        With the attributes of the run; the run itself if that was interrupted.
-    """
+    """A run with the instants of its contacts among its samples, for pictures: the same motion bit for bit."""
     options = read_configuration(run).options
     assert options is not None
     made, once = plan(mechanism), dataclasses.replace(options, trust=False, samples=EQUALLY_SPACED)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["FIRST", "next_slice"]
-
 FIRST = 200
 """Steps of the first call."""
 
@@ -12,21 +10,6 @@ LASTING = 0.1
 
 
 def next_slice(steps: int, seconds: float, most: int) -> int:
-    """Steps of the next call; what is computed does not depend on them.
-
-    Parameters
-    ----------
-    steps : int
-        Steps that the last call took.
-    seconds : float
-        How long it lasted [s]; the first one compiles.
-    most : int
-        Upper bound.
-
-    Returns
-    -------
-    int
-        At least 1, and at most twice as many as before.
-    """
+    """Steps of the next call; what is computed does not depend on them."""
     fitting = steps * LASTING / max(seconds, 1e-9)
     return max(1, min(int(fitting), 2 * steps, most))

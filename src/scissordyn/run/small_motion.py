@@ -26,21 +26,7 @@ class Place(NamedTuple):
 
 
 def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, Place]:
-    """A mechanism whose drives stand still, from the place before if there is one; with clearances, resting in contact.
-
-    Parameters
-    ----------
-    still : Plan
-        See `Plan.at_rest`.
-    position : {"static", "concentric"}
-    before : Place, optional
-
-    Returns
-    -------
-    at : At
-    place : Place
-        Of the ideal mechanism.
-    """
+    """A mechanism whose drives stand still, from the place before if there is one; with clearances, resting in contact."""
     ideal = still.ideal
     system, n = make_system(ideal), ideal.coordinates.free
     if before is None:
@@ -64,16 +50,7 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
 
 
 def released(at: At) -> At:
-    """The same position with the drives replaced by the constant torques that hold it.
-
-    Parameters
-    ----------
-    at : At
-
-    Returns
-    -------
-    At
-    """
+    """The same position with the drives replaced by the constant torques that hold it."""
     mechanism = at.plan.mechanism
     holding: tuple[Any, ...] = tuple(
         Torque(f"torque that holds '{drive.body}'", drive.body, torque=1.0) for drive in mechanism.drives

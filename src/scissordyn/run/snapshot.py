@@ -11,20 +11,12 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import CLOCK, COUNTS, State
 
-__all__ = ["Snapshot"]
-
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A state to go on from, bit for bit: copies of everything in an integrator's state.
+    """A state to go on from, bit for bit: copies of everything in an integrator's state."""
 
-    Parameters
-    ----------
-    arrays : dict of str to ndarray
-        By the names of `integration.State`.
-    """
-
-    arrays: dict[str, np.ndarray]
+    arrays: dict[str, np.ndarray]  # By the names of `integration.State`
 
     @property
     def time(self) -> float:
@@ -54,13 +46,7 @@ class Snapshot:
 
     @classmethod
     def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
-        """The state that `plain` wrote.
-
-        Raises
-        ------
-        InputError
-            If an array is missing or has the wrong shape.
-        """
+        """The state that `plain` wrote."""
         found: dict[str, np.ndarray] = {}
         for name, kind in _KINDS.items():
             if name not in arrays:

@@ -4,24 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["equally_spaced", "spread_samples", "time_mean"]
-
 EQUAL = 1e-6
 """Relative difference of distances in time that counts as none."""
 
 
 def equally_spaced(time: np.ndarray) -> bool:
-    """Whether all samples are equally far apart.
-
-    Parameters
-    ----------
-    time : ndarray
-        Increasing [s].
-
-    Returns
-    -------
-    bool
-    """
+    """Whether all samples are equally far apart."""
     step = np.diff(time)
     return bool(step.size == 0 or np.ptp(step) <= EQUAL * float(np.mean(step)))
 
@@ -29,15 +17,7 @@ def equally_spaced(time: np.ndarray) -> bool:
 def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Mean over time: of the samples where they are equally spaced, by the trapezoidal rule where they are not.
 
-    Parameters
-    ----------
-    values : ndarray, shape (samples, ...)
-    time : ndarray, shape (samples,)
-        [s]
-
-    Returns
-    -------
-    ndarray, shape (...)
+    Shapes: `values` (samples, ...), `time` (samples,) [s]; returns (...).
     """
     if equally_spaced(time):
         return np.asarray(np.mean(values, axis=0))
@@ -45,19 +25,7 @@ def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def spread_samples(time: np.ndarray, count: int) -> np.ndarray:
-    """So many samples, equally spread over the time, the first and the last among them.
-
-    Parameters
-    ----------
-    time : ndarray
-        Increasing [s].
-    count : int
-
-    Returns
-    -------
-    ndarray of int
-        Increasing; fewer than asked for where there are not as many.
-    """
+    """So many samples, equally spread over the time, the first and the last among them."""
     if equally_spaced(time):
         return np.unique(np.linspace(0, time.size - 1, count).round().astype(int))
     wanted = np.linspace(time[0], time[-1], count)

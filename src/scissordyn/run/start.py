@@ -37,8 +37,6 @@ from scissordyn.run.options import StartKind
 from scissordyn.run.reaction import ideal_reactions
 from scissordyn.run.rest import Rest, count_turns, equilibrium, turns
 
-__all__ = ["Prepared", "assembled_near", "prepare_start", "rest_with_clearances"]
-
 MOVED = 1e-3
 """An assembly that moves a point of a body by more than this fraction of the mechanism's size is said."""
 
@@ -54,36 +52,15 @@ DROPPED = 1e-2
 
 @dataclass(frozen=True)
 class Prepared:
-    """A state to start from.
+    """A state to start from."""
 
-    Parameters
-    ----------
-    y : ndarray, shape (ny,)
-    initial_events : tuple of rows of the event log
-        Of contacts and components that act from the start on.
-    warnings : tuple of str
-    """
-
-    y: np.ndarray
-    initial_events: tuple[list[float], ...]
+    y: np.ndarray  # (ny,)
+    initial_events: tuple[list[float], ...]  # Of contacts and components that act from the start on
     warnings: tuple[str, ...]
 
 
 def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
-    """The state to start from.
-
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Of a `System` whose modes, angles and memories are set.
-    kind : str
-        See `Options.start`.
-
-    Returns
-    -------
-    Prepared
-    """
+    """The state to start from."""
     content = system.content
     guess, held = placed_start(plan, content), Held()
     held_rods(plan, content, held)
@@ -178,25 +155,7 @@ def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
 
 
 def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
-    """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints.
-
-    Parameters
-    ----------
-    still : Plan
-        Of a mechanism with constant drives and clearances.
-    system : Handle
-        Of `still.ideal`, in equilibrium.
-    place : ndarray
-        Its free coordinates there.
-    load : float
-        As for `equilibrium`.
-
-    Returns
-    -------
-    system : Handle
-        Of `still`; its contacts are closed where they carry.
-    rest : Rest
-    """
+    """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints."""
     ideal, rest = still.ideal, Start(place, np.zeros_like(place))
     handle = make_system(still)
     count_turns(still, handle.content, turns(ideal, system.content))
@@ -305,21 +264,7 @@ def _hold_references(plan: Plan, system: System, held: Held) -> None:
 
 
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
-    """The state at rest nearest to natural coordinates in which rods have their given directions.
-
-    Parameters
-    ----------
-    plan : Plan
-        Of a mechanism with constant drives.
-    system : System
-    natural : ndarray
-    straight : bool
-        Whether bars that bend are straight.
-
-    Returns
-    -------
-    Start
-    """
+    """The state at rest nearest to natural coordinates in which rods have their given directions."""
     guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
     held = Held()
     held_rods(plan, system, held)

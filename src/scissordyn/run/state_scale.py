@@ -12,8 +12,6 @@ from scissordyn.run.tolerance import state_tolerance
 from scissordyn.run.trajectory import Trajectory
 from scissordyn.units import State
 
-__all__ = ["scale_warnings"]
-
 COARSE = 1e3
 """A state whose allowed error changes a force by more than this times the tolerance, as a part of the largest force of its
 component, has a scale that does not fit: three digits are lost. One that fits loses none."""
@@ -23,17 +21,7 @@ MOST = 500
 
 
 def scale_warnings(options: Options, path: Trajectory) -> list[str]:
-    """A warning for each state whose declared scale is so large that its allowed error is seen in the force.
-
-    Parameters
-    ----------
-    options : Options
-    path : Trajectory
-
-    Returns
-    -------
-    list of str
-    """
+    """A warning for each state whose declared scale is so large that its allowed error is seen in the force."""
     places = _places(path)
     instants = path.samples.time.size
     if not places or not instants:

@@ -18,25 +18,12 @@ from scissordyn.run.loop import advance_hard
 if TYPE_CHECKING:
     from scissordyn.run.driver import Driver
 
-__all__ = ["Stepping", "advance_stepping"]
-
 KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap", "longest", "struck")
 """What the next step depends on, and what has been counted."""
 
 
 class Stepping:
-    """The hard contacts of a driver, and the size of its steps.
-
-    Parameters
-    ----------
-    plan : Plan
-    size : float
-        Of a step [s].
-    turn : tuple of float
-        See `method.Choice`.
-    located : bool
-        Whether steps end at impacts.
-    """
+    """The hard contacts of a driver, and the size of its steps."""
 
     def __init__(self, plan: Plan, size: float, turn: tuple[float, float], *, located: bool) -> None:
         self.plan = plan
@@ -114,20 +101,7 @@ class Stepping:
 
 
 def advance_stepping(drivers: Sequence[Driver], steppings: Sequence[Stepping], most_steps: int) -> list[int]:
-    """Advance some drivers one after another.
-
-    Parameters
-    ----------
-    drivers : sequence of Driver
-    steppings : sequence of Stepping
-    most_steps : int
-        Of each.
-
-    Returns
-    -------
-    list of int
-        A status of each.
-    """
+    """Advance some drivers one after another."""
     statuses = np.zeros(len(drivers), np.int64)
     systems = np.array([driver.system.address for driver in drivers], np.int64)
     integrations = np.array([driver.integration.address for driver in drivers], np.int64)

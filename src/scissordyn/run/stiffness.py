@@ -32,14 +32,7 @@ class At(NamedTuple):
 def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness in the free coordinates, and an orthonormal basis of the motions that the constraints allow.
 
-    Parameters
-    ----------
-    at : At
-
-    Returns
-    -------
-    stiffness : ndarray, shape (n, n)
-    allowed : ndarray, shape (n, n - rank of the constraints)
+    Shapes: returns `stiffness` (n, n), `allowed` (n, n - rank of the constraints).
     """
     found = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)

@@ -21,19 +21,6 @@ from scissordyn.run.placement import placed
 from scissordyn.run.words import Words
 from scissordyn.units import counted, short
 
-__all__ = [
-    "ActuatorAnswer",
-    "JointSummary",
-    "PointAnswer",
-    "SpanAnswer",
-    "Summary",
-    "actuator_limits",
-    "at_limit",
-    "joint_summaries",
-    "kinds_left_out",
-    "summary_of",
-]
-
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit from which on an actuator counts as at its limit."""
 
@@ -49,31 +36,16 @@ WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("loa
 
 @dataclass(frozen=True)
 class PointAnswer(Words):
-    """A tracked point against its tolerance.
-
-    Parameters
-    ----------
-    name : str
-    deviation : float
-        Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early.
-    when : float
-        Instant of it [s].
-    tolerance : float or None
-        [m]
-    settled : float or None
-        From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end.
-    at_end : float
-        Its deviation at the last sample [m].
-    parts, parts_at_end : dict of str to float
-        What servos, bending and clearance add to it, of those that are there [m]: largest of the samples, and at the last one.
-    """
+    """A tracked point against its tolerance."""
 
     name: str
-    deviation: float
-    when: float
-    tolerance: float | None
+    deviation: float  # Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early
+    when: float  # Instant of it [s]
+    tolerance: float | None  # [m]
+    # From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
     settled: float | None
-    at_end: float
+    at_end: float  # Its deviation at the last sample [m]
+    # What servos, bending and clearance add to it, of those that are there [m]: largest of the samples, and at the last one
     parts: dict[str, float]
     parts_at_end: dict[str, float]
 
@@ -116,28 +88,14 @@ def _parts(sizes: dict[str, float]) -> str:
 
 @dataclass(frozen=True)
 class ActuatorAnswer(Words):
-    """A drive, an actuator or a motor against its limit.
-
-    Parameters
-    ----------
-    name : str
-    kind : {"drive", "actuator", "motor"}
-    torque : float
-        Its largest torque [N m].
-    when : float
-        Instant of it [s]; NaN if the run does not have it.
-    limit : float or None
-        [N m]
-    time_at_limit : float
-        How long it is at its limit [s], as the samples show it.
-    """
+    """A drive, an actuator or a motor against its limit."""
 
     name: str
     kind: str
-    torque: float
-    when: float
-    limit: float | None
-    time_at_limit: float
+    torque: float  # Its largest torque [N m]
+    when: float  # Instant of it [s]; NaN if the run does not have it
+    limit: float | None  # [N m]
+    time_at_limit: float  # How long it is at its limit [s], as the samples show it
 
     @property
     def saturated(self) -> bool:
@@ -160,15 +118,9 @@ class ActuatorAnswer(Words):
 
 @dataclass(frozen=True)
 class SpanAnswer(Words):
-    """Width and height of the region that the points of all bodies take.
+    """Width and height of the region that the points of all bodies take."""
 
-    Parameters
-    ----------
-    start, end : (float, float)
-        At the first and the last sample [m].
-    """
-
-    start: tuple[float, float]
+    start: tuple[float, float]  # At the first and the last sample [m]
     end: tuple[float, float]
 
     @property
@@ -191,39 +143,17 @@ class SpanAnswer(Words):
 
 @dataclass(frozen=True)
 class Summary(Words):
-    """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first.
+    """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first."""
 
-    Parameters
-    ----------
-    points : tuple of PointAnswer
-        Each tracked point against its tolerance.
-    actuators : tuple of ActuatorAnswer
-        Each drive, actuator and motor against its limit.
-    force : ForceAnswer or None
-        None for a run without contacts.
-    span : SpanAnswer or None
-        None where the run does not say where its points are.
-    bars : BarAnswer or None
-        None where no bar bends.
-    work : dict of str to float
-        Work over the whole run by whose it is, and "dissipated" [J].
-    horizon : float or None
-        Until when the run is predictable [s]; None if that was not computed.
-    horizon_contacts : int or None
-        Number of contacts until then.
-    horizon_text : str
-        In place of both where the run has words for it.
-    """
-
-    points: tuple[PointAnswer, ...]
-    actuators: tuple[ActuatorAnswer, ...]
-    force: ForceAnswer | None
-    span: SpanAnswer | None
-    bars: BarAnswer | None
-    work: dict[str, float]
-    horizon: float | None
-    horizon_contacts: int | None
-    horizon_text: str = ""
+    points: tuple[PointAnswer, ...]  # Each tracked point against its tolerance
+    actuators: tuple[ActuatorAnswer, ...]  # Each drive, actuator and motor against its limit
+    force: ForceAnswer | None  # None for a run without contacts
+    span: SpanAnswer | None  # None where the run does not say where its points are
+    bars: BarAnswer | None  # None where no bar bends
+    work: dict[str, float]  # Work over the whole run by whose it is, and "dissipated" [J]
+    horizon: float | None  # Until when the run is predictable [s]; None if that was not computed
+    horizon_contacts: int | None  # Number of contacts until then
+    horizon_text: str = ""  # In place of both where the run has words for it
 
     @property
     def met(self) -> bool | None:
@@ -254,47 +184,24 @@ class Summary(Words):
 
 @dataclass(frozen=True)
 class JointSummary(Words):
-    """The contacts and the largest force of one joint in a run.
-
-    Parameters
-    ----------
-    name : str
-    contacts : int
-    fraction : float
-        Of the time, in contact.
-    largest : float
-        Largest normal force, of an oiled joint the largest of metal and film together [N]; NaN where
-        a hard contact had neither an impact nor a sampled force.
-    when : float
-        Its instant [s].
-    estimated : bool
-        Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
-        that last, as the samples have them.
-    metal, film : float
-        Of an oiled joint, the largest of each part [N]; NaN of a dry one.
-    """
+    """The contacts and the largest force of one joint in a run."""
 
     name: str
     contacts: int
-    fraction: float
+    fraction: float  # Of the time, in contact
+    # Largest normal force, of an oiled joint the largest of metal and film together [N]; NaN where a hard contact had neither
+    # an impact nor a sampled force
     largest: float
-    when: float
+    when: float  # Its instant [s]
+    # Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
+    # that last, as the samples have them
     estimated: bool = False
-    metal: float = math.nan
+    metal: float = math.nan  # Of an oiled joint, the largest of each part [N]; NaN of a dry one
     film: float = math.nan
 
 
 def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
-    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    list of JointSummary
-    """
+    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
     end, found = float(run.attrs["end"]), []
     oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
     for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
@@ -347,16 +254,7 @@ def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float
 
 
 def summary_of(run: xr.Dataset) -> Summary:
-    """What a designer asks of a run, from what it has recorded.
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    Summary
-    """
+    """What a designer asks of a run, from what it has recorded."""
     trusted = float(run.attrs.get("trusted_until", math.nan))
     known = math.isfinite(trusted)
     joints = joint_summaries(run) if "contact_joint" in run else []
@@ -409,16 +307,7 @@ def _points(run: xr.Dataset, described: Any) -> Iterator[PointAnswer]:
 
 
 def actuator_limits(run: xr.Dataset) -> dict[str, float]:
-    """The limits of actuators and motors that have one, by name [N m].
-
-    Parameters
-    ----------
-    run : Dataset
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """The limits of actuators and motors that have one, by name [N m]."""
     return _limits(_mechanism(run))
 
 
@@ -440,17 +329,7 @@ def _limits(described: Any) -> dict[str, float]:
 def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
     """When a torque is at its limit: from sample to sample, with half the way to the samples beside them.
 
-    Parameters
-    ----------
-    time, torque : ndarray, shape (samples,)
-        [s], [N m]
-    limit : float or None
-        [N m]
-
-    Returns
-    -------
-    list of (float, float)
-        Starts and ends [s].
+    Shapes: `time, torque` (samples,) [s].
     """
     if limit is None or time.size < 2:
         return []

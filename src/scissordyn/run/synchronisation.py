@@ -10,23 +10,11 @@ import xarray as xr
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
 
-__all__ = ["synchronisation_variables", "units_of"]
-
 BAR = re.compile(r"(unit \d+)/bar ([12])")
 
 
 def units_of(plan: Plan) -> dict[str, tuple[int, int]]:
-    """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies.
-
-    Parameters
-    ----------
-    plan : Plan
-
-    Returns
-    -------
-    dict of str to (int, int)
-        By the names of the units, in the order of their first bars.
-    """
+    """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies."""
     bars: dict[str, dict[str, int]] = {}
     for place, body in enumerate(plan.bodies):
         found = BAR.fullmatch(body.name)
@@ -43,16 +31,6 @@ def synchronisation_variables(plan: Plan, found: Record) -> dict[str, xr.Variabl
     have the same deployment angle at every instant. The synchronisation error of unit k is the difference
 
         e_k = th_k - th_1
-
-    Parameters
-    ----------
-    plan : Plan
-    found : Record
-
-    Returns
-    -------
-    dict of str to Variable
-        `synchronisation_error` along time and unit [rad]; `peak_synchronisation_error` along unit, its largest sampled size.
     """
     units = units_of(plan)
     if len(units) < 2:

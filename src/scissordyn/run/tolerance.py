@@ -14,8 +14,6 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 
-__all__ = ["Tolerances", "error_weights", "state_tolerance"]
-
 INTERNAL_STATES = 100.0
 """Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
 not add up. Measured: the events keep their digits, the steps become 16 to 28 % fewer (docs/decisions)."""
@@ -40,47 +38,22 @@ GUARD = 1e-10
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Weights of errors, and how precisely events are located.
+    """Weights of errors, and how precisely events are located."""
 
-    Parameters
-    ----------
-    absolute, relative : ndarray, shape (ny,)
-    rounding : ndarray, shape (ny,)
-        Times 1/h: what a linearly implicit step moves a velocity by because positions are rounded.
-    group : ndarray of int
-        Boundaries of the groups whose root mean square the relative weights refer to.
-    precision : ndarray, shape (guards,)
-    crossable : ndarray of int, shape (guards,)
-        1 for guards that may act from within a step on.
-    delays : tuple of float
-        Of controllers [s].
-    vibration : ndarray, shape (ny,)
-        By how much explicit methods multiply the weights.
-    time_scale : float
-        Time in which the mechanism moves by its reference length from rest [s].
-    """
-
-    absolute: np.ndarray
-    relative: np.ndarray
-    rounding: np.ndarray
-    group: np.ndarray
-    precision: np.ndarray
-    crossable: np.ndarray
-    delays: tuple[float, ...]
-    vibration: np.ndarray
-    time_scale: float
+    absolute: np.ndarray  # (ny,)
+    relative: np.ndarray  # (ny,)
+    rounding: np.ndarray  # (ny,) Times 1/h: what a linearly implicit step moves a velocity by because positions are rounded
+    group: np.ndarray  # Boundaries of the groups whose root mean square the relative weights refer to
+    precision: np.ndarray  # (guards,)
+    crossable: np.ndarray  # (guards,) 1 for guards that may act from within a step on
+    delays: tuple[float, ...]  # Of controllers [s]
+    vibration: np.ndarray  # (ny,) By how much explicit methods multiply the weights
+    time_scale: float  # Time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Absolute and relative weights and those of rounding for a kind of method.
 
-        Parameters
-        ----------
-        kind : int
-            `EXPLICIT` or `ROSENBROCK` of `integrate.tableau`.
-
-        Returns
-        -------
-        absolute, relative, rounding : ndarray, shape (ny,)
+        Shapes: returns `absolute, relative, rounding` (ny,).
         """
         if kind == EXPLICIT:
             return self.absolute * self.vibration, self.relative * self.vibration, np.zeros(self.rounding.size)
@@ -95,17 +68,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     against their size in steady sliding; those of components against the scale that each declares; torques of integrators
     against themselves and 1 N m, or against the mechanism's own torques where these are smaller.
 
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-    y : ndarray, shape (ny,)
-        At the start.
-    rtol, atol : float
-
-    Returns
-    -------
-    Tolerances
+    Shapes: `y` (ny,).
     """
     n = plan.coordinates.free
     content: System = system.content

@@ -12,23 +12,11 @@ from scissordyn.run.options import Options
 from scissordyn.run.settling import SETTLING, settling_times
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["deviation_variables", "track_variables"]
-
 Variables = dict[str, xr.Variable]
 
 
 def track_variables(path: Trajectory, found: Record) -> Variables:
-    """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none.
-
-    Parameters
-    ----------
-    path : Trajectory
-    found : Record
-
-    Returns
-    -------
-    dict of str to Variable
-    """
+    """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none."""
     tracks = path.plan.tracks
     if not tracks:
         return {}
@@ -45,25 +33,7 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
 
 
 def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
-    """Distance of the tracked points from where they are on the commanded path, and what adds to it.
-
-    Parameters
-    ----------
-    run : Dataset
-        With the motion of the tracked points.
-    path : Trajectory
-        Of the same run.
-    ideal : IdealPath
-        That it was compared with.
-    options : Options
-
-    Returns
-    -------
-    dict of str to Variable
-        `track_deviation` along time and track [m], NaN where the path does not reach, `deviation_part`; along track its located
-        maximum `peak_track_deviation` [m] with `peak_track_deviation_time` [s], its root mean square `rms_track_deviation` [m],
-        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the path ends early.
-    """
+    """Distance of the tracked points from where they are on the commanded path, and what adds to it."""
     place = ideal.at(run["time"].values)
     positions = run["track_position"].transpose("time", "track", "axis").values
     difference = positions - place

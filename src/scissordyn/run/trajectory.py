@@ -28,8 +28,6 @@ from scissordyn.run.tolerance import error_weights
 if TYPE_CHECKING:
     from scissordyn.run.ideal_path import IdealPath
 
-__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver", "model_failure", "reached"]
-
 CROSSED_FROM = 6
 """Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
 
@@ -53,51 +51,22 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a run returns: samples, events and how it ended.
-
-    Parameters
-    ----------
-    plan : Plan
-    system : Handle
-        Of the mechanics' `System`.
-    samples : Samples
-        Trimmed to what was reached.
-    log : ndarray of LOG, shape (events,)
-    peak : ndarray of PEAK, shape (guards + monitors,)
-        Of contacts still going on at the end, then of what is monitored throughout.
-    end : float
-        Time reached [s].
-    status : str
-        "complete", "interrupted" or "failed".
-    cause : str
-        Why it is not complete.
-    statistics : dict
-        Method and the reason for it, steps, rejected, rates, jacobians, events, seconds.
-    immobile : tuple of str
-        Clearance joints that cannot move.
-    warnings : tuple of str
-        From the start.
-    steps : tuple of ndarray
-        Time, state and modes at the end of each step, if they were recorded.
-    band : ndarray of BAND, shape (monitors,)
-        Of what is monitored throughout.
-    change_points : tuple of (float, float)
-        Instants at which the motion passed them, and half the steps across [s].
-    """
+    """What a run returns: samples, events and how it ended."""
 
     plan: Plan
-    system: Handle
-    samples: Samples
-    log: np.ndarray
-    peak: np.ndarray
-    end: float
-    status: str
-    cause: str
-    statistics: dict[str, Any]
-    immobile: tuple[str, ...]
-    warnings: tuple[str, ...]
-    steps: tuple[np.ndarray, np.ndarray, np.ndarray]
-    band: np.ndarray
+    system: Handle  # Of the mechanics' `System`
+    samples: Samples  # Trimmed to what was reached
+    log: np.ndarray  # (events,)
+    peak: np.ndarray  # (guards + monitors,) Of contacts still going on at the end, then of what is monitored throughout
+    end: float  # Time reached [s]
+    status: str  # "complete", "interrupted" or "failed"
+    cause: str  # Why it is not complete
+    statistics: dict[str, Any]  # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
+    immobile: tuple[str, ...]  # Clearance joints that cannot move
+    warnings: tuple[str, ...]  # From the start
+    steps: tuple[np.ndarray, np.ndarray, np.ndarray]  # Time, state and modes at the end of each step, if they were recorded
+    band: np.ndarray  # (monitors,) Of what is monitored throughout
+    # Instants at which the motion passed them, and half the steps across [s]
     change_points: tuple[tuple[float, float], ...] = ()
 
     def peaks(self, kind: int) -> np.ndarray:
@@ -116,19 +85,7 @@ class Trajectory:
 
 
 def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]:
-    """A driver at the start of a run.
-
-    Parameters
-    ----------
-    plan : Plan
-    options : Options
-
-    Returns
-    -------
-    driver : Driver
-    prepared : Prepared
-    choice : Choice
-    """
+    """A driver at the start of a run."""
     system = make_system(plan)
     prepared = prepare_start(plan, system, options.start)
     tolerances = error_weights(plan, system, prepared.y, rtol=options.rtol, atol=options.atol)
@@ -167,31 +124,7 @@ def compute(
     keeper: Keeper | None = None,
     part: str = "run",
 ) -> Trajectory:
-    """Simulate a mechanism.
-
-    Parameters
-    ----------
-    plan : Plan
-    options : Options
-    progress : callable, optional
-        Called now and then with the simulated time [s].
-    times : ndarray, optional
-        Instants of the samples [s]; equally spaced as the options say if not given.
-    record_steps : bool
-        Whether to keep time and state at the end of each step.
-    monitor : bool
-        Whether energies and largest values are wanted, which take part of the time; the motion does not depend on it.
-    ideal : IdealPath, optional
-        That tracked points are compared with.
-    keeper : Keeper, optional
-        Writes checkpoints, and may have one to go on from.
-    part : str
-        What they call this computation.
-
-    Returns
-    -------
-    Trajectory
-    """
+    """Simulate a mechanism."""
     driver, prepared, choice = make_driver(plan, options)
     content = driver.system.content
     still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))

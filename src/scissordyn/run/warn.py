@@ -23,8 +23,6 @@ from scissordyn.run.spacing import time_mean
 if TYPE_CHECKING:
     from scissordyn.run.driver import Driver
 
-__all__ = ["Extremes", "contact_failures", "energy_turned_over", "run_warnings"]
-
 TURNED_OVER = (
     "kinetic_energy",
     "potential_energy",
@@ -60,19 +58,7 @@ AT_LIMIT = 1.0 - 1e-9
 
 
 def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
-    """The warnings of a run, each once.
-
-    Parameters
-    ----------
-    plan : Plan
-    run : Dataset
-    immobile : tuple of str
-        Clearance joints that cannot move.
-
-    Returns
-    -------
-    list of str
-    """
+    """The warnings of a run, each once."""
     found = contact_failures(plan, run)
     touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
     for number, joint in enumerate(plan.contacts):
@@ -107,12 +93,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
 
 
 class Extremes:
-    """What contacts, friction and controllers have come to at most in one or more stretches of a run.
-
-    Parameters
-    ----------
-    plan : Plan
-    """
+    """What contacts, friction and controllers have come to at most in one or more stretches of a run."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -123,12 +104,7 @@ class Extremes:
         self._outputs = dict[int, float]()
 
     def add(self, driver: Driver) -> None:
-        """Add what a driver has accumulated since it last began to count.
-
-        Parameters
-        ----------
-        driver : Driver
-        """
+        """Add what a driver has accumulated since it last began to count."""
         log, peak, count = driver.log, driver.peak, len(self._speeds)
         for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
             self._speeds[int(guard)].append(speed)

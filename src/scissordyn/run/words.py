@@ -6,8 +6,6 @@ import dataclasses
 import math
 from typing import Any
 
-__all__ = ["Words", "plain"]
-
 
 class Words:
     """A part of a summary, which is a dataclass, as plain data."""

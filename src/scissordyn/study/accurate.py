@@ -15,31 +15,18 @@ from scissordyn.model.record import to_plain
 from scissordyn.run.configuration import Configuration
 from scissordyn.run.options import Options
 
-__all__ = ["PILOT", "Accurate", "read_mechanism"]
-
 PILOT = 8
 """Points of both kinds of runs that a budget is split by, and the least number of points that are verified."""
 
 
 @dataclass(frozen=True)
 class Accurate:
-    """The accurate runs of a study whose own runs are cheap.
+    """The accurate runs of a study whose own runs are cheap."""
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With the same numbers at the addresses that vary.
-    options : Options
-    points : int
-        First points of the design that are run accurately too; of an optimisation, the most points of its front.
-    variants : tuple of Mechanism
-        With each combination of names, as those of the study.
-    """
-
-    mechanism: Mechanism
+    mechanism: Mechanism  # With the same numbers at the addresses that vary
     options: Options
-    points: int = 32
-    variants: tuple[Mechanism, ...] = ()
+    points: int = 32  # First points of the design that are run accurately too; of an optimisation, the most points of its front
+    variants: tuple[Mechanism, ...] = ()  # With each combination of names, as those of the study
 
     def __post_init__(self) -> None:
         whole_number("verify", self.points, PILOT)

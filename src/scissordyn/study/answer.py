@@ -16,23 +16,6 @@ from scissordyn.study.part_unit import whole_responses
 from scissordyn.study.requirement import Response, response_unit, response_values, value_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
 
-__all__ = [
-    "AGREEMENT",
-    "FeasibleFraction",
-    "Worst",
-    "answered",
-    "by_point",
-    "case_values",
-    "causes",
-    "counts",
-    "feasible_fraction",
-    "meets_all",
-    "replay_command",
-    "responses",
-    "warned",
-    "worst_cases",
-]
-
 AGREEMENT = 1e-3
 """Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
 far above."""
@@ -93,25 +76,13 @@ class Worst:
 def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     """The numbers that requirements and goals are about, and all other measures.
 
-    Returns
-    -------
-    dict of str to ndarray, shape (cases,)
+    Shapes: returns (cases,).
     """
     return {one.name: response_values(results, one) for one in answered(study, results)}
 
 
 def answered(study: Study, results: xr.Dataset) -> list[Response]:
-    """The responses that requirements and goals are about, and those of the other measures.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-
-    Returns
-    -------
-    list of Response
-    """
+    """The responses that requirements and goals are about, and those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
@@ -134,17 +105,7 @@ def case_values(study: Study, results: xr.Dataset, response: Response) -> np.nda
 
 
 def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
-    """What is known of each point of the design.
-
-    Returns
-    -------
-    Dataset
-        Along `point`: the factors; `complete`, the fraction of its cases that are; for each response its mean and, as
-        ``worst ...`` and ``spread ...``, its largest value (smallest, if that is bad) and the relative spread between members;
-        `met`, the fraction of complete cases that meet all requirements; `disagrees`, whether members of a sample differ in
-        any measure by more than `AGREEMENT`; `undecided`, whether some members of a sample meet the requirements and others do
-        not.
-    """
+    """What is known of each point of the design."""
     count = results.sizes["case"] // study.per_point
     rows = slice(0, count * study.per_point)
     shape = (count, study.sampling.samples, study.members)
@@ -200,14 +161,7 @@ def _extreme(values: np.ndarray, smallest: bool) -> np.ndarray:
 def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
     """Whether each case is complete and meets all requirements.
 
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-
-    Returns
-    -------
-    ndarray of bool, shape (cases,)
+    Shapes: returns (cases,).
     """
     met = results["status"].values == COMPLETE
     for requirement in study.requirements:
@@ -216,13 +170,7 @@ def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
 
 
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
-    """Fractions of the range that meet each requirement, and all of them; cases that failed are left out.
-
-    Returns
-    -------
-    list of FeasibleFraction
-        The last is of all requirements together.
-    """
+    """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
     complete = results["status"].values == COMPLETE
     each = [(one.label, one.met(response_values(results, one.response))) for one in study.requirements]
     every = [*each, ("all requirements", meets_all(study, results))] if each else []
@@ -259,13 +207,7 @@ def _interval(fraction: float, trials: int) -> tuple[float, float]:
 
 
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
-    """The cases that are farthest beyond a requirement, or nearest to it.
-
-    Returns
-    -------
-    list of Worst
-        The worst first; of each point one at most, of each sample where nothing is chosen.
-    """
+    """The cases that are farthest beyond a requirement, or nearest to it."""
     apart = study.per_point if study.factors else study.members
     complete = results["status"].values == COMPLETE
     found: dict[int, Worst] = {}
@@ -287,37 +229,18 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
 
 
 def replay_command(address: str, case: int) -> str:
-    """What to type to simulate a case again, with its histories.
-
-    Parameters
-    ----------
-    address : str
-        Of the store.
-    case : int
-    """
+    """What to type to simulate a case again, with its histories."""
     return command("scissordyn", "study", "replay", address, case)
 
 
 def causes(results: xr.Dataset) -> dict[str, list[int]]:
-    """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one.
-
-    Returns
-    -------
-    dict of str to list of int
-        Cases by the cause of the first of them.
-    """
+    """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one."""
     failed = np.flatnonzero(results["status"].values == FAILED).tolist()
     return grouped((str(results["cause"].values[case]), case) for case in failed)
 
 
 def warned(results: xr.Dataset) -> dict[str, list[int]]:
-    """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one.
-
-    Returns
-    -------
-    dict of str to list of int
-        Cases by the warning of the first of them.
-    """
+    """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one."""
     return grouped_lines(results["warnings"].values if "warnings" in results else ())  # a store of an earlier version has none
 
 

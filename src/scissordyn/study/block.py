@@ -23,8 +23,6 @@ from scissordyn.study.description import Cases, OwnMeasure, Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column, program_digest
 from scissordyn.study.variant import by_variant, made
 
-__all__ = ["Block", "BlockResult", "ProgramError", "give_up", "pilot", "run_block"]
-
 
 class ProgramError(ScissordynError):
     """A worker whose program gives other numbers than the one that hands out the blocks."""
@@ -32,60 +30,29 @@ class ProgramError(ScissordynError):
 
 @dataclass(frozen=True)
 class Block:
-    """What a worker needs to do a block.
-
-    Parameters
-    ----------
-    study : Study
-    store : str
-        Its address.
-    number : int
-    again : bool
-        Whether cases that failed are done again.
-    points : ndarray, optional
-        Of an adaptive design.
-    fingerprint : mapping of str to str, optional
-        Of the study in the process that hands out the blocks; a worker that finds another one computes nothing.
-    """
+    """What a worker needs to do a block."""
 
     study: Study
-    store: str
+    store: str  # Its address
     number: int
-    again: bool = False
-    points: np.ndarray | None = None
+    again: bool = False  # Whether cases that failed are done again
+    points: np.ndarray | None = None  # Of an adaptive design
+    # Of the study in the process that hands out the blocks; a worker that finds another one computes nothing
     fingerprint: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)
 class BlockResult:
-    """What became of a block.
-
-    Parameters
-    ----------
-    number : int
-    status : ndarray of int
-        Of all its cases.
-    seconds : float
-        From its begin to the last byte [s]; 0 if it was complete already.
-    integration_seconds : float
-    """
+    """What became of a block."""
 
     number: int
-    status: np.ndarray
-    seconds: float = 0.0
+    status: np.ndarray  # Of all its cases
+    seconds: float = 0.0  # From its begin to the last byte [s]; 0 if it was complete already
     integration_seconds: float = 0.0
 
 
 def run_block(block: Block) -> BlockResult:
-    """Do what is missing of a block.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If the user stopped it; nothing is written then.
-    ProgramError
-        If the program here is another one than where the block was handed out, or than the store was begun with.
-    """
+    """Do what is missing of a block."""
     began = time.perf_counter()
     store = Store(block.store)
     here = _same_program(block, store)
@@ -135,15 +102,7 @@ def give_up(block: Block, cause: str) -> BlockResult:
 
 
 def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
-    """Some cases of a study, here and not stored: for dimensions, units and the time that a case takes.
-
-    Parameters
-    ----------
-    study : Study
-    cases : ndarray of int
-    points : ndarray, optional
-        Of an adaptive design.
-    """
+    """Some cases of a study, here and not stored: for dimensions, units and the time that a case takes."""
     return _simulated(study, study.numbers(cases, points))
 
 

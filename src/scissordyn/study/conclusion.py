@@ -20,8 +20,6 @@ from scissordyn.study.summary import Table, meaning
 from scissordyn.study.trend import Need, Trend, needed, trends, with_indicators
 from scissordyn.units import counted
 
-__all__ = ["Conclusion", "conclude", "margin_text", "numbers_text", "trend_table"]
-
 NEGLIGIBLE = 0.05
 """Change of a response over the whole range of a number, as a fraction, that is not worth a word."""
 
@@ -36,37 +34,17 @@ NAMED = {
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What a study says, in the order in which it is wanted.
+    """What a study says, in the order in which it is wanted."""
 
-    Parameters
-    ----------
-    verdict : tuple of str
-        Whether and where the requirements are met; the recommended point, or the nearest one; its probability.
-    margins : Table or None
-        Of that point.
-    trends : tuple of str
-        A sentence for each response, and what requirements need.
-    next : tuple of (str, str)
-        Why, and a command.
-    """
-
+    # Whether and where the requirements are met; the recommended point, or the nearest one; its probability
     verdict: tuple[str, ...]
-    margins: Table | None
-    trends: tuple[str, ...]
-    next: tuple[tuple[str, str], ...]
+    margins: Table | None  # Of that point
+    trends: tuple[str, ...]  # A sentence for each response, and what requirements need
+    next: tuple[tuple[str, str], ...]  # Why, and a command
 
 
 def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
-    """What a study says.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    address : str
-        Of the store, for commands.
-    """
+    """What a study says."""
     found = trends(study, results)
     one = recommended(study, results) if study.requirements else None
     needs: list[Need] = []
@@ -148,16 +126,7 @@ def _point(study: Study, results: xr.Dataset, one: Recommendation) -> tuple[str,
 
 
 def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
-    """Numbers with their units: ``A.clearance = 0.12 mm, drive.speed = 100 rpm``.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        Which has their units.
-    numbers : mapping of str to float or str
-        In SI, by address; names, or where they stand.
-    """
+    """Numbers with their units: ``A.clearance = 0.12 mm, drive.speed = 100 rpm``."""
     return ", ".join(f"{address} = {_value(results, study, address, value)}" for address, value in numbers.items())
 
 
@@ -299,13 +268,7 @@ def _rounded(scale: Scale, value: float) -> str:
 
 
 def trend_table(study: Study, results: xr.Dataset) -> Table | None:
-    """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-    """
+    """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
     rows, head = [], ("response", *study.addresses, "R2", "error at points left out")
     for name, both in trends(study, results).items():
         law = next((one for one in both if one.form == "power"), None)

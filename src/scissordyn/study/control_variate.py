@@ -17,19 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-__all__ = [
-    "Estimate",
-    "Predicted",
-    "correlation",
-    "cost_ratio",
-    "fraction_estimate",
-    "mean_estimate",
-    "population_mean",
-    "quantile_estimates",
-    "split",
-    "strangers",
-]
-
 CONFIDENCE = 0.95
 
 DRAWS = 4000
@@ -44,35 +31,19 @@ FEWEST = 4
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number known from cheap and accurate runs.
+    """A number known from cheap and accurate runs."""
 
-    Parameters
-    ----------
-    value, low, high : float
-        From both, and its 95 % interval.
-    cheap : float
-        From the cheap runs alone.
-    accurate, accurate_low, accurate_high : float
-        From the accurate runs alone, and its interval.
-    correlation : float
-        Of the pairs; NaN where one of both does not vary.
-    screened, verified : int
-        Number of cheap runs, and of accurate ones.
-    interpolated : bool
-        Whether an interpolation between the cheap runs is in it.
-    """
-
-    value: float
+    value: float  # From both, and its 95 % interval
     low: float
     high: float
-    cheap: float
-    accurate: float
+    cheap: float  # From the cheap runs alone
+    accurate: float  # From the accurate runs alone, and its interval
     accurate_low: float
     accurate_high: float
-    correlation: float
-    screened: int
+    correlation: float  # Of the pairs; NaN where one of both does not vary
+    screened: int  # Number of cheap runs, and of accurate ones
     verified: int
-    interpolated: bool = False
+    interpolated: bool = False  # Whether an interpolation between the cheap runs is in it
 
     @property
     def width(self) -> float:
@@ -88,18 +59,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Predicted:
-    """What an interpolation between cheap runs says.
+    """What an interpolation between cheap runs says."""
 
-    Parameters
-    ----------
-    own : ndarray, shape (N,)
-        Of these runs, of each by others.
-    others : ndarray, shape (M,)
-        Of further cases.
-    """
-
-    own: np.ndarray
-    others: np.ndarray
+    own: np.ndarray  # (N,) Of these runs, of each by others
+    others: np.ndarray  # (M,) Of further cases
 
 
 def correlation(accurate: np.ndarray, cheap: np.ndarray) -> float:
@@ -111,11 +74,7 @@ def correlation(accurate: np.ndarray, cheap: np.ndarray) -> float:
 def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tuple[float, float]:
     """Mean of the cheap response over all cases that might be run, and its variance.
 
-    Parameters
-    ----------
-    cheap : ndarray, shape (N,)
-    predicted : Predicted, optional
-        Of the same response.
+    Shapes: `cheap` (N,).
     """
     alone = float(cheap.mean()), float(np.var(cheap, ddof=1)) / cheap.size
     if predicted is None or not np.ptp(predicted.own) > 0.0:
@@ -147,22 +106,7 @@ def _regressed(wanted: np.ndarray, known: np.ndarray, at: float) -> tuple[float,
 def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None) -> Estimate:
     """Mean of the accurate response.
 
-    Parameters
-    ----------
-    accurate : ndarray, shape (m,)
-        Responses of the accurate runs.
-    paired : ndarray, shape (m,)
-        Of the cheap runs of the same cases.
-    cheap : ndarray, shape (N,)
-        Of all cheap runs, N >= m, the paired ones among them.
-    predicted : Predicted, optional
-        The cheap response by interpolation.
-
-    Returns
-    -------
-    Estimate
-        With the interval of Student's t, in which half a pair is like no other; independent cases assumed, wider than needed
-        for evenly spread ones.
+    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
     m, n = accurate.size, cheap.size
     alone = _student(accurate)
@@ -180,20 +124,7 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
     """Fraction of the cases that are true in accurate runs.
 
-    Parameters
-    ----------
-    accurate : ndarray of bool or float in 0 .. 1, shape (m,)
-        Of the accurate runs: yes or no, or at each point the fraction of its cases.
-    paired : ndarray, shape (m,)
-        Of the cheap runs of the same cases.
-    cheap : ndarray, shape (N,)
-        Of all cheap runs, N >= m, the paired ones among them.
-
-    Returns
-    -------
-    Estimate
-        Of yes and no: the interval has the quantiles of the sum of three Beta variables (Jeffreys). Of fractions: that of the
-        mean, within 0 and 1, and no narrower than that of yes and no where they do not vary.
+    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
     accurate, paired, cheap = (np.asarray(each, float) for each in (accurate, paired, cheap))
     m, n = accurate.size, cheap.size
@@ -223,21 +154,7 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
 
 
 def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, levels: Sequence[float]) -> list[Estimate]:
-    """Quantiles of the accurate response.
-
-    Parameters
-    ----------
-    accurate, paired, cheap : ndarray
-        As for `mean_estimate`.
-    levels : sequence of float
-        In 0 .. 1.
-
-    Returns
-    -------
-    list of Estimate
-        The interval of each holds every response up to which the interval of the fraction of cases holds the level; an end is
-        infinite where the accurate runs are too few for one.
-    """
+    """Quantiles of the accurate response."""
     order = np.argsort(accurate, kind="stable")
     steps, alone = [], []
     for place in order:
@@ -286,23 +203,7 @@ def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float,
 def split(
     budget: float, correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0
 ) -> tuple[int, int]:
-    """Accurate and cheap runs of a budget.
-
-    Parameters
-    ----------
-    budget : float
-        [s]
-    correlated : float
-        Correlation of the pairs.
-    accurate_seconds, cheap_seconds : float
-        Time of a run [s].
-    unpredicted : float
-        Part of the variance of the cheap response that interpolation between cheap runs leaves; 1 without any.
-
-    Returns
-    -------
-    verified, screened : int
-    """
+    """Accurate and cheap runs of a budget."""
     ratio = cost_ratio(correlated, accurate_seconds, cheap_seconds, unpredicted)
     verified = max(1, int(budget / (accurate_seconds + ratio * cheap_seconds)))
     screened = max(verified, int((budget - verified * accurate_seconds) / max(cheap_seconds, 1e-12)))

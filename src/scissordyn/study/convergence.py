@@ -22,8 +22,6 @@ from scissordyn.run.trajectory import make_driver
 from scissordyn.study.description import check_part
 from scissordyn.study.requirement import Response, read_response, response_values
 
-__all__ = ["Convergence", "Level", "convergence", "read_wanted"]
-
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """From coarse to fine; each is compared with the next two."""
 
@@ -47,30 +45,14 @@ WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s
 
 @dataclass(frozen=True)
 class Level:
-    """Runs at one tolerance, with one step or with one number of modes.
+    """Runs at one tolerance, with one step or with one number of modes."""
 
-    Parameters
-    ----------
-    setting : float
-        Of rtol and atol [1], the step [s], or modes of each bar [1].
-    value : float
-        Mean over the members; NaN if one failed.
-    spread : float
-        Largest less smallest member, as a fraction of the value.
-    error : float
-        Standard error of the mean.
-    seconds : float
-        Of a run [s].
-    cause : str
-        Why a member failed.
-    """
-
-    setting: float
-    value: float
-    spread: float
-    error: float
-    seconds: float
-    cause: str = ""
+    setting: float  # Of rtol and atol [1], the step [s], or modes of each bar [1]
+    value: float  # Mean over the members; NaN if one failed
+    spread: float  # Largest less smallest member, as a fraction of the value
+    error: float  # Standard error of the mean
+    seconds: float  # Of a run [s]
+    cause: str = ""  # Why a member failed
 
 
 @dataclass(frozen=True)
@@ -117,13 +99,7 @@ class Convergence:
 
 
 def read_wanted(text: str) -> tuple[str, float]:
-    """A response and how well it is to be known: ``tip.error within 1 %``.
-
-    Parameters
-    ----------
-    text : str
-        Without "within" 1 % is meant.
-    """
+    """A response and how well it is to be known: ``tip.error within 1 %``."""
     found = WANTED.fullmatch(text)
     if found is None or (found[2] and not 0.0 < float(found[2]) < 100.0):
         raise InputError(f"'{text}' to converge", "a measure, and a percentage", "'tip.error within 1 %'")

@@ -26,13 +26,13 @@ from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.options import Options
 from scissordyn.study.accurate import Accurate, read_mechanism
 from scissordyn.study.design import Design, design_size, design_values, sobol_dimensions
-from scissordyn.study.factor import Factor, Sampling, plain_factor, read_factor
+from scissordyn.study.factor import Factor as Factor
+from scissordyn.study.factor import Sampling as Sampling
+from scissordyn.study.factor import plain_factor, read_factor
 from scissordyn.study.goal import Optimisation
 from scissordyn.study.part_unit import check_unit
 from scissordyn.study.requirement import Requirement, Response
 from scissordyn.study.variant import check_variants, own_values
-
-__all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")
 """Rooms that no measure of a case depends on."""
@@ -43,26 +43,15 @@ UNCERTAIN_SEEDS = 2**32
 
 @dataclass(frozen=True)
 class OwnMeasure:
-    """A measure that is a Python function of the user's.
-
-    Parameters
-    ----------
-    name : str
-    function : callable or str
-        Or ``"file.py:function"``. Returns a number.
-    of : {"dataset", "accumulators"}
-        What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
-        `run.measure.Ended` of the batch.
-    units : str
-    digest : str
-        Of its file.
-    """
+    """A measure that is a Python function of the user's."""
 
     name: str
-    function: Callable[..., float] | str
+    function: Callable[..., float] | str  # Or ``"file.py:function"``. Returns a number
+    # What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
+    # `run.measure.Ended` of the batch
     of: str = "dataset"
     units: str = "1"
-    digest: str = ""
+    digest: str = ""  # Of its file
 
     def __post_init__(self) -> None:
         if self.of not in ("dataset", "accumulators"):

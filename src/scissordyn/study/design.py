@@ -14,19 +14,6 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.extra import library
 from scissordyn.study.distribution import Variation
 
-__all__ = [
-    "DESIGNS",
-    "DRAWN_IN",
-    "MORRIS_LEVELS",
-    "Design",
-    "check_seed",
-    "design_size",
-    "design_values",
-    "morris_numbers",
-    "sobol_dimensions",
-    "uniform_numbers",
-]
-
 Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]
 
 WORDS = 4
@@ -47,20 +34,13 @@ FEWEST = 8
 
 @dataclass(frozen=True)
 class Design:
-    """How the points of a study are chosen.
+    """How the points of a study are chosen."""
 
-    Parameters
-    ----------
-    kind : str
-        "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" (for Sobol indices), "morris", or
-        "adaptive" (points that an optimiser proposes).
-    points : int
-        Number of points of a random, Latin hypercube or Sobol design; of base points of a Saltelli design; of trajectories of
-        a Morris design.
-    seed : int
-    """
-
+    # "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" (for Sobol indices), "morris", or
+    # "adaptive" (points that an optimiser proposes)
     kind: str = "grid"
+    # Number of points of a random, Latin hypercube or Sobol design; of base points of a Saltelli design; of trajectories of a
+    # Morris design
     points: int = 0
     seed: int = 0
 
@@ -94,19 +74,7 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
 
     Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts, whatever else is computed.
 
-    Parameters
-    ----------
-    seed : int
-    stream : int
-        Numbers of different streams are independent.
-    dimensions : int
-    at : ndarray of int, shape (n,)
-        Numbers of the points.
-
-    Returns
-    -------
-    ndarray, shape (n, dimensions)
-        In [0, 1).
+    Shapes: `at` (n,); returns (n, dimensions).
     """
     width = -(-dimensions // WORDS)
     found = np.empty((at.size, dimensions))
@@ -119,13 +87,7 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
 
 
 def design_size(design: Design, variations: Sequence[Variation]) -> int:
-    """Number of points.
-
-    Raises
-    ------
-    InputError
-        If lists of different lengths are to be zipped.
-    """
+    """Number of points."""
     match design.kind:
         case "grid":
             return math.prod(variation.count for variation in variations)
@@ -151,18 +113,7 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
 def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Values of the factors at some points.
 
-    Parameters
-    ----------
-    design : Design
-    variations : sequence of Variation
-    base : ndarray, shape (factors,)
-        The numbers of the mechanism itself, from which one-at-a-time starts.
-    at : ndarray of int, shape (n,)
-        Numbers of the points.
-
-    Returns
-    -------
-    ndarray, shape (n, factors)
+    Shapes: `base` (factors,), `at` (n,); returns (n, factors).
     """
     return DESIGNS[design.kind](design, variations, base, at)
 

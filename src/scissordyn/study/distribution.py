@@ -14,23 +14,6 @@ from scipy import special
 
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = [
-    "Beta",
-    "Empirical",
-    "Interval",
-    "Levels",
-    "LogNormal",
-    "Names",
-    "Normal",
-    "Trapezoid",
-    "Triangular",
-    "Uniform",
-    "Variation",
-    "Weibull",
-    "from_plain",
-    "to_plain",
-]
-
 LEVELS = 10
 """Levels of an interval in a grid if their number is not given."""
 

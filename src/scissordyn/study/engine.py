@@ -22,18 +22,28 @@ from scissordyn.run.engine import (
     AHEAD,
     QUICKLY,
     Begun,
-    Engine,
-    EngineError,
-    Outcome,
-    Threads,
-    error_text,
-    processors,
+)
+from scissordyn.run.engine import (
+    Engine as Engine,
+)
+from scissordyn.run.engine import (
+    EngineError as EngineError,
+)
+from scissordyn.run.engine import (
+    Outcome as Outcome,
+)
+from scissordyn.run.engine import (
+    Threads as Threads,
+)
+from scissordyn.run.engine import (
+    error_text as error_text,
+)
+from scissordyn.run.engine import (
+    processors as processors,
 )
 
 if TYPE_CHECKING:
     from distributed import Client
-
-__all__ = ["ATTEMPTS", "Cluster", "Engine", "EngineError", "Outcome", "Threads", "error_text", "processors", "signals_blocked"]
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
@@ -245,13 +255,7 @@ def _closed(*connected: Any) -> Iterator[None]:
 
 
 def _within(seconds: float, function: Callable[[], Value]) -> Value | None:
-    """Call something, and wait no longer than that: the other end may be gone or silent, and the library would wait for ever.
-
-    Returns
-    -------
-    value
-        None if it is not done by then.
-    """
+    """Call something, and wait no longer than that: the other end may be gone or silent."""
     found: Future[Value] = Future()
 
     def call() -> None:

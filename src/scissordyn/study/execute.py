@@ -15,8 +15,6 @@ from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pi
 from scissordyn.study.description import Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
-__all__ = ["Progress", "block_seconds", "execute", "extend", "prepare"]
-
 BLOCK_SECONDS = 3.0
 """Work of a block [s]: much more than a task costs, and little to lose."""
 
@@ -42,25 +40,14 @@ QUICK = 0.1
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a study is.
-
-    Parameters
-    ----------
-    complete, failed, cases : int
-    seconds : float
-        Since it was begun or taken up [s].
-    done_here : int
-        Cases since then.
-    generation : int
-        Of an optimisation, from 1.
-    """
+    """How far a study is."""
 
     complete: int
     failed: int
     cases: int
-    seconds: float
-    done_here: int
-    generation: int = 0
+    seconds: float  # Since it was begun or taken up [s]
+    done_here: int  # Cases since then
+    generation: int = 0  # Of an optimisation, from 1
 
     @property
     def rate(self) -> float:
@@ -76,24 +63,7 @@ class Progress:
 def prepare(
     study: Study, store: Store, *, block: int | None = None, workers: int = 1, points: np.ndarray | None = None
 ) -> None:
-    """Make the store of a study, or check that it is this study's.
-
-    Parameters
-    ----------
-    study : Study
-    store : Store
-    block : int, optional
-        Cases of a block; chosen from the time of some cases if not given.
-    workers : int
-        Of the engine, all of which are to have blocks.
-    points : ndarray, optional
-        First points of an adaptive design.
-
-    Raises
-    ------
-    InputError
-        If the store is of another study, or a measure or the size of a block cannot be used.
-    """
+    """Make the store of a study, or check that it is this study's."""
     if store.exists():
         store.check(study)
         return
@@ -141,32 +111,7 @@ def execute(
 ) -> Store:
     """Do the missing cases of a study; what is in the store already is kept.
 
-    Parameters
-    ----------
-    study : Study
-    address : str or path
-        Of the store: made if there is none.
-    engine : Engine or int, optional
-        A number is one of threads; one thread per processor if not given.
-    block : int, optional
-        Cases of a block of a new store.
-    retry : bool
-        Do cases that failed again.
-    points : ndarray, shape (points, factors), optional
-        Of an adaptive design.
-    progress : callable, optional
-        Called after each block.
-
-    Raises
-    ------
-    InputError
-        If the store is of another study.
-    StoreError
-        If it cannot be written; what is complete is kept.
-    ProgramError
-        If a worker's program would give other numbers; its blocks are not taken.
-    KeyboardInterrupt
-        After Ctrl-C; what is complete is kept.
+    Shapes: `points` (points, factors).
     """
     store = Store(address)
     if store.exists():
@@ -237,23 +182,7 @@ def extend(
     engine: Engine | int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Store:
-    """Add points to a random, Sobol or Saltelli design, and do them.
-
-    Parameters
-    ----------
-    study : Study
-        As in the store.
-    address : str or path
-    points : int
-        Number of points (of base points of a Saltelli design) from now on.
-    engine, progress
-        As for `execute`.
-
-    Raises
-    ------
-    InputError
-        If the design or its samples cannot be extended, or it has more points already.
-    """
+    """Add points to a random, Sobol or Saltelli design, and do them."""
     if not study.design.extendable:
         raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
     if points < study.design.points:

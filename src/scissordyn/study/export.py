@@ -17,19 +17,11 @@ from scissordyn.study.requirement import units_of_parts
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["export", "table"]
-
 ENDINGS = (".csv", ".parquet", ".nc")
 
 
 def table(results: xr.Dataset) -> pd.DataFrame:
-    """One row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``.
-
-    Parameters
-    ----------
-    results : Dataset
-        From `Store.results`.
-    """
+    """One row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``."""
     import pandas as pd
 
     columns: dict[str, np.ndarray] = {name: results[name].values for name in ("point", "sample", "member")}
@@ -60,20 +52,7 @@ def _headed(name: str, unit: str) -> str:
 
 
 def export(results: xr.Dataset, path: Path) -> Path:
-    """Write all cases to a file whose ending says in which form.
-
-    Parameters
-    ----------
-    results : Dataset
-        From `Store.results`.
-    path : Path
-        ``.csv``, ``.parquet`` or ``.nc``.
-
-    Raises
-    ------
-    InputError
-        If the name has no known ending, or what writes Parquet files is not installed.
-    """
+    """Write all cases to a file whose ending says in which form."""
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise InputError(f"'{path}' as a table", f"a name that ends in {', '.join(ENDINGS)}", "-o study.csv")

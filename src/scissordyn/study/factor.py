@@ -12,8 +12,6 @@ from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.study.design import check_seed
 from scissordyn.study.distribution import Names, Variation, from_plain, to_plain
 
-__all__ = ["Factor", "Sampling", "plain_factor", "read_factor"]
-
 
 @dataclass(frozen=True)
 class Factor:
@@ -85,20 +83,12 @@ class Factor:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How the uncertain numbers are sampled at every point of the design.
-
-    Parameters
-    ----------
-    samples : int
-    kind : {"random", "latin-hypercube", "sobol"}
-    seed : int
-    common : bool
-        Whether all points have the same samples (common random numbers), so that differences between points are not noise.
-    """
+    """How the uncertain numbers are sampled at every point of the design."""
 
     samples: int = 1
     kind: str = "sobol"
     seed: int = 0
+    # Whether all points have the same samples (common random numbers), so that differences between points are not noise
     common: bool = True
 
     def __post_init__(self) -> None:

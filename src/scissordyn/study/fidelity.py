@@ -25,8 +25,6 @@ from scissordyn.study.summary import Table
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Corrected", "confirmed", "estimates", "fidelity_text"]
-
 LEVELS = (0.5, 0.95)
 """Of the quantiles."""
 
@@ -53,19 +51,7 @@ class Corrected:
 
 
 def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Corrected]:
-    """Fractions that meet the requirements, means and quantiles of the responses, each from both kinds of runs.
-
-    Parameters
-    ----------
-    study : Study
-    cheap, accurate : Dataset
-        Results of both stores, from `Store.results`.
-
-    Returns
-    -------
-    list of Corrected
-        Independent trials are the points, or the samples of a single point. Quantiles only where a trial is a single case.
-    """
+    """Fractions that meet the requirements, means and quantiles of the responses, each from both kinds of runs."""
     trials, size = _trials(study, cheap), _trials(study, accurate).shape[0]
     complete = _complete(cheap, trials)
     pairs = complete[:size] & _complete(accurate, trials[:size])
@@ -142,21 +128,7 @@ def _complete(results: xr.Dataset, trials: np.ndarray) -> np.ndarray:
 
 
 def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataFrame:
-    """The points of a search that were run accurately.
-
-    Parameters
-    ----------
-    study : Study
-        With an optimisation.
-    accurate, cheap : Dataset
-        Results of both stores.
-
-    Returns
-    -------
-    DataFrame
-        A row for each: the chosen numbers; of each goal its risk in cheap and in accurate runs (``accurate ...``), to be made
-        small; `violation` in both; `front`, whether it meets the requirements in accurate runs and no other is better there.
-    """
+    """The points of a search that were run accurately."""
     import pandas as pd
 
     assert study.optimisation is not None
@@ -191,25 +163,7 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
 def fidelity_text(
     study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]
 ) -> tuple[list[str], Table, str]:
-    """What both kinds of runs say together.
-
-    Parameters
-    ----------
-    study : Study
-    cheap, accurate : Dataset
-        Results of both stores.
-    stores : tuple of Store
-        Of the cheap and of the accurate runs, which know their times.
-
-    Returns
-    -------
-    sentences : list of str
-        The first is the answer.
-    table : Table
-        The numbers of both kinds side by side.
-    cost : str
-        How many cases of each kind there are, and what they cost.
-    """
+    """What both kinds of runs say together."""
     times = [_seconds(store) for store in stores]
     if study.optimisation is not None:
         points = confirmed(study, accurate, cheap)

@@ -15,8 +15,6 @@ from types import MappingProxyType
 from scissordyn.errors import InputError
 from scissordyn.study.distribution import Normal, Trapezoid
 
-__all__ = ["DEVIATIONS", "DIAMETERS", "GRADES", "Fit", "read_fit"]
-
 DIAMETERS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 """Upper ends of the ranges of nominal diameters [mm], which belong to their range."""
 
@@ -119,19 +117,7 @@ class Fit:
 
 
 def read_fit(text: str, diameter: float) -> Fit:
-    """A fit such as ``H7/g6``.
-
-    Parameters
-    ----------
-    text : str
-    diameter : float
-        Nominal diameter [m].
-
-    Raises
-    ------
-    InputError
-        For holes other than H, other shafts, grades or diameters than the tables have.
-    """
+    """A fit such as ``H7/g6``."""
     found = TEXT.fullmatch(text)
     if found is None:
         raise InputError(f"fit '{text.strip()}'", "a hole H and a shaft e, f, g or h with their grades", SAMPLE)

@@ -16,24 +16,14 @@ from scissordyn.study.design import Design
 from scissordyn.study.distribution import Levels, Names, Variation
 from scissordyn.study.requirement import Response, read_response
 
-__all__ = ["Goal", "Optimisation", "read_goal", "risk_value"]
-
 RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A response to be made small, or large.
+    """A response to be made small, or large."""
 
-    Parameters
-    ----------
-    measure : str
-        Or the address of a number that is chosen.
-    part : str
-    maximise : bool
-    """
-
-    measure: str
+    measure: str  # Or the address of a number that is chosen
     part: str = ""
     maximise: bool = False
 
@@ -50,28 +40,16 @@ class Goal:
 
 @dataclass(frozen=True)
 class Optimisation:
-    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several, all combinations where names are chosen.
-
-    Parameters
-    ----------
-    goals : tuple of Goal
-    risk : str
-        What counts of a goal over the uncertain numbers and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean
-        of the worst 5 %.
-    population : int
-        Candidates of a generation; 0 for the method's own choice.
-    generations : int
-    seed : int
-    every : bool
-        Whether all combinations of what is listed are tried, as one generation.
-    """
+    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several, all combinations where names are chosen."""
 
     goals: tuple[Goal, ...]
+    # What counts of a goal over the uncertain numbers and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean
+    # of the worst 5 %
     risk: str = "mean"
-    population: int = 0
+    population: int = 0  # Candidates of a generation; 0 for the method's own choice
     generations: int = 20
     seed: int = 0
-    every: bool = False
+    every: bool = False  # Whether all combinations of what is listed are tried, as one generation
 
     def __post_init__(self) -> None:
         if not self.goals:
@@ -83,13 +61,7 @@ class Optimisation:
             raise InputError("more generations of a search that tries all combinations", "generations = 1")
 
     def over(self, variations: Sequence[Variation]) -> Optimisation:
-        """The same search; where names are chosen, the one that tries all combinations.
-
-        Raises
-        ------
-        InputError
-            If a number beside names is no list.
-        """
+        """The same search; where names are chosen, the one that tries all combinations."""
         if not any(isinstance(one, Names) for one in variations):
             return self
         if not all(isinstance(one, Names | Levels) for one in variations):
@@ -120,17 +92,7 @@ class Optimisation:
 
 
 def read_goal(text: str, own: Mapping[str, str] | None = None, addresses: Sequence[str] = ()) -> Goal:
-    """A goal such as ``minimise peak_force``.
-
-    Parameters
-    ----------
-    text : str
-        ``minimise`` or ``maximise``, then a measure, or the address of a number that varies.
-    own : mapping of str to str, optional
-        Units of measures of the user's.
-    addresses : sequence of str
-        Of the numbers that are chosen.
-    """
+    """A goal such as ``minimise peak_force``."""
     direction, _, rest = text.strip().partition(" ")
     if direction not in ("minimise", "maximise") or not rest:
         raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
@@ -143,22 +105,7 @@ def read_goal(text: str, own: Mapping[str, str] | None = None, addresses: Sequen
 def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
     """A measure of risk of values of which large ones are bad.
 
-    Parameters
-    ----------
-    values : ndarray, shape (points, cases)
-        Equally probable.
-    risk : str
-        "mean", "worst", "quantile q %", or "cvar q %": min over t of t + mean(max(x - t, 0)) / (1 - q), which a quantile
-        attains (Rockafellar and Uryasev, J. Risk 2, 21 (2000)).
-
-    Returns
-    -------
-    ndarray, shape (points,)
-
-    Raises
-    ------
-    InputError
-        If the risk is none of the known measures.
+    Shapes: `values` (points, cases); returns (points,).
     """
     found = RISK.fullmatch(risk.strip())
     if found is None or (found[3] and not 0.0 < float(found[3]) < 100.0):

@@ -5,24 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["grouped", "grouped_lines"]
-
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
-    """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one.
-
-    Parameters
-    ----------
-    said : iterable of (str, int)
-        A text, and of which case.
-
-    Returns
-    -------
-    dict of str to list of int
-        Cases by the text about the first of them.
-    """
+    """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one."""
     groups: dict[str, list[int]] = {}
     label: dict[str, str] = {}
     for text, case in said:

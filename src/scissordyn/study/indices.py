@@ -13,8 +13,6 @@ from scissordyn.study.answer import by_point, responses
 from scissordyn.study.description import Study
 from scissordyn.study.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numbers
 
-__all__ = ["morris_indices", "sensitivity", "sobol_indices"]
-
 RESAMPLES = 500
 """Resamples of the bootstrap."""
 
@@ -22,24 +20,7 @@ RESAMPLES = 500
 def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
     """First-order and total Sobol indices with bootstrap intervals.
 
-    Parameters
-    ----------
-    values : ndarray, shape (base points (factors + 2),)
-        Of a Saltelli design. Base points with a NaN are left out.
-    names : list of str
-    seed : int
-        Of the bootstrap.
-
-    Returns
-    -------
-    Dataset
-        Along `factor`: `first`, `total`, and half the widths of their 95 % intervals `first_interval`, `total_interval`;
-        attribute `left_out`, the number of base points.
-
-    Raises
-    ------
-    InputError
-        If there are too few complete base points, or all values are the same.
+    Shapes: `values` (base points (factors + 2).
     """
     sobol = library("SALib.analyze.sobol", "study", "an index of Sobol")
     rows = values.reshape(-1, len(names) + 2)
@@ -62,25 +43,7 @@ def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.
 def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
     """Mean absolute elementary effects of Morris with bootstrap intervals.
 
-    Parameters
-    ----------
-    points : ndarray, shape (trajectories (factors + 1), factors)
-        In the unit cube.
-    values : ndarray
-        Trajectories with a NaN are left out.
-    names : list of str
-    seed : int
-        Of the bootstrap.
-
-    Returns
-    -------
-    Dataset
-        Along `factor`: `effect` (mu*), `effect_interval`, `deviation` (sigma: interactions and curvature).
-
-    Raises
-    ------
-    InputError
-        If there are too few complete trajectories.
+    Shapes: `points` (trajectories (factors + 1).
     """
     morris = library("SALib.analyze.morris", "study", "an elementary effect")
     d = len(names)
@@ -104,15 +67,7 @@ def _check_count(count: int, what: str) -> None:
 
 
 def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
-    """Indices of each response, if the design is one for indices.
-
-    Returns
-    -------
-    found : dict of str to Dataset
-        By response; empty for other designs.
-    left_out : dict of str to str
-        Why there are none of a response.
-    """
+    """Indices of each response, if the design is one for indices."""
     if study.design.kind not in ("saltelli", "morris"):
         return {}, {}
     points = by_point(study, results)

@@ -22,8 +22,6 @@ from scissordyn.study.kriging import Kriging
 from scissordyn.study.requirement import Response, response_values
 from scissordyn.study.store import column
 
-__all__ = ["FEWEST", "OTHERS", "Interpolation", "interpolation"]
-
 FEWEST = 32
 """Runs between which is interpolated."""
 
@@ -39,15 +37,7 @@ OTHERS = 2**16
 class Interpolation:
     """Responses of cheap runs, what others say of each, and those of further cases of the same study.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, numbers)
-        Numbers of the runs.
-    further : ndarray, shape (m, numbers)
-        Of cases that were not run.
-    logarithmic : ndarray of bool, shape (numbers,)
-    runs : Dataset
-        Results of the n runs.
+    Shapes: `x` (n, numbers), `further` (m, numbers), `logarithmic` (numbers,).
     """
 
     def __init__(self, x: np.ndarray, further: np.ndarray, logarithmic: np.ndarray, runs: xr.Dataset) -> None:
@@ -55,23 +45,13 @@ class Interpolation:
         self._known: dict[Response, Predicted | None] = {}
 
     def response(self, wanted: Response) -> Predicted | None:
-        """A response at the runs and at the further cases; None where it is not finite, or does not vary.
-
-        Parameters
-        ----------
-        wanted : Response
-        """
+        """A response at the runs and at the further cases; None where it is not finite, or does not vary."""
         if wanted not in self._known:
             self._known[wanted] = self._fitted(response_values(self._runs, wanted))
         return self._known[wanted]
 
     def unpredicted(self, wanted: Response) -> float:
-        """Part of the variance of a response that the other runs do not predict; 1 where nothing is interpolated.
-
-        Parameters
-        ----------
-        wanted : Response
-        """
+        """Part of the variance of a response that the other runs do not predict; 1 where nothing is interpolated."""
         predicted = self.response(wanted)
         if predicted is None:
             return 1.0
@@ -93,17 +73,7 @@ class Interpolation:
 
 
 def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:
-    """Interpolation between runs of a study; None where they are few, or where names vary, between which there is nothing.
-
-    Parameters
-    ----------
-    study : Study
-        Each of whose cases is an independent trial.
-    results : Dataset
-        Of its store.
-    cases : sequence of int
-        The runs, in the order of their design.
-    """
+    """Interpolation between runs of a study; None where they are few, or where names vary, between which there is nothing."""
     varied = (*study.factors, *study.uncertain)
     if len(cases) < max(FEWEST, 4 * len(varied)) or any(factor.labels for factor in varied):
         return None

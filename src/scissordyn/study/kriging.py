@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["LEAST", "MOST", "Kriging"]
-
 LEAST = 8
 """Points from which a response is interpolated."""
 
@@ -36,22 +34,7 @@ FACTOR = 5.0
 class Kriging:
     """A response as a function of numbers, interpolated between points.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, numbers)
-    values : ndarray, shape (n,)
-        Finite.
-    logarithmic : ndarray of bool, shape (numbers,)
-        Numbers that enter by their logarithm.
-
-    Attributes
-    ----------
-    predicted : float
-        Share of the variance that is predicted, each point by the others.
-    error : float
-        Root mean square of the errors of these predictions, as a fraction of the mean response.
-    left_out : ndarray, shape (n, 2)
-        Predictions of each point by the others and their standard deviations: of the logarithm, where that is interpolated.
+    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n, 2).
     """
 
     def __init__(self, x: np.ndarray, values: np.ndarray, logarithmic: np.ndarray) -> None:
@@ -67,13 +50,7 @@ class Kriging:
     def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Response and standard deviation of the prediction.
 
-        Parameters
-        ----------
-        x : ndarray, shape (m, numbers)
-
-        Returns
-        -------
-        mean, deviation : ndarray, shape (m,)
+        Shapes: `x` (m, numbers); returns `mean, deviation` (m,).
         """
         mean, deviation = self.process.predict(self._unit(x), return_std=True)
         y, deviation = self._shift + self._scale * mean, self._scale * deviation
@@ -82,9 +59,7 @@ class Kriging:
     def expected(self, x: np.ndarray) -> np.ndarray:
         """Response at many points, without its uncertainty.
 
-        Parameters
-        ----------
-        x : ndarray, shape (m, numbers)
+        Shapes: `x` (m, numbers).
         """
         parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // PART))]
         y = self._shift + self._scale * np.concatenate(parts)

@@ -18,8 +18,6 @@ from scissordyn.study.seal import RECORD
 if TYPE_CHECKING:
     import zarr
 
-__all__ = ["COMPLETE", "FAILED", "NOTED", "PENDING", "TIMES", "column", "consolidate", "write_layout"]
-
 PENDING, COMPLETE, FAILED = range(len(STATES))
 """Status of a case; pending is the fill value: a block that nobody has written is pending."""
 
@@ -37,24 +35,7 @@ def column(address: str) -> str:
 
 
 def write_layout(folder: Path, study: Study, pilot: xr.Dataset, block: int, attributes: dict[str, Any]) -> dict[str, int]:
-    """Write the descriptions of the arrays.
-
-    Parameters
-    ----------
-    folder : Path
-    study : Study
-    pilot : Dataset
-        Of at least one case, with all measures: gives dimensions and units.
-    block : int
-        Cases of a block.
-    attributes : dict
-        Of the root.
-
-    Returns
-    -------
-    dict of str to int
-        Names and numbers of dimensions of the arrays along the cases.
-    """
+    """Write the descriptions of the arrays."""
     zarr = library("zarr", "study", "a study")
     root = zarr.open_group(str(folder), mode="w", zarr_format=3)
     chosen = {factor.address for factor in study.factors}

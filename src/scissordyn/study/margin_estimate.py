@@ -26,8 +26,6 @@ from scissordyn.study.control_variate import (
     strangers,
 )
 
-__all__ = ["fraction_by_margins"]
-
 FEWEST = 16
 """Pairs with which margins are used."""
 
@@ -52,22 +50,7 @@ def fraction_by_margins(
 ) -> Estimate:
     """Fraction of the cases whose accurate margin is positive.
 
-    Parameters
-    ----------
-    accurate : ndarray, shape (m,)
-        Margins of the accurate runs: how far each is on the right side of the bound, in any unit.
-    paired : ndarray, shape (m,)
-        Of the cheap runs of the same cases.
-    cheap : ndarray, shape (N,)
-        Of all cheap runs, N >= m, the paired ones among them.
-    predicted : Predicted, optional
-        Margins of the cheap runs and of further cases by interpolation.
-
-    Returns
-    -------
-    Estimate
-        That of `fraction_estimate`, of yes and no alone, where there are fewer than 16 pairs, where a margin is not finite,
-        where the correlation of the margins is below 0.8, or where the pairs contradict what margins predict of them.
+    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
     by_strata = fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
     m, n = accurate.size, cheap.size

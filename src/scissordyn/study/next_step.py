@@ -16,8 +16,6 @@ from scissordyn.study.store import column
 from scissordyn.study.surface import predicted_point
 from scissordyn.study.trend import Need
 
-__all__ = ["next_steps", "typed"]
-
 CHECKED = 64
 """Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %."""
 
@@ -34,23 +32,7 @@ PAST = 0.7
 def next_steps(
     study: Study, results: xr.Dataset, address: str, one: Recommendation | None, needs: Sequence[Need]
 ) -> list[tuple[str, str]]:
-    """What to try next: why, and the command.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    address : str
-        Of the store.
-    one : Recommendation or None
-    needs : sequence of Need
-        Of `trend.needed`.
-
-    Returns
-    -------
-    list of (str, str)
-    """
+    """What to try next: why, and the command."""
     if counts(results)[2]:
         return [("Cases are pending", command("scissordyn", "study", "resume", address))]
     if one is None:
@@ -135,15 +117,7 @@ def _number(results: xr.Dataset, factor: Factor, value: float) -> str:
 
 
 def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
-    """A number as it is typed in a study: in the unit in which the user wrote it, or in SI; a name in brackets.
-
-    Parameters
-    ----------
-    results : Dataset
-    factor : Factor
-    value : float
-        In SI.
-    """
+    """A number as it is typed in a study: in the unit in which the user wrote it, or in SI; a name in brackets."""
     if factor.labels:
         return f"[{factor.labels[int(value)]}]"
     unit = factor.unit or str(results[column(factor.address)].attrs.get("units", "1"))

@@ -20,8 +20,6 @@ from scissordyn.study.goal import Goal, Optimisation, risk_value
 from scissordyn.study.requirement import response_unit, response_values
 from scissordyn.study.store import COMPLETE, PENDING, Store, column
 
-__all__ = ["Optimum", "candidates", "nondominated", "optimise", "proposer"]
-
 STEP = 0.3
 """First step size of CMA-ES in the unit cube, as its author recommends for ranges."""
 
@@ -107,13 +105,7 @@ class _Nsga2:
 
 
 def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
-    """The method for an optimisation: CMA-ES for one goal, NSGA-II for several.
-
-    Raises
-    ------
-    InputError
-        If the package of the method is not installed.
-    """
+    """The method for an optimisation: CMA-ES for one goal, NSGA-II for several."""
     population = optimisation.size(dimensions)
     try:
         if len(optimisation.goals) == 1:
@@ -135,19 +127,6 @@ def optimise(
 
     The method draws its random numbers by its seed, so that it proposes the same candidates again when it gets the same
     results: what the store holds is not computed again.
-
-    Parameters
-    ----------
-    study : Study
-        With an `optimisation`.
-    address : str or path
-    engine, block, progress
-        As for `execute`.
-
-    Raises
-    ------
-    InputError
-        If the study has no goal or no factor, or the store is of another study.
     """
     plan = study.optimisation
     if plan is None or not study.factors:
@@ -217,14 +196,7 @@ def _finite(goals: np.ndarray, violation: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def candidates(study: Study, results: xr.Dataset) -> Optimum:
-    """Goals and violation of every point that was tried.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    """
+    """Goals and violation of every point that was tried."""
     plan = study.optimisation
     assert plan is not None
     per_point = study.per_point
@@ -282,14 +254,7 @@ def _about(study: Study, results: xr.Dataset, goal: Goal) -> dict[str, Any]:
 def nondominated(goals: np.ndarray) -> np.ndarray:
     """Points than which no other is better in one goal and as good in the others.
 
-    Parameters
-    ----------
-    goals : ndarray, shape (points, goals)
-        To be made small.
-
-    Returns
-    -------
-    ndarray of bool, shape (points,)
+    Shapes: `goals` (points, goals); returns (points,).
     """
     found = np.zeros(goals.shape[0], bool)
     order = np.lexsort(goals.T[::-1])

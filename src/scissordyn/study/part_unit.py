@@ -9,23 +9,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.measure import component_units
 from scissordyn.study.requirement import BY_COMPONENT, Response, units_of_parts
 
-__all__ = ["check_unit", "whole_responses"]
-
 
 def possible_units(mechanism: Mechanism, response: Response) -> tuple[str, ...]:
-    """The units that the parts of a response have.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    response : Response
-        About a measure by component.
-
-    Returns
-    -------
-    tuple of str
-        Each once; none without components.
-    """
+    """The units that the parts of a response have."""
     units = component_units(mechanism)
     return (units[response.part],) if response.part in units else tuple(dict.fromkeys(units.values()))
 

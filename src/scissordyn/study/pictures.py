@@ -16,8 +16,6 @@ from scissordyn.study.surface import map_extras
 if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult
 
-__all__ = ["StudyPictures"]
-
 
 class StudyPictures:
     """Pictures of a study; each is drawn on given Axes or on a new Figure, and returns its Axes.

@@ -19,8 +19,6 @@ from scissordyn.errors import ScissordynError, whole_number
 from scissordyn.run.engine import QUICKLY, Begun, EngineError, Outcome, in_threads
 from scissordyn.study.engine import ATTEMPTS, signals_blocked
 
-__all__ = ["Processes"]
-
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
@@ -149,15 +147,7 @@ class _Worker:
         self._runs, self._ready = True, False
 
     def ask(self, content: bytes, stopped: threading.Event) -> bytes:
-        """The answer to a task.
-
-        Raises
-        ------
-        _DiedError
-            If there is none, because the process died or nobody wants the answer any more.
-        EngineError
-            If it ended by itself before it could begin.
-        """
+        """The answer to a task."""
         if not self._runs and not stopped.is_set():
             self.start()
         if stopped.is_set():  # whoever sets it kills what runs, and may have come before the process that is started here

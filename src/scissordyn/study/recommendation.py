@@ -15,28 +15,15 @@ from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import response_values, value_text
 from scissordyn.study.store import COMPLETE, PENDING, column
 
-__all__ = ["Margin", "Recommendation", "numbers_of", "recommended", "recommended_point"]
-
 
 @dataclass(frozen=True)
 class Margin:
-    """How far a point is from a requirement in the worst of its cases.
-
-    Parameters
-    ----------
-    requirement : str
-    value : float
-        Of the worst case; NaN if a case has none.
-    text : str
-        The value with its unit, or why there is none.
-    margin : float
-        As a fraction of the bound; negative where the requirement is not met.
-    """
+    """How far a point is from a requirement in the worst of its cases."""
 
     requirement: str
-    value: float
-    text: str
-    margin: float
+    value: float  # Of the worst case; NaN if a case has none
+    text: str  # The value with its unit, or why there is none
+    margin: float  # As a fraction of the bound; negative where the requirement is not met
 
 
 @dataclass(frozen=True)
@@ -77,15 +64,7 @@ class Recommendation:
 
 
 def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
-    """The recommended point of a study with requirements; None while no point is computed.
-
-    Parameters
-    ----------
-    study : Study
-        With requirements.
-    results : Dataset
-        From `Store.results`.
-    """
+    """The recommended point of a study with requirements; None while no point is computed."""
     place = recommended_point(study, results)
     if place < 0:
         return None
@@ -117,14 +96,7 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
 
 
 def numbers_of(study: Study, results: xr.Dataset, point: int) -> dict[str, float]:
-    """The numbers that are chosen at a point, in SI.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-    point : int
-    """
+    """The numbers that are chosen at a point, in SI."""
     return {one.address: float(results[column(one.address)][point * study.per_point]) for one in study.factors}
 
 
@@ -132,17 +104,6 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
     """The point most of whose cases meet the requirements, of several that whose worst case has the largest margin.
 
     Of a search for one goal it is the best point. Failed cases meet nothing.
-
-    Parameters
-    ----------
-    study : Study
-        With requirements.
-    results : Dataset
-
-    Returns
-    -------
-    int
-        -1 if no case is complete.
     """
     if study.optimisation is not None and len(study.optimisation.goals) == 1:
         return candidates(study, results).best

@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["conclusion_html", "figures", "summary_html", "write_figures", "write_report"]
-
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 .scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
@@ -89,16 +87,7 @@ MOST_FRONT = 40
 
 
 def figures(study: Study, results: xr.Dataset, accurate: xr.Dataset | None) -> Iterator[tuple[str, Figure]]:
-    """All pictures that fit a study, with their titles.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    accurate : Dataset or None
-        From `screening.verified_results`.
-    """
+    """All pictures that fit a study, with their titles."""
     points = by_point(study, results)
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     limits = {one.response.name: one.bound for one in study.requirements}
@@ -137,43 +126,14 @@ def _map(study: Study, points: xr.Dataset, colour: str, limit: float | None, sur
 
 
 def write_figures(study: Study, results: xr.Dataset, address: str, folder: Path) -> list[Path]:
-    """Write the pictures of the report as PNG files, with their titles as names.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    address : str
-        Of the store.
-    folder : Path
-        Made if there is none.
-    """
+    """Write the pictures of the report as PNG files, with their titles as names."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn = figures(study, results, verified_results(study, address))
     return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in drawn]
 
 
 def write_report(study: Study, results: xr.Dataset, address: str, path: Path) -> Path:
-    """Write the report.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    address : str
-        Of the store; commands have its name alone, since a report is read on other machines too.
-    path : Path
-        Ends in .html, or in .pdf where there is a browser that prints.
-
-    Raises
-    ------
-    InputError
-        If the name does not end so, no browser is found, or the file is something else than a report.
-    ScissordynError
-        If the file cannot be written.
-    """
+    """Write the report."""
     start = KINDS.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
@@ -231,16 +191,7 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
 
 
 def conclusion_html(study: Study, results: xr.Dataset, address: str) -> str:
-    """The first page: verdict, margins, trends, next steps.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    address : str
-        Of the store.
-    """
+    """The first page: verdict, margins, trends, next steps."""
     return "".join(_conclusion(study, results, address))
 
 

@@ -15,19 +15,6 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import engineering, scale_of
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES
 
-__all__ = [
-    "BY_COMPONENT",
-    "KINDS",
-    "SHORTFALL",
-    "Requirement",
-    "Response",
-    "read_response",
-    "response_unit",
-    "response_values",
-    "units_of_parts",
-    "value_text",
-]
-
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
 BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
@@ -45,23 +32,12 @@ SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at
 
 @dataclass(frozen=True)
 class Response:
-    """One number of each case: a measure, or that of one of its joints, drives or components.
-
-    Parameters
-    ----------
-    measure : str
-    part : str
-        Name of the joint, drive or component; empty for the largest of all.
-    smallest : bool
-        The smallest of all instead.
-    unit : str
-        Of what components exert, "N" or "N m": those with another one do not count. Empty for all.
-    """
+    """One number of each case: a measure, or that of one of its joints, drives or components."""
 
     measure: str
-    part: str = ""
-    smallest: bool = False
-    unit: str = ""
+    part: str = ""  # Name of the joint, drive or component; empty for the largest of all
+    smallest: bool = False  # The smallest of all instead
+    unit: str = ""  # Of what components exert, "N" or "N m": those with another one do not count. Empty for all
 
     @property
     def name(self) -> str:
@@ -73,28 +49,14 @@ class Response:
 
 @dataclass(frozen=True)
 class Requirement:
-    """A bound on a response; without a part, all joints, drives or components have to meet it.
-
-    Parameters
-    ----------
-    measure : str
-    sign : {"<", "<=", ">", ">="}
-    bound : float
-        In SI.
-    part : str
-        Name of a joint, drive or component; empty for all.
-    text : str
-        As the user wrote it.
-    unit : str
-        Of a bound on what components exert, "N" or "N m"; not needed where all exert the same.
-    """
+    """A bound on a response; without a part, all joints, drives or components have to meet it."""
 
     measure: str
     sign: str
-    bound: float
-    part: str = ""
-    text: str = ""
-    unit: str = ""
+    bound: float  # In SI
+    part: str = ""  # Name of a joint, drive or component; empty for all
+    text: str = ""  # As the user wrote it
+    unit: str = ""  # Of a bound on what components exert, "N" or "N m"; not needed where all exert the same
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in KINDS:
@@ -128,15 +90,7 @@ class Requirement:
 
 
 def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str, str, str]:
-    """Part, measure and unit of what a requirement or a goal is about.
-
-    Parameters
-    ----------
-    text : str
-        ``peak_force``, ``A.peak_force``, ``tip.error``.
-    own : mapping of str to str, optional
-        Units of measures of the user's.
-    """
+    """Part, measure and unit of what a requirement or a goal is about."""
     units = {name: measure.units for name, measure in MEASURES.items()} | dict(own or {})
     if text in units:
         return "", text, units[text]
@@ -151,21 +105,7 @@ def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str,
 def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
     """A response of all cases.
 
-    Parameters
-    ----------
-    results : Dataset
-        With the measures along `case`.
-    response : Response
-
-    Returns
-    -------
-    ndarray, shape (cases,)
-        NaN for a case without results.
-
-    Raises
-    ------
-    InputError
-        If there is no such measure or part.
+    Shapes: returns (cases,).
     """
     known = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
     if response.measure not in known:
@@ -209,13 +149,7 @@ def value_text(results: xr.Dataset, response: Response, case: int) -> str:
 
 
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
-    """The units of a measure's parts, which differ only between components.
-
-    Returns
-    -------
-    list of str
-        In the order of the joints, drives, components or tracked points; one for a measure of the whole mechanism.
-    """
+    """The units of a measure's parts, which differ only between components."""
     found = results[measure]
     if COMPONENT_UNIT in found.coords:
         return [str(unit) for unit in found[COMPONENT_UNIT].values]
@@ -223,14 +157,7 @@ def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
 
 
 def response_unit(results: xr.Dataset, response: Response) -> str:
-    """The unit of a response.
-
-    Parameters
-    ----------
-    results : Dataset
-        With the measures along `case`.
-    response : Response
-    """
+    """The unit of a response."""
     found = results[response.measure]
     if response.part and COMPONENT_UNIT in found.coords:
         return str(found[COMPONENT_UNIT].sel({found.dims[1]: response.part}).item())

@@ -46,8 +46,6 @@ if TYPE_CHECKING:
 
     from scissordyn.study.pictures import StudyPictures
 
-__all__ = ["StudyResult", "computed"]
-
 Address = str | os.PathLike[str]
 Told = Callable[[Progress], None] | None
 
@@ -425,20 +423,7 @@ def computed(
     budget: float | None = None,
     progress: Told = None,
 ) -> StudyResult:
-    """Compute a study, or what its store lacks of it.
-
-    Parameters
-    ----------
-    study : Study
-    address : path
-        Of the store: made if there is none.
-    engine, block, retry, progress
-        As for `study.execute.execute`.
-    points : int, optional
-        Number of points of the design from now on.
-    budget : float, optional
-        Time for cheap and accurate runs [s]; see `study.screening.screened`.
-    """
+    """Compute a study, or what its store lacks of it."""
     if budget is not None and (study.accurate is None or points is not None):
         sample = '[screen] with set = ["run.rtol=1e-3"], or screen={"rtol": 1e-3}'
         raise InputError("a budget of a study without cheap and accurate runs", "a study with both", sample)

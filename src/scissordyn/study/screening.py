@@ -30,8 +30,6 @@ from scissordyn.study.store import Store, column
 PILOTED = 0.05
 """Of the budget, at most, for cheap runs that say how well interpolation between them predicts."""
 
-__all__ = ["screened", "verified_address", "verified_results", "verified_study"]
-
 SPLIT = ("random", "sobol")
 """Designs whose points are independent enough for intervals, and to which points can be added."""
 
@@ -40,26 +38,13 @@ LEAST = 0.1
 
 
 def verified_address(address: str | os.PathLike[str]) -> str:
-    """Where the accurate runs of a study stand.
-
-    Parameters
-    ----------
-    address : str or path
-        Of the study's store.
-    """
+    """Where the accurate runs of a study stand."""
     stem, end = os.path.splitext(os.fspath(address).rstrip("/"))
     return f"{stem}.verified{end or '.zarr'}"
 
 
 def verified_study(study: Study, points: int) -> Study:
-    """The accurate runs of the first points of a study, or of so many points of its front.
-
-    Parameters
-    ----------
-    study : Study
-        With `accurate`.
-    points : int
-    """
+    """The accurate runs of the first points of a study, or of so many points of its front."""
     accurate = study.accurate
     assert accurate is not None
     design, sampling = replace(study.design, points=points), study.sampling
@@ -80,14 +65,7 @@ def verified_study(study: Study, points: int) -> Study:
 
 
 def verified_results(study: Study, address: str | os.PathLike[str]) -> xr.Dataset | None:
-    """The accurate runs of a study as far as there are any.
-
-    Parameters
-    ----------
-    study : Study
-    address : str or path
-        Of the study's store.
-    """
+    """The accurate runs of a study as far as there are any."""
     store = Store(verified_address(address))
     return store.results() if study.accurate is not None and store.exists() else None
 
@@ -102,23 +80,7 @@ def screened(
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Store:
-    """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept.
-
-    Parameters
-    ----------
-    study : Study
-        With `accurate`.
-    address : str or path
-    engine, block, retry, progress
-        As for `execute`.
-    budget : float, optional
-        Time for all of both [s], which decides how many points there are.
-
-    Returns
-    -------
-    Store
-        Of the cheap runs.
-    """
+    """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
     _check(study, budget)
     store = Store(address)
     with opened(engine) as chosen:

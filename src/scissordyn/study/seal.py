@@ -10,8 +10,6 @@ import secrets
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["RECORD", "chunk_file", "clear_way", "fault", "make_room", "seal", "sync_folder", "write_beside"]
-
 RECORD = "record"
 """Group of what vouches for the arrays: the seals, the copies of the descriptions, the lock."""
 
@@ -35,18 +33,7 @@ def _digest(content: bytes) -> str:
 
 
 def seal(folder: Path, block: int, arrays: Mapping[str, int], program: str) -> None:
-    """Wait until all files of a block are on the disk, and write their digests.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the store.
-    block : int
-    arrays : mapping of str to int
-        Names and numbers of dimensions of the arrays.
-    program : str
-        Digest of all that the numbers depend on, in the process that computed them.
-    """
+    """Wait until all files of a block are on the disk, and write their digests."""
     digests, folders = dict[str, str](), set[Path]()
     for name, dimensions in arrays.items():
         path = chunk_file(folder, name, dimensions, block)
@@ -66,20 +53,7 @@ def seal(folder: Path, block: int, arrays: Mapping[str, int], program: str) -> N
 
 
 def fault(folder: Path, block: int, arrays: Mapping[str, int], program: str) -> str | None:
-    """What is wrong with a block.
-
-    Parameters
-    ----------
-    folder, block, arrays
-        As for `seal`.
-    program : str
-        That the study was begun with.
-
-    Returns
-    -------
-    str or None
-        None if it is whole, empty if nothing of it has been written, the reason otherwise.
-    """
+    """What is wrong with a block."""
     try:
         found = json.loads(_seal_file(folder, block).read_bytes())
         digests, by = dict(found["files"]), found["program"]

@@ -22,14 +22,16 @@ from scissordyn.lock import hold
 from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
-from scissordyn.study.layout import COMPLETE, FAILED, NOTED, PENDING, TIMES, column, consolidate, write_layout
+from scissordyn.study.layout import COMPLETE as COMPLETE
+from scissordyn.study.layout import FAILED as FAILED
+from scissordyn.study.layout import NOTED, TIMES, consolidate, write_layout
+from scissordyn.study.layout import PENDING as PENDING
+from scissordyn.study.layout import column as column
 from scissordyn.study.seal import RECORD, chunk_file, clear_way, fault, make_room, seal
 from scissordyn.study.store_copy import COPIES, broken, keep, kept, mend
 
 if TYPE_CHECKING:
     import zarr
-
-__all__ = ["COMPLETE", "FAILED", "PENDING", "Store", "StoreError", "column", "program_digest"]
 
 TITLE = "scissordyn study"
 
@@ -50,18 +52,7 @@ def program_digest(fingerprint: Mapping[str, str]) -> str:
 
 
 class Store:
-    """The store of one study.
-
-    Parameters
-    ----------
-    address : str
-        A folder, on a disk that all workers share.
-
-    Raises
-    ------
-    InputError
-        For an address of anything but a folder, such as ``s3://bucket/study.zarr``.
-    """
+    """The store of one study."""
 
     def __init__(self, address: str | os.PathLike[str]) -> None:
         text = os.fspath(address)
@@ -142,16 +133,7 @@ class Store:
         self._group, self._arrays = None, {}
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
-        """Write the arrays' descriptions; nothing is computed yet.
-
-        Parameters
-        ----------
-        study : Study
-        pilot : Dataset
-            Of at least one case, with all measures: gives dimensions and units.
-        block : int
-            Cases of a block.
-        """
+        """Write the arrays' descriptions; nothing is computed yet."""
         attributes = {
             "title": TITLE,
             "format": FORMAT,
@@ -173,21 +155,7 @@ class Store:
     def study(
         self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
     ) -> Study:
-        """The study that the store is of.
-
-        Parameters
-        ----------
-        allow_code : sequence of Path
-            Files of the user whose functions may be executed.
-        own_measures : sequence of OwnMeasure
-            The functions that are no file's.
-        reading : bool
-            No case will be computed: the user's functions are not needed.
-
-        Returns
-        -------
-        Study
-        """
+        """The study that the store is of."""
         plain = json.loads(str(self.group.attrs["study"]))
         return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
 
@@ -275,20 +243,7 @@ class Store:
         times: Sequence[float],
         program: str | None = None,
     ) -> None:
-        """Write the results of cases of one block: the status is the last of the arrays, then all is sealed.
-
-        Parameters
-        ----------
-        cases : ndarray of int
-            Ascending.
-        columns : mapping of str to ndarray
-            By the names of the arrays.
-        status : ndarray
-        times : sequence of float
-            Seconds, seconds of integration, and cases, which are added to what is noted.
-        program : str, optional
-            Digest of the program that computed them; the store's if not given.
-        """
+        """Write the results of cases of one block: the status is the last of the arrays, then all is sealed."""
         block, folder = int(cases[0]) // self.block, Path(self.address)
         with _said(self.address):
             if self._fault(block) is not None:
@@ -329,13 +284,7 @@ class Store:
         return dict(zip(TIMES, noted.T, strict=True))
 
     def extend(self, study: Study) -> None:
-        """Make room for more points of the same design.
-
-        Parameters
-        ----------
-        study : Study
-            The same with more points.
-        """
+        """Make room for more points of the same design."""
         with _said(self.address):
             root = self.group
             for name in self._by_case:

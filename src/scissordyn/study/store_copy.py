@@ -9,20 +9,11 @@ from pathlib import Path
 
 from scissordyn.study.seal import RECORD, clear_way, write_beside
 
-__all__ = ["COPIES", "broken", "keep", "kept", "mend"]
-
 COPIES = (f"{RECORD}/description.json", f"{RECORD}/description.copy.json")
 
 
 def keep(folder: Path, blocks: tuple[str, ...]) -> None:
-    """Write both copies of what the store holds beside its blocks: descriptions, and labels of dimensions.
-
-    Parameters
-    ----------
-    folder : Path
-    blocks : tuple of str
-        Names of the arrays that have a chunk for each block.
-    """
+    """Write both copies of what the store holds beside its blocks: descriptions, and labels of dimensions."""
     chunks = [folder / name / "c" for name in blocks]
     labels = [path for path in folder.glob("*/c/*") if path.parent not in chunks and path.name.isdigit()]
     files = {
@@ -54,16 +45,7 @@ def broken(folder: Path, files: dict[str, bytes]) -> list[str]:
 
 
 def mend(folder: Path, files: dict[str, bytes], wrong: list[str]) -> None:
-    """Write these files anew.
-
-    Parameters
-    ----------
-    folder : Path
-    files : dict of str to bytes
-        From `kept`.
-    wrong : list of str
-        From `broken`.
-    """
+    """Write these files anew."""
     contents = [_content(folder / copy) for copy in COPIES]
     sound = next((content for content in contents if content is not None and _files(content) is not None), b"")
     for name in wrong:

@@ -19,40 +19,18 @@ from scissordyn.study.requirement import Requirement, response_unit
 from scissordyn.study.store import column
 from scissordyn.units import counted
 
-__all__ = [
-    "Table",
-    "agreement",
-    "best_points",
-    "design_size",
-    "interval_note",
-    "meaning",
-    "requirement_fractions",
-    "response_ranges",
-    "sensitivities",
-    "varied_numbers",
-]
-
 SHOWN = 6
 """Levels of a factor that are listed."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text.
-
-    Parameters
-    ----------
-    head : tuple of str
-    rows : sequence of tuple of str
-    title : str
-    notes : tuple of str
-        Sentences below it.
-    """
+    """A table of text."""
 
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
     title: str = ""
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # Sentences below it
 
 
 def design_size(study: Study) -> str:
@@ -67,14 +45,7 @@ def design_size(study: Study) -> str:
 
 
 def varied_numbers(study: Study, results: xr.Dataset) -> Table:
-    """The numbers that vary, and over what.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        Of its store, which has their units.
-    """
+    """The numbers that vary, and over what."""
     rows = [(factor.address, "chosen", _over(results, factor)) for factor in study.factors]
     rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
     return Table(("number", "role", "values"), rows)
@@ -114,14 +85,7 @@ def _over(results: xr.Dataset, factor: Factor) -> str:
 
 
 def agreement(study: Study, points: xr.Dataset) -> str:
-    """Where members disagree, in words; empty without members.
-
-    Parameters
-    ----------
-    study : Study
-    points : Dataset
-        Of `answer.by_point`.
-    """
+    """Where members disagree, in words; empty without members."""
     if study.members == 1:
         return ""
     count, differ = points.sizes["point"], int(points["disagrees"].sum())
@@ -138,16 +102,7 @@ def agreement(study: Study, points: xr.Dataset) -> str:
 
 
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Table:
-    """Smallest, median and largest value of each response over the complete cases, and how far members differ.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    points : Dataset
-        Of `answer.by_point`.
-    """
+    """Smallest, median and largest value of each response over the complete cases, and how far members differ."""
     rows = []
     for one in answered(study, results):
         values = case_values(study, results, one)
@@ -162,14 +117,7 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Ta
 
 
 def requirement_fractions(study: Study, results: xr.Dataset) -> Table:
-    """The fraction of the range that meets each requirement, and all of them; no rows without requirements.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    """
+    """The fraction of the range that meets each requirement, and all of them; no rows without requirements."""
     meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
     rows, explained = [], any(meanings)
     for one, text in zip(feasible_fraction(study, results), meanings, strict=False):
@@ -195,13 +143,7 @@ def meaning(results: xr.Dataset, requirement: Requirement) -> str:
 
 
 def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
-    """A table for each response of what it depends on.
-
-    Parameters
-    ----------
-    indices : dict of str to Dataset
-        Of `indices.sensitivity`.
-    """
+    """A table for each response of what it depends on."""
     found = []
     for name, table in indices.items():
         factors = [table.sel(factor=factor) for factor in table["factor"].values]
@@ -226,16 +168,7 @@ def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
 
 
 def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
-    """The Pareto front, or the best point of one goal; None without an optimisation.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    most : int
-        Rows.
-    """
+    """The Pareto front, or the best point of one goal; None without an optimisation."""
     if study.optimisation is None:
         return None
     found = candidates(study, results)

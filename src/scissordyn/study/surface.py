@@ -12,8 +12,6 @@ from scissordyn.study.distribution import Interval
 from scissordyn.study.kriging import LEAST, MOST, Kriging
 from scissordyn.study.trend import CLEAR
 
-__all__ = ["Surfaces", "map_extras", "predicted_point"]
-
 CELLS = 48
 """Cells of a field along each number."""
 
@@ -25,14 +23,7 @@ OTHERS = 16
 
 
 class Surfaces:
-    """Responses of a study of few points, interpolated by kriging.
-
-    Parameters
-    ----------
-    study : Study
-    points : Dataset
-        Of `answer.by_point`.
-    """
+    """Responses of a study of few points, interpolated by kriging."""
 
     def __init__(self, study: Study, points: xr.Dataset) -> None:
         self._study, self._points = study, points
@@ -40,14 +31,7 @@ class Surfaces:
         self._known: dict[str, Kriging | None] = {}
 
     def field(self, response: str, x: str, y: str) -> Field | None:
-        """The mean of a response over the numbers other than x and y; None where points do not predict each other.
-
-        Parameters
-        ----------
-        response : str
-        x, y : str
-            Addresses of numbers that are chosen.
-        """
+        """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
         model = self.model(response)
         if model is None:
             return None
@@ -96,12 +80,7 @@ class Surfaces:
         return np.asarray(space(float(values.min()), float(values.max()), CELLS))
 
     def model(self, response: str) -> Kriging | None:
-        """The interpolation of a response; None where points do not predict each other.
-
-        Parameters
-        ----------
-        response : str
-        """
+        """The interpolation of a response; None where points do not predict each other."""
         if response not in self._known:
             self._known[response] = self._fitted(response)
         return self._known[response]
@@ -124,20 +103,7 @@ class Surfaces:
 def map_extras(
     study: Study, points: xr.Dataset, colour: str, x: str = "", y: str = "", surfaces: Surfaces | None = None
 ) -> tuple[Field | None, list[Bound]]:
-    """The field under a map and the lines of requirements over it; nothing for grids and where nothing can be interpolated.
-
-    Parameters
-    ----------
-    study : Study
-    points : Dataset
-        Of `answer.by_point`.
-    colour : str
-        "met", with the lines of all requirements, or a response, with that of its own.
-    x, y : str
-        Addresses; the first two numbers if not given.
-    surfaces : Surfaces, optional
-        Of the same points, which keeps what it has fitted.
-    """
+    """The field under a map and the lines of requirements over it; nothing for grids and where nothing can be interpolated."""
     names = [factor.address for factor in study.factors]
     if len(names) < 2:
         return None, []
@@ -152,20 +118,7 @@ def map_extras(
 
 
 def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:
-    """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all.
-
-    Parameters
-    ----------
-    study : Study
-        With requirements.
-    points : Dataset
-        Of `answer.by_point`.
-
-    Returns
-    -------
-    dict of str to float or None
-        Numbers in SI by address. None as well where a response cannot be interpolated.
-    """
+    """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all."""
     surfaces = Surfaces(study, points)
     models = [surfaces.model(one.response.name) for one in study.requirements]
     if not study.factors or None in models:

@@ -16,8 +16,6 @@ from scissordyn.study.description import Study
 from scissordyn.study.requirement import Requirement, response_unit, response_values
 from scissordyn.study.store import COMPLETE, column
 
-__all__ = ["CLEAR", "Need", "Trend", "fitted", "needed", "trends", "with_indicators"]
-
 CLEAR = 0.5
 """Predicted share of the variance, each point left out in turn, from which a trend is stated."""
 
@@ -120,48 +118,20 @@ class Trend:
 
 @dataclass(frozen=True)
 class Need:
-    """The value of a number at which a trend meets a bound.
-
-    Parameters
-    ----------
-    requirement : str
-    number : str
-    value : float
-        In SI; NaN if the trend reaches the bound nowhere near the data.
-    extrapolated : bool
-        Whether it is beyond the data.
-    failing, points : int
-        Points on its right side that have a case that does not meet the requirement, and all that are there.
-    everywhere : bool
-        Whether the trend meets the bound over the whole range of the number.
-    other : float or None
-        What the other form of trend gives, where it fits as well and the value is extrapolated.
-    """
+    """The value of a number at which a trend meets a bound."""
 
     requirement: str
     number: str
-    value: float
-    extrapolated: bool
-    failing: int = 0
+    value: float  # In SI; NaN if the trend reaches the bound nowhere near the data
+    extrapolated: bool  # Whether it is beyond the data
+    failing: int = 0  # Points on its right side that have a case that does not meet the requirement, and all that are there
     points: int = 0
-    everywhere: bool = False
-    other: float | None = None
+    everywhere: bool = False  # Whether the trend meets the bound over the whole range of the number
+    other: float | None = None  # What the other form of trend gives, where it fits as well and the value is extrapolated
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
-    """Both forms of trend of each response as `fitted` orders them; without those of too few points, and those that are 0 or 1.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-
-    Returns
-    -------
-    dict of str to tuple of Trend
-        By response.
-    """
+    """Both forms of trend of each response as `fitted` orders them; not of too few points, nor of shares that are 0 or 1."""
     per_point, members = study.per_point, study.members
     rows = (results.sizes["case"] // per_point) * per_point
     numbers = with_indicators(
@@ -185,14 +155,7 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
 
 
 def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """The same numbers, with 1 or 0 for each name but the first in place of where it stands.
-
-    Parameters
-    ----------
-    study : Study
-    numbers : mapping of str to float or ndarray
-        By `Study.addresses`.
-    """
+    """The same numbers, with 1 or 0 for each name but the first in place of where it stands."""
     named = [factor for factor in study.apart if factor.labels]
     found = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
     for factor in named:
@@ -207,21 +170,7 @@ def fitted(
 ) -> tuple[Trend, ...]:
     """Power law and straight line through values of a response: the power law first unless the line predicts better.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, numbers)
-    values : ndarray, shape (n,)
-        NaN where nothing is known.
-    groups : ndarray of int, shape (n,)
-        Point of the design of each row: its rows are left out together.
-    names : tuple of str
-        Of the columns.
-    response, units : str
-
-    Returns
-    -------
-    tuple of Trend
-        Empty where there are too few points, or all values are the same.
+    Shapes: `x` (n, numbers), `values` (n,), `groups` (n,).
     """
     known = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
     x, values, groups = x[known], values[known], np.unique(groups[known], return_inverse=True)[1]
@@ -270,23 +219,7 @@ def _jackknife(
 
 
 def needed(study: Study, results: xr.Dataset, found: dict[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Need]:
-    """What each requirement needs of the number that is chosen and on which its response depends most.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    found : dict of str to tuple of Trend
-        Of `trends`.
-    numbers : dict of str to float
-        All others: those of a point, and of the uncertain numbers.
-
-    Returns
-    -------
-    list of Need
-        Of requirements whose response has a clear trend.
-    """
+    """What each requirement needs of the number that is chosen and on which its response depends most."""
     chosen = {factor.address for factor in study.factors}
     needs = []
     for requirement in study.requirements:

@@ -17,24 +17,9 @@ from scissordyn.study.factor import Factor
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
 
-__all__ = ["by_variant", "check_variants", "labelled", "made", "own_values", "with_places"]
-
 
 def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
-    """The cases of each mechanism, of those that have any.
-
-    Parameters
-    ----------
-    study : Study
-    values : mapping of str to ndarray
-        By `Study.addresses`; what is missing is as in the mechanism itself.
-
-    Yields
-    ------
-    mechanism : Mechanism
-    cases : ndarray of int
-        Their places in the values.
-    """
+    """The cases of each mechanism, of those that have any."""
     count = len(next(iter(values.values())))
     every: dict[str, Any] = {**own_values(study), **values}
     chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in study.apart]
@@ -44,16 +29,7 @@ def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple
 
 
 def made(study: Study, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
-    """The mechanism of a case.
-
-    Parameters
-    ----------
-    study : Study
-    values : mapping of str to float
-        By `Study.addresses`.
-    nominal : bool
-        Whether what is chosen alone is given: all else is as in the mechanism itself.
-    """
+    """The mechanism of a case."""
     ((mechanism, _),) = by_variant(study, {name: np.array([value]) for name, value in values.items()})
     apart = {factor.name for factor in study.apart}
     numbers = {name: value for name, value in values.items() if name not in apart} if nominal else study.applied(values)
@@ -74,14 +50,7 @@ def own_values(study: Study) -> dict[str, float]:
 
 
 def with_places(study: Study, given: Mapping[str, Sequence[int]]) -> Study:
-    """The study with some names and levels of its factors apart only.
-
-    Parameters
-    ----------
-    study : Study
-    given : mapping of str to sequence of int
-        Their places, by address.
-    """
+    """The study with some names and levels of its factors apart only."""
     if not given:
         return study
     places = [given.get(factor.name, range(factor.variation.count)) for factor in study.apart]

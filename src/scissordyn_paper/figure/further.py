@@ -20,29 +20,13 @@ from scissordyn_paper.figure.panel import in_words
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.periodic import read
 
-__all__ = ["draw_bifurcation", "draw_contacts", "draw_maps", "draw_torques"]
-
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE)
 
 
 def draw_maps(
     runs: Mapping[PaperCase, xr.Dataset], settled: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase]
 ) -> Figure:
-    """For each case the paper's picture of the stroke, and below it the map at one instant of each period of a periodic drive.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-        Single strokes.
-    settled : mapping of PaperCase to Dataset
-        Under the periodic drive.
-    cases : sequence of PaperCase
-        Of `settled`; the stroke is that of the same clearance and friction.
-
-    Returns
-    -------
-    Figure
-    """
+    """For each case the paper's picture of the stroke, and below it the map once in each period of the drive."""
     columns = len(cases)
     drawn = panels(None, 2, columns, size=(2.6 * columns, 5.8), share=False)
     for k, case in enumerate(cases):
@@ -72,16 +56,7 @@ def draw_maps(
 
 
 def draw_bifurcation(diagram: xr.Dataset) -> Figure:
-    """Speed of the slider and position of the journal once a period, over the clearance.
-
-    Parameters
-    ----------
-    diagram : Dataset
-
-    Returns
-    -------
-    Figure
-    """
+    """Speed of the slider and position of the journal once a period, over the clearance."""
     drawn = panels(None, 2, size=(9.0, 6.4))
     # in clearances, which removes the proportionality to the clearance
     relative = diagram["eccentricity"] / diagram["value"]
@@ -100,17 +75,7 @@ def draw_bifurcation(diagram: xr.Dataset) -> Figure:
 
 
 def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[ControlledRun, xr.Dataset]) -> Figure:
-    """Torques of the paper's control and of others, beside those without control and of the ideal mechanism.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-    controlled : mapping of ControlledRun to Dataset
-
-    Returns
-    -------
-    Figure
-    """
+    """Torques of the paper's control and of others, beside those without control and of the ideal mechanism."""
     drawn = panels(None, 4, size=(9.0, 10.0), share=False)
     ideal = runs[PaperCase(None)]
     stroke, difference, deployment, delayed = drawn
@@ -158,16 +123,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
 
 
 def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
-    """Peak force and impulse of every contact, by clearance and by friction.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-
-    Returns
-    -------
-    Figure
-    """
+    """Peak force and impulse of every contact, by clearance and by friction."""
     drawn = panels(None, 2, 2, size=(9.0, 6.0), share=False)
     groups = (
         ("clearance [mm]", [(f"{1e3 * size:g}", PaperCase(size)) for size in CLEARANCES]),

@@ -17,8 +17,6 @@ from scissordyn.plot.style import BLUE, GREEN, VERMILION, legend, normal, panels
 from scissordyn_paper.cases import SIZES, SPEEDS, PaperCase
 from scissordyn_paper.measures import JOINT
 
-__all__ = ["BY_CLEARANCE", "BY_SPEED", "draw", "draw_by_clearance", "draw_by_speed"]
-
 COLOURS = (BLUE, VERMILION, GREEN)
 
 KILO = {"N": "kN", "N m": "kN·m"}
@@ -29,18 +27,7 @@ BY_CLEARANCE = tuple(PaperCase(clearance) for clearance in SIZES)
 
 
 def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -> Figure:
-    """Two panels: (a) contact force, (b) driving torque.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-    cases : mapping of PaperCase to str
-        Runs and labels, the largest first, so that it hides no other.
-
-    Returns
-    -------
-    Figure
-    """
+    """Two panels: (a) contact force, (b) driving torque."""
     drawn = panels(None, 2, size=(9.0, 5.6))
     curves = (
         ("contact force", {case: force_curve(runs[case], JOINT) for case in cases}),

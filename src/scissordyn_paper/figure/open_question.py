@@ -15,8 +15,6 @@ from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
 if TYPE_CHECKING:
     from scissordyn_paper.open_answers import Change
 
-__all__ = ["draw_orbits", "draw_ratios"]
-
 COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}
 
 SMALLEST = 1e-3
@@ -24,16 +22,7 @@ SMALLEST = 1e-3
 
 
 def draw_ratios(answers: Sequence[Change]) -> Figure:
-    """A row for each change, a panel for each measure, a dot for each pair of runs.
-
-    Parameters
-    ----------
-    answers : sequence of Change
-
-    Returns
-    -------
-    Figure
-    """
+    """A row for each change, a panel for each measure, a dot for each pair of runs."""
     names = list(dict.fromkeys(one.what for one in answers))
     drawn = panels(None, 1, len(COMPARED), size=(15.0, 1.2 + 0.32 * len(names)), share=False)
     for axes, (measure, title) in zip(drawn, COMPARED.items(), strict=True):
@@ -62,16 +51,7 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
 
 
 def draw_orbits(found: Mapping[OpenCase, xr.Dataset]) -> Figure:
-    """The journal's orbit of the stroke by bars and joint, in clearances.
-
-    Parameters
-    ----------
-    found : mapping of OpenCase to Dataset
-
-    Returns
-    -------
-    Figure
-    """
+    """The journal's orbit of the stroke by bars and joint, in clearances."""
     joints = None, *OILS
     drawn = panels(None, len(joints), len(BARS), size=(2.6 * len(BARS), 0.4 + 2.75 * len(joints)), share=False)
     turn = np.linspace(0.0, 2.0 * np.pi, 181)

@@ -13,26 +13,13 @@ from scissordyn.plot.orbit import orbit
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.figure.panel import panel_by_case
 
-__all__ = ["BY_CLEARANCE", "BY_FRICTION", "CONSTRAINED", "draw", "draw_by_clearance", "draw_by_friction", "draw_constrained"]
-
 BY_CLEARANCE = tuple(PaperCase(clearance) for clearance in CLEARANCES)
 BY_FRICTION = tuple(PaperCase(friction=friction) for friction in FRICTION)
 CONSTRAINED = tuple(PaperCase(clearance, constrained=True) for clearance in CONTROLLED)
 
 
 def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], columns: int) -> Figure:
-    """One orbit for each case.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-    cases : sequence of PaperCase
-    columns : int
-
-    Returns
-    -------
-    Figure
-    """
+    """One orbit for each case."""
 
     def paint(axes: Axes, case: PaperCase) -> str:
         # a constrained contact has no indentation but round-off, which must not be magnified

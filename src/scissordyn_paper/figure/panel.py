@@ -11,8 +11,6 @@ from matplotlib.figure import Figure
 from scissordyn.plot.style import legend, normal, panels
 from scissordyn_paper.cases import PaperCase
 
-__all__ = ["in_words", "panel_by_case"]
-
 
 def in_words(case: PaperCase) -> str:
     """Label of a case within its figure."""
@@ -22,20 +20,7 @@ def in_words(case: PaperCase) -> str:
 def panel_by_case(
     runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], paint: Callable[[Axes, PaperCase], str], *, columns: int
 ) -> Figure:
-    """A panel for each case, lettered as in the paper, under one legend.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-    cases : sequence of PaperCase
-    paint : callable
-        Draws a case on Axes and returns a note for the title, or nothing.
-    columns : int
-
-    Returns
-    -------
-    Figure
-    """
+    """A panel for each case, lettered as in the paper, under one legend."""
     rows = -(-len(cases) // columns)
     drawn = panels(None, rows, columns, size=(3.5 * columns, 0.5 + 3.3 * rows), share=False)
     for axes, case, letter in zip(drawn, cases, "abcdef", strict=False):

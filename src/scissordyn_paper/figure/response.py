@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from scissordyn.plot.response import response
 from scissordyn_paper.cases import PaperCase
 
-__all__ = ["CASES", "draw"]
-
 CASES = (PaperCase(), PaperCase().ideal)
 
 

@@ -20,25 +20,12 @@ from scissordyn_paper.figure.orbit import BY_CLEARANCE, BY_FRICTION
 from scissordyn_paper.figure.panel import panel_by_case
 from scissordyn_paper.measures import JOINT
 
-__all__ = ["CASES_BY_CLEARANCE", "CASES_BY_FRICTION", "draw", "draw_by_clearance", "draw_by_friction"]
-
 CASES_BY_CLEARANCE = (*BY_CLEARANCE, PaperCase().ideal)
 CASES_BY_FRICTION = (*BY_FRICTION, PaperCase().ideal)
 
 
 def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], columns: int) -> Figure:
-    """One scatter plot for each case, with the line of the ideal mechanism; all with the same axes.
-
-    Parameters
-    ----------
-    runs : mapping of PaperCase to Dataset
-    cases : sequence of PaperCase
-    columns : int
-
-    Returns
-    -------
-    Figure
-    """
+    """One scatter plot for each case, with the line of the ideal mechanism; all with the same axes."""
     scale = engineering("m/s^2", *(runs[case]["slider_acceleration"].values for case in cases))
     shown = np.concatenate([scale.factor * runs[case]["slider_acceleration"].values for case in cases])
     margin = 0.05 * float(np.ptp(shown))

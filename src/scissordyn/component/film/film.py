@@ -23,8 +23,6 @@ from scissordyn.component.port import FRAME, Output
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["MODELS", "Film", "thinned"]
-
 MODELS = ("finite", "short", "long")
 """Bearing models: their place is the kernel's number for them."""
 
@@ -160,19 +158,7 @@ class Film:
 
 
 def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Parameters of an oil with which the film damps here, on average, as its own does an approach where roughness carries.
-
-    Parameters
-    ----------
-    parameters : ndarray
-        Of a film.
-    place : ndarray
-        Its coordinates, of which the first two are the place of the journal [m].
-
-    Returns
-    -------
-    ndarray
-    """
+    """Parameters of an oil with which the film damps here, on average, as its own does an approach where roughness carries."""
     viscosity, clearance, _, _, thinnest = parameters[:5]
     nearest = (1.0 - thinnest) * clearance
     here = min(math.hypot(place[0], place[1]), nearest)

@@ -6,8 +6,6 @@ import math
 
 import numpy as np
 
-__all__ = ["DIRECTIONS", "GAPS", "NEAREST", "POWERS", "SHARP", "WIDEST", "directions", "eccentricities", "steepness"]
-
 GAPS, DIRECTIONS = 20, 33
 """Nodes over the root of the least film thickness, and over the direction psi of the velocity from 0 to pi."""
 

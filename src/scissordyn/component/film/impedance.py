@@ -24,18 +24,6 @@ from scissordyn.component.film.grid import (
 )
 from scissordyn.kernel import kernel
 
-__all__ = [
-    "finite_table",
-    "long_bearing",
-    "looked_up",
-    "padded",
-    "pressure_table",
-    "short_bearing",
-    "squeezed_pressure",
-    "tabulated",
-    "tabulated_pressure",
-]
-
 TABLE = Path(__file__).parent / "finite.npz"
 
 ROOT = math.sqrt(NEAREST)
@@ -197,13 +185,7 @@ def squeezed_pressure(table, first, gap):
 def padded(table: np.ndarray) -> np.ndarray:
     """The table with one more node on each side: by symmetry in psi, along a parabola in the film thickness.
 
-    Parameters
-    ----------
-    table : ndarray, shape (GAPS, DIRECTIONS, 3)
-
-    Returns
-    -------
-    ndarray, shape (GAPS + 2, WIDTH, 3)
+    Shapes: `table` (GAPS, DIRECTIONS, 3); returns (GAPS + 2, WIDTH, 3).
     """
     odd = np.array([1.0, -1.0, 1.0])
     wide = np.concatenate([table[:, 1:2] * odd, table, table[:, -2:-1] * odd], axis=1)
@@ -225,13 +207,7 @@ def _stored() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def finite_table(ratio: float) -> np.ndarray:
-    """The table of a bearing of finite length, shape (GAPS, DIRECTIONS, 3).
-
-    Parameters
-    ----------
-    ratio : float
-        L/D, within those of the file; interpolated over its logarithm, relative to (L/D)^2/(1 + (L/D)^2).
-    """
+    """The table of a bearing of finite length, shape (GAPS, DIRECTIONS, 3)."""
     from scipy.interpolate import CubicSpline
 
     ratios, values = _stored()

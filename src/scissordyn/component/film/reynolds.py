@@ -16,24 +16,14 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-__all__ = ["Impedance", "impedance"]
-
 
 @dataclass(frozen=True)
 class Impedance:
-    """Forces on the journal and largest pressure, by the velocity V.
+    """Forces on the journal and largest pressure, by the velocity V."""
 
-    Parameters
-    ----------
-    radial, tangential : float
-        Of the force over mu R L (R/c)^2 V, along the eccentricity and across it.
-    pressure : float
-        Largest pressure over mu (R/c)^2 V.
-    """
-
-    radial: float
+    radial: float  # Of the force over mu R L (R/c)^2 V, along the eccentricity and across it
     tangential: float
-    pressure: float
+    pressure: float  # Largest pressure over mu (R/c)^2 V
 
 
 class _Mesh:
@@ -78,23 +68,7 @@ def _operator(mesh: _Mesh, eccentricity: float, ratio: float) -> sp.csc_matrix:
 def impedance(
     eccentricity: float, directions: np.ndarray, ratio: float, *, around: int = 160, along: int = 12
 ) -> list[Impedance]:
-    """The impedance of a bearing at one eccentricity for several directions of the velocity.
-
-    Parameters
-    ----------
-    eccentricity : float
-        Over the clearance, from 0 up to but not 1.
-    directions : ndarray
-        psi, in steps small enough for one film to be a guess of the next [rad].
-    ratio : float
-        L/D.
-    around, along : int
-        Cells around the bearing, and along half of it.
-
-    Returns
-    -------
-    list of Impedance
-    """
+    """The impedance of a bearing at one eccentricity for several directions of the velocity."""
     mesh = _Mesh(eccentricity, around, along)
     matrix = _operator(mesh, eccentricity, ratio)
     area = np.outer(mesh.width, mesh.height)

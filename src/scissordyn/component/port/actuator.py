@@ -7,8 +7,6 @@ from typing import Any
 from scissordyn.component.port import hinge
 from scissordyn.component.port.declaration import Attachment, Output, Port, place
 
-__all__ = ["ACTUATOR"]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """The directions of both bodies, then where the sensor is from its origin."""

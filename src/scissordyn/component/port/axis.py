@@ -12,8 +12,6 @@ import numpy as np
 from scissordyn.component.port.declaration import Attachment, Ends, Port, Turned, Where
 from scissordyn.component.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, bent
 
-__all__ = ["AXIS", "bent_axis"]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """None of the six rows of other components."""

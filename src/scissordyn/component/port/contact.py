@@ -6,8 +6,6 @@ from typing import Any
 
 from scissordyn.component.port.declaration import Attachment, Ends, direction, frame, place
 
-__all__ = ["journal_attachments", "journal_ends", "surface_attachments", "surface_ends"]
-
 
 def journal_attachments(joint: Any) -> tuple[Attachment, ...]:
     """From the bearing to the journal, and the directions of both bodies that rotate."""

@@ -8,8 +8,6 @@ from typing import Any
 
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes
 
-__all__ = ["Attachment", "Ends", "Output", "Port", "Turned", "Where", "direction", "frame", "place"]
-
 Point = tuple[float, float]
 Where = Callable[[tuple[str, Any]], Point]
 """Where a point of a body is, as placed [m]."""
@@ -96,50 +94,26 @@ class Port:
     """How an element is attached; each of its own file says all of it.
 
     The forces do work on the coordinates: their power on the mechanism is `sense` times the sum of force times rate.
-
-    Parameters
-    ----------
-    name : str
-    code : int
-        Branch of the kernels.
-    coordinates, rates, forces : tuple of str
-        Arguments and leading results of the component's kernel.
-    points : tuple of str
-        Fields of the component that name a body and a point of it.
-    turning : tuple of str
-        Fields that name a body which must have an angle, the one that may not be the ground first.
-    numbers : tuple of str
-        Fields with further numbers of the attachment, such as a direction.
-    outputs : tuple of Output
-    symbols : mapping of str to Strokes
-        How pictures can draw a component with this port; the first is the default.
-    attachments : callable
-        From a component to the `Attachment` of each row of its maps, in order.
-    start : callable
-        From a component, where points are and how bodies are turned as placed, to the coordinates there.
-    ends : callable
-        From a component to what it acts on, see `Ends`; the first gets the force, the second the opposite one.
-    drawn : callable
-        From a component, the strokes of its symbol and a `Scene` to the strokes in the scene and the place of the name.
-    angle : callable, optional
-        From a component to the body whose angle it reads and the one that it is measured against.
-    sense : float
-        -1 for a tension, which pulls against its coordinate.
     """
 
     name: str
-    code: int
-    coordinates: tuple[str, ...]
+    code: int  # Branch of the kernels
+    coordinates: tuple[str, ...]  # Arguments and leading results of the component's kernel
     rates: tuple[str, ...]
     forces: tuple[str, ...]
-    points: tuple[str, ...] = ()
-    turning: tuple[str, ...] = ()
-    numbers: tuple[str, ...] = ()
+    points: tuple[str, ...] = ()  # Fields of the component that name a body and a point of it
+    turning: tuple[str, ...] = ()  # Fields that name a body which must have an angle, the one that may not be the ground first
+    numbers: tuple[str, ...] = ()  # Fields with further numbers of the attachment, such as a direction
     outputs: tuple[Output, ...] = ()
-    symbols: Mapping[str, Strokes]
+    symbols: Mapping[str, Strokes]  # How pictures can draw a component with this port; the first is the default
+    # From a component to the `Attachment` of each row of its maps, in order
     attachments: Callable[[Any], tuple[Attachment, ...]]
+    # From a component, where points are and how bodies are turned as placed, to the coordinates there
     start: Callable[[Any, Where, Turned], tuple[float, ...]]
+    # From a component to what it acts on, see `Ends`; the first gets the force, the second the opposite one
     ends: Callable[[Any], Ends]
+    # From a component, the strokes of its symbol and a `Scene` to the strokes in the scene and the place of the name
     drawn: Callable[[Any, Strokes, Scene], Drawn]
+    # From a component to the body whose angle it reads and the one that it is measured against
     angle: Callable[[Any], tuple[str, str]] | None = None
-    sense: float = 1.0
+    sense: float = 1.0  # -1 for a tension, which pulls against its coordinate

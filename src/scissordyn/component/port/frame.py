@@ -14,8 +14,6 @@ from scissordyn.component.port.declaration import Attachment, Ends, Output, Port
 from scissordyn.component.port.stroke import AXIS_LINE, Drawn, Scene, Strokes, arc, bent, turned
 from scissordyn.kernel import kernel
 
-__all__ = ["FRAME", "curvature", "forces", "gradients", "sense", "wrench"]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """From the start to the end, and the directions of both bodies, the end's first."""

@@ -10,21 +10,6 @@ from scissordyn.component.port.declaration import Attachment, Ends, Output, Port
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, hatched, spiral, turned
 from scissordyn.kernel import kernel
 
-__all__ = [
-    "HINGE",
-    "MOTOR",
-    "attachments",
-    "bodies",
-    "curvature",
-    "drawn",
-    "ends",
-    "forces",
-    "gradients",
-    "sense",
-    "start",
-    "wrench",
-]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """The directions of both bodies."""

@@ -11,8 +11,6 @@ from scissordyn.component.port.declaration import Attachment, Ends, Output, Port
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, around, spiral, spread
 from scissordyn.kernel import kernel
 
-__all__ = ["LINE", "curvature", "forces", "gradients", "sense", "wrench"]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """From the start to the end."""

@@ -13,8 +13,6 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, turned
 
-__all__ = ["RAIL"]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """The point; the bar is added where its shapes are known."""

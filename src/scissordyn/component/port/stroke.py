@@ -7,21 +7,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-__all__ = [
-    "AXIS_LINE",
-    "AXIS_POINTS",
-    "Drawn",
-    "Scene",
-    "Strokes",
-    "arc",
-    "around",
-    "bent",
-    "hatched",
-    "spiral",
-    "spread",
-    "turned",
-]
-
 Strokes = tuple[np.ndarray, ...]
 """Each of shape (points, 2), or (points, 3) on a line, with the part of the distance first; placed (samples, points, 2) [m]."""
 

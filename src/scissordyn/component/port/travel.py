@@ -12,8 +12,6 @@ from scissordyn.component.port.declaration import Attachment, Ends, Output, Port
 from scissordyn.component.port.stroke import Drawn, Scene, Strokes, hatched, turned
 from scissordyn.kernel import kernel
 
-__all__ = ["TRAVEL", "curvature", "forces", "gradients", "sense", "wrench"]
-
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """The point, along the direction alone."""

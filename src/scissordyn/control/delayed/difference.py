@@ -7,8 +7,6 @@ from typing import Any
 
 from scissordyn.control.signal import check_signal, limited, ramped
 
-__all__ = ["difference_numbers", "torque"]
-
 
 def difference_numbers(described: Any) -> dict[str, float]:
     """Limit and onset of a controller that has the fields of these."""

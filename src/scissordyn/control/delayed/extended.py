@@ -9,8 +9,6 @@ from scissordyn.control.delayed.difference import difference_numbers, torque
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["ExtendedDelayedFeedback"]
-
 
 @element(name="extended", torque=torque, source="Socolar, Sukow and Gauthier 1994, Physical Review E 50")
 class ExtendedDelayedFeedback(Controller):

@@ -9,8 +9,6 @@ from scissordyn.control.delayed.difference import difference_numbers, torque
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Pyragas"]
-
 
 @element(
     name="pyragas",

@@ -10,8 +10,6 @@ from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, set
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
-__all__ = ["FeedForward"]
-
 
 def torque(
     time,

@@ -14,20 +14,12 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import State
 
-__all__ = ["INTEGRAL", "feedback_numbers", "settled"]
-
 INTEGRAL = State("integral_torque", "N m", scale=1.0)
 """The integral part of the torque. Errors are compared with the torques of the mechanism where these are smaller."""
 
 
 def feedback_numbers(described: Any) -> dict[str, float]:
-    """Limit and 1/tracking time of a controller that has the fields of these.
-
-    Raises
-    ------
-    InputError
-        If there is a ramp without a limit.
-    """
+    """Limit and 1/tracking time of a controller that has the fields of these."""
     name = type(described).__name__
     if described.ramp > 0.0 and described.limit is None:
         raise InputError(f"{name}: ramp = {described.ramp:g} s without a limit", "a limit, which the ramp raises from zero")

@@ -10,8 +10,6 @@ from scissordyn.control.signal import limited
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State
 
-__all__ = ["FilteredPD"]
-
 
 def torque(error, reference_speed, speed, filtered_rate, proportional, derivative, filter_time, limit):
     """Torque [N m] and z' [rad/s^2]."""

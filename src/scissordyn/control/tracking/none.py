@@ -5,8 +5,6 @@ from __future__ import annotations
 from scissordyn.control.controller import Controller
 from scissordyn.plugin.element import element
 
-__all__ = ["NoControl"]
-
 
 @element(name="none", source="definition")
 class NoControl(Controller):

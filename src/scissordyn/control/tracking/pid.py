@@ -9,8 +9,6 @@ from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, set
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
-__all__ = ["PID"]
-
 
 def torque(
     time, error, reference_speed, speed, integral_torque, proportional, derivative, integral, limit, ramp, back_calculation

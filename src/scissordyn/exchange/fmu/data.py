@@ -9,22 +9,12 @@ import numpy as np
 
 from scissordyn.compiler.kind import Array, Struct, kind_of, written
 
-__all__ = ["Block"]
-
 GAP = 6
 """So many zeros in a row begin a new run of numbers."""
 
 
 class Block:
-    """All arrays of some named tuples, each in one place however often it is named.
-
-    Parameters
-    ----------
-    roots : mapping of str to NamedTuple
-        By their names in C.
-    known : dict
-        Types of records and named tuples, see `kind_of`.
-    """
+    """All arrays of some named tuples, each in one place however often it is named."""
 
     def __init__(self, roots: Mapping[str, Any], known: dict[Any, Any]) -> None:
         self.known = known

@@ -8,8 +8,6 @@ from typing import Any
 
 from scissordyn.exchange.fmu.variable import Variable, Variables
 
-__all__ = ["build_description", "model_description"]
-
 UNITS: dict[str, dict[str, Any]] = {
     "m": {"m": "1"},
     "m/s": {"m": "1", "s": "-1"},
@@ -28,26 +26,7 @@ TOOL = f"scissordyn {version('scissordyn')}"
 def model_description(
     name: str, identifier: str, token: str, found: Variables, *, until: float, tolerance: float, exchange: bool = True
 ) -> bytes:
-    """The description of a unit.
-
-    Parameters
-    ----------
-    name : str
-    identifier : str
-        Of its library.
-    token : str
-    found : Variables
-    until : float
-        End of the default experiment [s].
-    tolerance : float
-    exchange : bool
-        Whether it is for model exchange as well.
-
-    Returns
-    -------
-    bytes
-        XML.
-    """
+    """The description of a unit."""
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="3.0",

@@ -32,27 +32,7 @@ SAMPLE = 'contact = "compliant"'
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
-    """A functional mock-up unit (FMI 3.0) of a mechanism, for model exchange and for co-simulation.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    run : Options
-        How it starts, and its tolerances.
-    name : str
-    sources_only : bool
-        Whether to leave the library out, for a target with a compiler of its own.
-
-    Returns
-    -------
-    bytes
-        A zip archive with the C source, the description and the library for this machine.
-
-    Raises
-    ------
-    InputError
-        If the mechanism has something that is not translated, or if there is no C compiler.
-    """
+    """A functional mock-up unit (FMI 3.0) of a mechanism, for model exchange and for co-simulation."""
     if not sources_only:
         try:
             compiler_command()

@@ -22,8 +22,6 @@ from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.driver import Driver, make_system
 from scissordyn.run.loop import MECHANICS
 
-__all__ = ["Source"]
-
 STATUSES = ("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL")
 """What `advance` returns, by names in C."""
 
@@ -32,23 +30,7 @@ KERNELS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("paramet
 
 
 class Source:
-    """The source of a mechanism at its start.
-
-    Parameters
-    ----------
-    plan : Plan
-    driver : Driver
-        Before its first step.
-    tolerance : float
-        Relative tolerance that its weights were made for.
-    token : str
-        That the unit is to be instantiated with.
-
-    Raises
-    ------
-    InputError
-        If the mechanism has something that is not translated.
-    """
+    """The source of a mechanism at its start."""
 
     def __init__(self, plan: Plan, driver: Driver, *, tolerance: float, token: str) -> None:
         self.plan, self.driver, self.tolerance, self.token = plan, driver, tolerance, token

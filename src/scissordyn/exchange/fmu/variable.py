@@ -13,48 +13,26 @@ from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.plan import Plan
 from scissordyn.run.driver import Driver
 
-__all__ = ["Prescribed", "Variable", "Variables", "prescribed", "variables"]
-
 
 @dataclass(frozen=True)
 class Variable:
-    """One number of a unit.
-
-    Parameters
-    ----------
-    name : str
-    reference : int
-    unit : str
-    description : str
-    start : float, optional
-    place : str
-        In C, for an output.
-    """
+    """One number of a unit."""
 
     name: str
     reference: int
     unit: str = ""
     description: str = ""
     start: float | bool | None = None
-    place: str = ""
+    place: str = ""  # In C, for an output
 
 
 @dataclass(frozen=True)
 class Prescribed:
-    """A prescribed angle that an input can take the place of.
-
-    Parameters
-    ----------
-    name : str
-    function : int
-        Which time function.
-    start : (float, float, float)
-        Angle, speed and acceleration at t = 0.
-    """
+    """A prescribed angle that an input can take the place of."""
 
     name: str
-    function: int
-    start: tuple[float, float, float]
+    function: int  # Which time function
+    start: tuple[float, float, float]  # Angle, speed and acceleration at t = 0
 
 
 @dataclass(frozen=True)
@@ -98,20 +76,7 @@ class _Numbers:
 
 
 def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
-    """The variables of a mechanism.
-
-    Parameters
-    ----------
-    plan : Plan
-    driver : Driver
-        At the start.
-    record : Record
-        Of one instant, for the shapes of its arrays.
-
-    Returns
-    -------
-    Variables
-    """
+    """The variables of a mechanism."""
     numbers, motions = _Numbers(), prescribed(plan, driver)
     states = driver.state.y.size
     guards = [getattr(contact, "name", str(k)) for k, contact in enumerate(plan.contacts)]

@@ -11,8 +11,6 @@ from scissordyn.laws.damping.proportional import PositiveRestitution
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
-__all__ = ["Anagnostopoulos"]
-
 
 @element(name="anagnostopoulos", force=dashpot.force, restitution_range=(0.0, 1.0), source="Anagnostopoulos 1988")
 class Anagnostopoulos(Damping):

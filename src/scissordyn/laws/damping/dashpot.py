@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["force"]
-
 
 def force(elastic, rate, coefficient):
     """Normal force [N], not yet clipped, from the elastic part [N] and delta' [m/s]; p is C [N s/m]."""

@@ -10,9 +10,6 @@ from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
-__all__ = ["Exact", "exact_factor", "returned_restitution"]
-
-
 LONGEST = 700.0
 """The roots are sought in u, where s = 1 - e^-u, which resolves the end near 1 where they lie for soft contacts; e^-700 is
 about the last normal number."""
@@ -47,15 +44,6 @@ def _root(factor_of: Callable[[float], float]) -> float:
 def exact_factor(restitution: float) -> float:
     """The root xi in (0, 1/c_e) of ln[(1+xi)/(1-xi c_e)] = xi (1+c_e); zero for c_e = 1.
 
-    Parameters
-    ----------
-    restitution : float
-        c_e in (0, 1].
-
-    Returns
-    -------
-    float
-
     Notes
     -----
     Below c_e = 1/700 it is 1/c_e to all digits.
@@ -65,17 +53,7 @@ def exact_factor(restitution: float) -> float:
 
 @cache
 def returned_restitution(factor: float) -> float:
-    """The restitution coefficient of a damping factor for a free body and any elastic part, from the same equation.
-
-    Parameters
-    ----------
-    factor : float
-        xi >= 0.
-
-    Returns
-    -------
-    float
-    """
+    """The restitution coefficient of a damping factor for a free body and any elastic part, from the same equation."""
     return 1.0 if factor == 0.0 else _root(lambda s: factor) / factor
 
 

@@ -8,18 +8,6 @@ from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution, Restitution
 from scissordyn.plugin.element import element
 
-__all__ = [
-    "CarvalhoMartins",
-    "Flores",
-    "HerbertMcWhannell",
-    "HuGuo",
-    "HuntCrossley",
-    "LankaraniNikravesh",
-    "LeeWang",
-    "SafaeifarFarshidianfar",
-    "ZhiyingQishao",
-]
-
 Range = tuple[float, float] | None
 WHOLE = (0.0, 1.0)
 """A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""

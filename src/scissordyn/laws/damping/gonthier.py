@@ -7,8 +7,6 @@ from scissordyn.laws.damping.exact import exact_factor
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
-__all__ = ["Gonthier"]
-
 
 @element(
     name="gonthier",

@@ -9,8 +9,6 @@ from scissordyn.laws.damping import dashpot
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
-__all__ = ["KelvinVoigt"]
-
 
 @element(name="kelvin-voigt", force=dashpot.force, source="Goldsmith 1960, Impact")
 class KelvinVoigt(Damping):

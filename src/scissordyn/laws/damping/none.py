@@ -6,8 +6,6 @@ from scissordyn.laws.contact import Damping, JointContact
 from scissordyn.laws.damping import proportional
 from scissordyn.plugin.element import element
 
-__all__ = ["NoDamping"]
-
 
 @element(name="none", force=proportional.force, source="Hertz 1881")
 class NoDamping(Damping):

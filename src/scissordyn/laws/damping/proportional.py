@@ -7,8 +7,6 @@ from typing import Annotated
 from scissordyn.laws.contact import Damping, JointContact
 from scissordyn.units import Quantity
 
-__all__ = ["DampingFactor", "PositiveRestitution", "Restitution", "force"]
-
 Restitution = Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")]
 PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, help="restitution coefficient c_e")]
 """For factors that grow as 1/c_e; impacts that return less than a thousandth of their speed are beyond these laws."""

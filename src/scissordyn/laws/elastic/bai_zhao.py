@@ -9,8 +9,6 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
-__all__ = ["BaiZhaoAsPrinted", "energy", "force"]
-
 
 @kernel
 def force(indentation, scale, clearance):

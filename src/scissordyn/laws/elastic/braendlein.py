@@ -6,8 +6,6 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import power
 from scissordyn.plugin.element import element
 
-__all__ = ["Braendlein"]
-
 
 @element(
     name="braendlein",

@@ -10,8 +10,6 @@ from scissordyn.laws.elastic import logarithmic
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
-__all__ = ["DubowskyFreudenstein"]
-
 
 @element(
     name="dubowsky-freudenstein",

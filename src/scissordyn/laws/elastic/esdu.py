@@ -8,8 +8,6 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import logarithmic
 from scissordyn.plugin.element import element
 
-__all__ = ["Esdu"]
-
 
 @element(
     name="esdu-78035",

@@ -7,8 +7,6 @@ import math
 from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.plugin.element import element
 
-__all__ = ["Hertz", "energy", "force"]
-
 
 def force(indentation, stiffness):
     """Force [N] at indentation delta > 0 [m]."""

@@ -8,8 +8,6 @@ from scissordyn.laws.contact import Elastic
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
-__all__ = ["Linear", "energy", "force"]
-
 
 def force(indentation, stiffness):
     """Force [N] at indentation delta > 0 [m]."""

@@ -13,28 +13,13 @@ import numpy as np
 
 from scissordyn.kernel import kernel
 
-__all__ = ["TURN", "energy", "force", "row"]
-
 TURN = 1.25
 """t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;
 up to here, 97 % of it, they are exact to round-off."""
 
 
 def row(compliance: float, ceiling: float) -> tuple[float, ...]:
-    """The numbers of the kernel, for delta = A F ln(G/F).
-
-    Parameters
-    ----------
-    compliance : float
-        A [m/N].
-    ceiling : float
-        G [N].
-
-    Returns
-    -------
-    tuple of float
-        1/(A G), G, the indentation and the force at `TURN`, the stiffness there.
-    """
+    """The numbers of the kernel, for delta = A F ln(G/F)."""
     w = math.exp(-TURN)
     return (
         1.0 / (compliance * ceiling),

@@ -8,8 +8,6 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
-__all__ = ["Persson", "energy", "force"]
-
 PIECES = 3
 """Of the range of b^2 in the quadrature of the energy: in one piece the pole would cost six digits."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["energy", "force"]
-
 
 def force(indentation, coefficient, exponent):
     """Force [N] at indentation delta > 0 [m]; p is K [N/m^n] and n."""

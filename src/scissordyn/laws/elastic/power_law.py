@@ -9,8 +9,6 @@ from scissordyn.laws.elastic import power
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
-__all__ = ["PowerLaw"]
-
 
 @element(name="power", force=power.force, energy=power.energy, source="definition; K as in Flores and co-workers 2006")
 class PowerLaw(Elastic):

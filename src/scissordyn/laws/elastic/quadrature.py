@@ -6,8 +6,6 @@ import numpy as np
 
 from scissordyn.kernel import call_at, kernel
 
-__all__ = ["NODES", "WEIGHTS", "quadrature_energy"]
-
 NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
 WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 """Gauss's rule of 16 points on [0, 1]. With delta = d s^2 the powers 3/2, 10/9 and 1 of delta become smooth in s."""

@@ -11,8 +11,6 @@ from scissordyn.laws.friction.coefficients import Coefficient
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Ambrosio", "force", "static_limit"]
-
 
 def force(slip_speed, normal_force, kinetic, dead_speed, full_speed):
     """Tangential force [N] at slip speed v [m/s]."""

@@ -9,19 +9,6 @@ from scissordyn.kernel import kernel
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity
 
-__all__ = [
-    "CONSTANT_DAMPING",
-    "PRESLIDING_SPEED",
-    "BristleDamping",
-    "BristleStiffness",
-    "DampingSpeed",
-    "fading_speed",
-    "micro_damping",
-    "onset",
-    "start",
-    "steady",
-]
-
 PRESLIDING_SPEED = 1e-3
 """Slip speed [m/s] that separates presliding from sliding in a law without a Stribeck speed: the usual Stribeck speed."""
 
@@ -42,20 +29,7 @@ DampingSpeed = Annotated[
 
 
 def fading_speed(largest: float, bristle_damping: float) -> float:
-    """The slip speed v_d [m/s] for which sigma_1 |v| exp(-(v/v_d)^2) reaches a given friction coefficient and no more.
-
-    Parameters
-    ----------
-    largest : float
-        The coefficient [1]; the peak is sigma_1 v_d/sqrt(2 e), at v_d/sqrt(2).
-    bristle_damping : float
-        sigma_1 [s/m].
-
-    Returns
-    -------
-    float
-        `CONSTANT_DAMPING` if there is no damping.
-    """
+    """The slip speed v_d [m/s] for which sigma_1 |v| exp(-(v/v_d)^2) reaches a given friction coefficient and no more."""
     return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else CONSTANT_DAMPING
 
 

@@ -10,8 +10,6 @@ from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coeffi
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["BrownMcPhee", "force", "static_limit"]
-
 
 def force(slip_speed, normal_force, kinetic, static, transition_speed):
     """Tangential force [N] at slip speed v [m/s]."""

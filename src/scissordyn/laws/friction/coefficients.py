@@ -7,18 +7,6 @@ from typing import Annotated
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-__all__ = [
-    "STATIC_OVER_KINETIC",
-    "Coefficient",
-    "Kinetic",
-    "RampSpeed",
-    "Static",
-    "StribeckExponent",
-    "StribeckSpeed",
-    "Viscous",
-    "static_coefficient",
-]
-
 # dry contacts have coefficients of 1e-3 (graphite, ice) to 2 (clean metals in vacuum, rubber); the bounds leave a margin
 Coefficient = Annotated[float, Quantity("1", minimum=1e-6, maximum=10.0, help="friction coefficient mu")]
 Kinetic = Annotated[float, Quantity("1", minimum=1e-6, maximum=10.0, help="kinetic friction coefficient mu_k")]
@@ -33,26 +21,7 @@ STATIC_OVER_KINETIC = 1.5
 
 
 def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
-    """The static friction coefficient, given or not.
-
-    Parameters
-    ----------
-    law : str
-        Name of the law.
-    kinetic : float
-        mu_k [1].
-    static : float, optional
-        mu_s [1].
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InputError
-        If the static coefficient is below the kinetic one.
-    """
+    """The static friction coefficient, given or not."""
     if static is None:
         return STATIC_OVER_KINETIC * kinetic
     if static < kinetic:

@@ -9,8 +9,6 @@ from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
 from scissordyn.plugin.element import element
 
-__all__ = ["Coulomb", "direction", "force", "static_limit"]
-
 
 @kernel
 def direction(v, ramp_speed):

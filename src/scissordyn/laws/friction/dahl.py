@@ -11,8 +11,6 @@ from scissordyn.laws.friction.coefficients import Coefficient
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, State
 
-__all__ = ["Dahl", "force", "start", "static_limit", "steady"]
-
 
 def force(slip_speed, normal_force, bristle_deflection, kinetic, bristle_stiffness, shape):
     """Tangential force [N] and z' [m/s]."""

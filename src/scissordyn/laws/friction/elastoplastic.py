@@ -14,16 +14,18 @@ from scissordyn.laws.friction.bristle import (
     DampingSpeed,
     fading_speed,
     micro_damping,
-    start,
-    steady,
+)
+from scissordyn.laws.friction.bristle import (
+    start as start,
+)
+from scissordyn.laws.friction.bristle import (
+    steady as steady,
 )
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
-from scissordyn.laws.friction.lugre import static_limit
+from scissordyn.laws.friction.lugre import static_limit as static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
-
-__all__ = ["ElastoPlastic", "force", "start", "static_limit", "steady"]
 
 
 def force(

@@ -12,8 +12,6 @@ from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, stat
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
-__all__ = ["GonthierBristle", "force", "start", "static_limit", "steady"]
-
 
 @kernel
 def direction(v, smoothing_speed):

@@ -9,15 +9,17 @@ from scissordyn.laws.friction.bristle import (
     DampingSpeed,
     fading_speed,
     micro_damping,
-    start,
-    steady,
+)
+from scissordyn.laws.friction.bristle import (
+    start as start,
+)
+from scissordyn.laws.friction.bristle import (
+    steady as steady,
 )
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import State, check_quantities
-
-__all__ = ["LuGre", "force", "start", "static_limit", "steady"]
 
 
 def force(

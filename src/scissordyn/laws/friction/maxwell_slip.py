@@ -11,8 +11,6 @@ from scissordyn.laws.friction.dahl import static_limit
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, State
 
-__all__ = ["MaxwellSlip", "force", "start", "steady"]
-
 
 def force(slip_speed, normal_force, first_deflection, second_deflection, kinetic, share, first_stiffness, second_stiffness):
     """Tangential force [N] and both z' [m/s]."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from scissordyn.laws.contact import Friction
 from scissordyn.plugin.element import element
 
-__all__ = ["NoFriction"]
-
 
 def static_limit():
     """Largest |F_t| [N]."""

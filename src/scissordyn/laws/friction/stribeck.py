@@ -19,8 +19,6 @@ from scissordyn.laws.friction.coulomb import direction
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import check_quantities
 
-__all__ = ["Stribeck", "force", "sliding_coefficient", "static_limit"]
-
 
 @kernel
 def sliding_coefficient(v, kinetic, static, stribeck_speed, stribeck_exponent):

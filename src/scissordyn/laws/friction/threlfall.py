@@ -10,8 +10,6 @@ from scissordyn.laws.friction.coefficients import Coefficient
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
-__all__ = ["Threlfall", "force", "static_limit"]
-
 
 def force(slip_speed, normal_force, kinetic, ramp_speed):
     """Tangential force [N] at slip speed v [m/s]."""

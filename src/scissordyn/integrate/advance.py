@@ -115,6 +115,7 @@ def advance_step(problem, T, t, s, w, S, r):
         prepare(problem, T, t, s, w, S)
     if clock.first == 0.0:
         clock.first = clock.step = min(first_step(problem, T, t, s, w, S), clock.longest, clock.end - t)
+    # a step whose end is expected on the fall of a contact is repeated on it
     h, last, guard = choose_step(problem, T, t, s, w, S)
     to_fall = guard >= 0
     ok = to_fall or attempt(problem, T, t, h, s, w, S)
@@ -124,6 +125,7 @@ def advance_step(problem, T, t, s, w, S, r):
         if clock.stalled > MOST_STALLED:
             return STUCK
         return (STEP_TOO_SMALL if error == error else NOT_FINITE) if failed else ADVANCING
+    # events on the dense output of the accepted step
     full, w.rise_count[0] = h, 0
     if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == 1):
         return again(T, t, h, to_fall, s, w)
@@ -131,6 +133,7 @@ def advance_step(problem, T, t, s, w, S, r):
         if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > AT_THE_END):
             guard, h = end_on_event(problem, T, t, h, s, w, S)
     elif w.crossing_count[0] > 0:
+        # with many clearance joints a step may go on across events, if its error allows it
         across = crossed(problem, T, t, h, error, s, w, S) if clock.crosses == 1 else -1.0
         if across >= 0.0:
             error = across
@@ -192,6 +195,7 @@ def step_to_event(problem, T, guard, theta, t, h, s, w, S):
             break
         problem.guards(t + short, w.new, S, w.value, w.rate)
         value, rate = w.value[guard], w.rate[guard]
+        # beyond zero and receding: to where the rate turns
         if sign * value > w.precision[guard] and sign * rate <= 0.0:
             corrected = beyond_turn(before, rate_before, short, rate, shortest)
         elif turns or abs(value) <= w.precision[guard] or rate == 0.0:
@@ -225,6 +229,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         log_crossings(problem, T, t, h, s, w, S, r.log, True)
     else:
         w.crossing_count[0] = 0
+    # what reads the inside of the step, before the state moves on
     if h > 0.0:
         if w.delays.size > 0:
             complete(problem, T, t, h, s, w, S)
@@ -240,6 +245,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, False)
         end_inactive(problem, now, s, w, S)
+    # back to the constraints (R7)
     problem.accept(now, w.new, S, w.accepted)
     for i in range(s.y.size):
         s.y[i] = w.new[i]

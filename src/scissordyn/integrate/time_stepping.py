@@ -146,12 +146,14 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         problem.guards(t, s.y, S, w.start_value, w.start_rate)
     K.impact[1] = STEP
     jumps.step(t, h, s.y, w.new, S, H)
+    # shorter until contacts are shallow and laws met; below a part of the size it is taken as it is
     while K.impact[1] > STEP:
         h, last = min(0.5 * h, K.longest[0]), False
         counts.rejected += 1
         K.impact[1] = STEP if h > SHORTEST * K.size[0] else AS_DEEP if h > NEAR * K.size[0] else IN_ANY_CASE
         jumps.step(t, h, s.y, w.new, S, H)
     strikes, whole = False, h
+    # ends on the first event, where it has one
     if crossed(jumps, t + h, s, w, S, H, K) > 0.0:
         h, strikes = first_event(jumps, t, h, s, w, S, H, K)
         last = last and h == whole and not strikes
@@ -175,6 +177,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
             s.total[q] += h * w.power[0, q]
     for i in range(K.which.size):
         fall(t + 0.5 * h, i, s, w, K, r.log)
+    # the impact changes velocities at the end of the step, with the forces that act then
     longest = take_over(problem, now, w.new, w, S, K)
     for i in range(s.y.size):
         s.y[i] = w.new[i]
@@ -233,6 +236,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     high, above = h, crossed(jumps, t + h, s, w, S, H, K)
     low, below, deep = 0.0, 0.0, above
     near = ROUND_OFF * h if K.locate[0] == 1 else NEAR * h
+    # halve until nothing is crossed
     while high > near:
         tried = 0.5 * high
         beyond = repeat(jumps, t, tried, s, w, S, H, K)
@@ -249,6 +253,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
                 s.mode[K.which[i]] = 1
         jumps.step(t, h, s.y, w.new, S, H)
         return h, False
+    # regula falsi; the weight of an end that stays is halved (Illinois)
     weight_above, weight_below = above, below
     while low > 0.0 and high - low > near:
         tried = high - weight_above * (high - low) / (weight_above - weight_below)
@@ -261,6 +266,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
             low, weight_below, weight_above = tried, beyond, 0.5 * weight_above
         if beyond == 0.0:
             break
+    # an impact elsewhere in the step makes the function jump there: end before it
     jumped = low > near and above > JUMPED * deep
     end = low if jumped else high
     repeat(jumps, t, end, s, w, S, H, K)
@@ -352,6 +358,7 @@ def follow(t, h, s, w, K):
             s.peak[row, INTEGRAL + q] += h * w.monitored[0, row, q]
     for i in range(K.which.size):
         guard = K.which[i]
+        # impulses at an instant are no force
         w.monitored[0, guard, 0] -= K.result[i, SUDDEN] / h
         strike(t + 0.5 * h, guard, i, s, K)
     for row in range(s.peak.shape[0]):

@@ -39,6 +39,7 @@ CORRECTIONS = 3
 def normal_at(i, delta, rate, S, H):
     """Normal force [N] of compliant contact i; negative where its surfaces part so fast that the law would pull."""
     j = H.which[i]
+    # below the floor the law is linear, and has no damping
     if delta <= H.floor[i]:
         force, _ = law_at(i, delta, H)
         return force
@@ -57,6 +58,7 @@ def friction_at(i, slip, normal, y, S, H):
     for k in range(states):
         z[k] = y[first + k]
     for _ in range(CORRECTIONS if states > 0 else 0):
+        # implicit Euler, z = z_0 + h z'(z), by Newton's method with a difference for its slope
         for k in range(states):
             friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])
             here, rate = z[k], dz[k]
@@ -104,6 +106,7 @@ def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     force = normal_at(i, delta, rate, S, H)
     by_depth, by_rate = normal_slopes(i, delta, rate, S, H)
     _, least = law_at(i, H.floor[i], H)
+    # P_N = h (F + slope (u_n - U_N+)): a compliance of its own and an offset in the row N
     slope = max(by_depth, least) * H.weight[i] + by_rate * H.later[i]
     H.compliance[i], H.offset[i] = 1.0 / (h * slope), -u_n - force / slope
     small = DIFFERENCE * abs(slip) + LEAST_SLIP
@@ -112,6 +115,7 @@ def linearise_laws(i, a, b, u_n, slip, normal, y, S, H):
     later = later_part(h * by_slip * H.gram[b, H.reach[0]]) if H.later_slip[i] == 0.0 else H.later_slip[i]
     H.later_slip[i] = later
     u_t = -(slip + (1.0 - later) * H.before[b]) / later
+    # and likewise in the row T
     H.turning_mass[i] = h * by_slip * later
     H.lag[i] = h * friction_at(i, slip, normal, y, S, H) + H.turning_mass[i] * u_t
     H.rubbed[i] = slip
@@ -149,6 +153,7 @@ def laws_fit(m, y, S, H):
         friction = friction_at(i, slip, p_n / h, y, S, H) if p_n > 0.0 else 0.0
         near = MISFIT * max(h * force, p_n) + NEGLIGIBLE * max(largest, h * elastic)
         if max(abs(h * force - p_n), abs(h * friction - H.impulse[b])) > near:
+            # where the slip has turned its sign since the last linearisation, friction is steepest at rest
             across = slip * H.rubbed[i] < 0.0
             linearise_laws(i, a, b, u, 0.0 if across else slip, 0.5 * (force + p_n / h), y, S, H)
             differ(i, m, H)

@@ -52,6 +52,7 @@ def move_drives(t, S):
         k, which = M.timed[i], M.timed_function[i]
         motion_at(t, which, S)
         unit, f = M.timed_unit[i], W.function_value
+        # a distance l(t): value l^2/2 and its derivatives by time
         l, v, a, j = unit * f[0], unit * f[1], unit * f[2], unit * f[3]
         W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v
         W.value[2, k], W.value[3, k] = v * v + l * a, 3.0 * v * a + l * j
@@ -117,10 +118,12 @@ def clear_row(k, S):
 def factorize_constraints(S):
     """Write the gradients of the constraints and factorize Phi Phi^T; returns a singular row or -1."""
     M, W = S.model, S.work
+    # gradients: Phi = sum w d^T rows (R4)
     for p in range(M.part_constraint.size):
         dx, dy = W.part_weight[p] * W.direction[p, 0], W.part_weight[p] * W.direction[p, 1]
         for i in range(M.part_start[p], M.part_start[p + 1]):
             W.gradient[i] = dx * M.constraint_row[0, i] + dy * M.constraint_row[1, i]
+    # Phi Phi^T, over the pairs of constraints that share columns
     lower, upper = M.band_limits[2], M.band_limits[3]
     W.gram[:, :] = 0.0
     row = -1
@@ -139,6 +142,7 @@ def factorize_constraints(S):
         W.gram[l, k - l + lower] = total
     if row >= 0:
         clear_row(row, S)
+    # an inactive latch has a gradient of zero: a unit diagonal makes its multiplier zero
     for k in range(W.inactive.size):
         W.gram[k, lower] += W.inactive[k]
     if W.gram.shape[0] == 1:
@@ -176,6 +180,7 @@ def velocity_errors(S):
     fastest = 0.0
     for k in range(W.multiplier.size):
         W.work[k] = -W.value[1, k]
+    # rate of (R4): sum w d . d', less that of the value
     for p in range(M.part_constraint.size):
         ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
         W.work[M.part_constraint[p]] += W.part_weight[p] * (W.direction[p, 0] * ux + W.direction[p, 1] * uy)
@@ -192,6 +197,7 @@ def project(t, y, S):
     if m == 0:
         return False
     changed = False
+    # positions by Newton's method, the first of (R7)
     for _ in range(REPETITIONS):
         map_directions(S, W.X, W.direction)
         worst = 0.0
@@ -209,6 +215,7 @@ def project(t, y, S):
         for i in range(n):
             W.X[i] = y[i]
         changed = True
+    # rates by one linear solution, the second of (R7)
     fastest, worst = velocity_errors(S), 0.0
     for k in range(m):
         worst = max(worst, abs(W.work[k]))
@@ -258,6 +265,7 @@ def singular_ahead(fastest, S):
     W.near[0] = max(W.near[0], measure)
     if measure > SUSPECT * W.near[0]:
         return math.inf
+    # suspected by what was factorized last; now at this position
     map_directions(S, W.X, W.direction)
     if factorize_constraints(S) >= 0:
         return math.inf
@@ -266,6 +274,7 @@ def singular_ahead(fastest, S):
     W.near[1] = measure / W.near[0]
     if measure > SUSPECT * W.near[0]:
         return math.inf
+    # the root is linear near the point: its rate by a difference along the motion tells when it vanishes
     step = DISPLACED / fastest
     for i in range(M.n + M.nb):
         W.A[i] = W.X[i] + step * W.V[i]

@@ -73,6 +73,7 @@ def resolve(
             entries += 1
         total[column] += values[k]
         largest = max(largest, abs(total[column]))
+    # in the order of solution: what replaces a column may bring in columns solved for later, never earlier
     while True:
         earliest, chosen = np.int64(9223372036854775807), -1
         for k in range(entries):
@@ -92,6 +93,7 @@ def resolve(
                 entries += 1
             total[column] += factor * kept_value[k]
             largest = max(largest, abs(total[column]))
+    # what is left of cancellation is no entry
     kept = 0
     for k in range(entries):
         column = touched[k]
@@ -152,10 +154,12 @@ def eliminate(
             largest = max(largest, size)
             if preferred[touched[k]] == 1:
                 best = max(best, size)
+        # nothing unknown is left: the constraint follows from others, or contradicts them
         if largest <= NOTHING_LEFT * scale:
             if rest > CONTRADICTION * scale:
                 return CONTRADICTS
             continue
+        # the largest of the preferred columns, so that the others stay free; any if those are too small
         pivot, size = -1, -1.0
         anything = best < SMALL_PIVOT * largest
         for k in range(entries):
@@ -166,6 +170,7 @@ def eliminate(
                     pivot, size = column, here
         if used + entries > kept_column.size:
             return FULL
+        # the column as an expression in the others
         solved_at[pivot], first[pivot] = row, used
         for k in range(entries):
             column = touched[k]

@@ -35,6 +35,7 @@ def accelerate(t, y, S, dy):
     for i in range(n + nb):
         W.force[i] = P.weight[i]
     contacts = P.contact.size
+    # f: weight, contacts, components
     for j in range(contacts):
         start, stop = 2 * n + M.state_start[j], 2 * n + M.state_start[j + 1]
         if C.mode[j] == 1:
@@ -48,6 +49,7 @@ def accelerate(t, y, S, dy):
     for i in range(n):
         dy[i] = W.V[i]
         dy[n + i] = W.force[i]
+    # -M_xb b'' of (R5)
     for row in range(M.coupled.size):
         i = M.coupled[row]
         for k in range(1, nb):
@@ -60,11 +62,13 @@ def accelerate(t, y, S, dy):
         singular = factorize_constraints(S) >= 0
         for latch in range(M.latch.shape[0]):  # one that could not lock
             singular = singular or math.isnan(C.memory[M.component_guard[M.latch[latch, 2]]])
+        # right-hand side of (R6): quadratic terms of the rates, less the second derivative of the value
         for k in range(W.multiplier.size):
             W.multiplier[k] = math.nan if singular else -W.value[2, k]
         for p in range(M.part_constraint.size):
             ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
             W.multiplier[M.part_constraint[p]] += W.part_weight[p] * (ux * ux + uy * uy)
+        # and Phi times the accelerations without constraints
         for k in range(W.multiplier.size):
             total = W.multiplier[k]
             for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
@@ -84,6 +88,7 @@ def linearise(t, y, S, dy, dt):
     n, nb = M.n, M.nb
     accelerate(t, y, S, dy)
     map_directions(S, W.A, W.direction_acceleration)
+    # time enters by b(t): the inertia by its third derivative, elements and constraints below
     for i in range(2 * n):
         dt[i] = 0.0
     for i in range(n):
@@ -164,6 +169,7 @@ def linearise_constraints(S, dt):
             + W.direction[p, 0] * gx
             + W.direction[p, 1] * gy
         )
+    # as in (R6), with dt in the place of f
     for k in range(m):
         for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
             column = M.constraint_column[i]

@@ -116,7 +116,9 @@ def write_strains(bar, S, free):
     count, points, across, _, _, slopes, stretching, _ = tables_of(bar, S)
     x, y, rx, ry, e = B[QX], B[QY], B[RX], B[RY], B[STRETCH]
     read_vectors(bar, S, S.work.X, x, y)
+    # r' at the points of quadrature
     combine(table, slopes, count, across, x, y, rx, ry)
+    # e = |r'| - 1 - e_0
     stretch(rx, ry, free, B[INVERSE], e, across)
     transform(table, stretching, even(points), across, e, B[AXIAL])
 
@@ -131,7 +133,9 @@ def add_flexible_bar(t, i, S):
     factor, factor_rate = warmth(t, i, S)
     write_strains(bar, S, factor * p[STRAIN])
     stiffness = p[EI]
+    # -S_k' N t, N = EA A e
     pull(-p[EA], axial, B[INVERSE], B[RX], B[RY], hx[count:], hy[count:], across)
+    # -EI K q
     for k in range(count):
         hx[k] = -stiffness * x[k]
         hy[k] = -stiffness * y[k]
@@ -141,6 +145,7 @@ def add_flexible_bar(t, i, S):
         W.dissipation[i] = write_damping(bar, S, p, weights, forces)
         rows += points
     combine(M.bar_table, forces, rows, wide, hx, hy, fx, fy)
+    # temperature over the height: opposite moments on both ends
     if not vanishes(p[CURVATURE]):
         curvature, rate, _, square_rate = warm_bending(p, factor, factor_rate)
         turned = add_end_moments(bar, S, p[EI] * curvature)
@@ -210,6 +215,7 @@ def write_damping(bar, S, p, weights, forces):
     for g in range(points):
         px, py, bx, by, qx, qy = derivatives(table, forces + (count + g) * wide, points * wide, count, x, y, vx, vy)
         size, weight = math.sqrt(rx[g] * rx[g] + ry[g] * ry[g]), p[TAU] * table[weights + g]
+        # g' and (r' x r'')'
         rate = (rx[g] * px + ry[g] * py) / size
         turning = px * by - py * bx + rx[g] * qy - ry[g] * qx
         axial, moment = weight * p[EA] * rate, weight * p[EI] * turning

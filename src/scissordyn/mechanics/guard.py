@@ -116,6 +116,7 @@ def lock(t, y, guard, S, data):
     for p in range(M.part_constraint.size):
         fastest = max(fastest, abs(W.direction_rate[p, 0]) + abs(W.direction_rate[p, 1]))
     C.mode[guard] = 1
+    # the rate part of (R7) is the plastic impact
     engage(S)
     project(t, y, S)
     if not velocity_residual(t, y, S) <= LOCKED * fastest:
@@ -143,6 +144,7 @@ def impulsive_work(S):
     map_directions(S, W.A, W.direction_acceleration)
     for k in range(W.multiplier.size):
         W.work[k] = 0.0
+    # Phi Phi^T P = -Phi jump
     for p in range(M.part_constraint.size):
         along = W.direction[p, 0] * W.direction_acceleration[p, 0] + W.direction[p, 1] * W.direction_acceleration[p, 1]
         W.work[M.part_constraint[p]] -= W.part_weight[p] * along

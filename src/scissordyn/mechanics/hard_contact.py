@@ -82,17 +82,21 @@ def hard_step(t, h, y, new, S, H):
         H.was[i], H.kept_mode[i], H.kept_stuck[i] = C.mode[H.which[i]], H.mode[i], H.stuck[i]
         C.mode[H.which[i]] = 0  # contact forces of the last step do not act
         H.load[i] = C.memory[H.which[i]] if H.compliant[i] == 0 else 0.0
+    # forces of everything else at the middle of the step: a of (H2)
     predict(h, y, S, H)
     accelerate(t + 0.5 * h, H.middle, S, new)
     for i in range(y.size):
         H.slope[i] = new[i]
+    # which contacts take part, and the rows w_N, w_T of (H2) and s of (H3)
     acts_now = close_gaps(h, S, H)
     if linearise_damping(t + 0.5 * h, S, H):
         acts_now = True
+    # the impulses; a step whose compliant laws they do not meet is too long
     if acts_now and not solve_step(t, h, y, S, H) and H.impact[1] > IN_ANY_CASE:
         H.impact[1], H.longest[0] = TOO_LONG, math.inf
         take_back(S, H)
         return
+    # velocities and internal states without impulses, then with them: the first of (H2)
     for i in range(n):
         new[n + i] = y[n + i] + h * H.slope[n + i]
     for i in range(2 * n, y.size):
@@ -102,10 +106,12 @@ def hard_step(t, h, y, new, S, H):
         add_impulses(h, y, new, S, H)
         take_results(h, S, H)
         take_compliant(y, new, S, H)
+    # positions by the mean of both velocities: the second of (H2)
     for i in range(n):
         new[i] = y[i] + 0.5 * h * (y[n + i] + new[n + i])
         # what the next step begins with: forces, not impacts
         H.slope[n + i] = H.slope[n + i] if H.impact[0] == 1 else (new[n + i] - y[n + i]) / h
+    # contacts that stay closed carry their mean force into the next step
     for i in range(count):
         j = H.which[i]
         C.mode[j] = H.closed[i]
@@ -117,6 +123,7 @@ def hard_step(t, h, y, new, S, H):
         else:
             share_of_force(i, j, h, new, S, H)
         y[2 * n + M.state_start[j]] = new[2 * n + M.state_start[j]]  # it is a mean over the step
+    # a step that ends too deep, or in which a compliant contact is not resolved, is made again
     look_ahead(h, new, S, H)
     if too_long_for_laws(S, H) and H.impact[1] > IN_ANY_CASE:
         H.impact[1] = TOO_LONG
@@ -131,6 +138,7 @@ def hard_step(t, h, y, new, S, H):
 @kernel
 def keep_pressed(h, y, new, S, H):
     """What elastic contacts have stored is no loss of theirs."""
+    # impulses do the work (H5) at surfaces; the part that their elasticity keeps comes back later
     place_at_end(h, new, S)
     m = S.work.multiplier.size
     for i in range(H.which.size):
@@ -190,8 +198,10 @@ def close_gaps(h, S, H):
         H.closed[i], H.depth[i] = 0, depth
         H.result[i, :] = 0.0
         H.result[i, REBOUND] = rate
+        # a compliant contact begins and ends at its guard, not at the middle of a step
         if H.compliant[i] == 1:
             H.closed[i] = H.was[i]
+            # what was closed, or was left with a gap that a step closes, has no restitution (Zeno's rule)
             H.rebound[i] = H.bias[i] = 0.0
             H.yields[i] = H.was[i]
             if H.was[i] == 1:
@@ -200,6 +210,7 @@ def close_gaps(h, S, H):
                 H.turn[i] = 0.5 * h * convective(j, S)
                 found = True
             continue
+        # beyond its surface, or so near that the forces of this step alone may close it
         least = -(STAYS if H.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
         if depth >= least if H.was[i] == 1 or H.locate[0] == 0 else False:
             kinematics(j, S)
@@ -207,7 +218,9 @@ def close_gaps(h, S, H):
             H.closed[i] = 1
             H.rebound[i] = 0.0 if H.was[i] == 1 or depth < 0.0 else H.restitution[i]
             H.yields[i] = 1 if H.was[i] == 1 and H.locate[0] == 0 else 0
+            # h kappa/2 of (H3a)
             H.turn[i] = 0.5 * h * convective(j, S) if H.was[i] == 1 or depth < 0.0 else 0.0
+            # U_N+ >= -2 g/h: it ends on the surface
             H.bias[i] = -2.0 * depth / h if depth < 0.0 and H.locate[0] == 0 else 0.0
             found = True
         else:
@@ -249,6 +262,7 @@ def write_damping(e, most, S, H):
     largest, rows = 0.0, 0
     for axis in range(most):
         best, left = 0, 0.0
+        # the pivot: the largest diagonal entry of what is left of D
         for k in range(count):
             here = -W.block_v[block + k * count + k]
             for r in range(axis):
@@ -276,6 +290,7 @@ def solve_step(t, h, y, S, H):
     M, W = S.model, S.work
     n, nb, m = M.n, M.nb, W.multiplier.size
     first = m + 2 * H.which.size
+    # what does not take part keeps U = 0
     for a in range(H.place.size):
         H.free[H.place[a]] = H.before[H.place[a]] = 0.0
     # velocities without impulses at the end, and at the start, both with the drives' own
@@ -293,6 +308,7 @@ def solve_step(t, h, y, S, H):
     for a in range(m, H.place.size):
         if acting_row(a, m, S, H):
             H.before[H.place[a]] = along(a, W.A, S, H)
+    # (H3): the row asks for the mean of the speeds, which enters as 2 U_m - U-
     for a in range(first, H.place.size):
         if H.damping[a - first] == 1:
             H.free[H.place[a]] += H.before[H.place[a]] - 2.0 * along(a, W.V, S, H)
@@ -329,16 +345,19 @@ def turn_normals(h, m, S, H):
             continue
         j = H.which[i]
         at, other = H.place[m + 2 * i], H.place[m + 2 * i + 1]
+        # (H3a), but no more than the surfaces approach: no energy is given
         if H.yields[i] == 0:
             H.turn[i] = min(H.turn[i], max(-H.before[at], 0.0))
         H.bias[i] = max(H.bias[i] - 0.5 * H.turn[i], 0.0) - H.turn[i]
         found = S.work.contact[j]
         if S.parameters.contact[j].plane == 1 or H.was[i] == 0 or not found.distance > 0.0:
             continue
+        # (H3b): N h^2/c, and z from it
         load = H.load[i] * h * h / found.distance
         z = load * H.gram[other, H.reach[0]]
         f = z * z / (1.0 + z * z)
         H.turning_mass[i] = load * (0.25 + 0.75 * f)
+        # u_t is the motion of the centre alone; what the rotation of the surfaces adds does not turn the normal
         rolls = along(m + 2 * i + 1, S.work.V, S, H) - speed_along(j, S)
         H.lag[i] = H.turning_mass[i] * H.before[other] - load * f * (H.before[other] - rolls)
 
@@ -353,6 +372,7 @@ def add_impulses(h, y, new, S, H):
         if value == 0.0:
             continue
         add_row(a, m, value, new, n, S, H)
+        # impulses of the ideal joints, as mean multipliers over the step
         if a < m:
             W.multiplier[a] -= value / h
             continue
@@ -397,6 +417,7 @@ def look_ahead(h, new, S, H):
         H.ending[i] = depth
         if H.closed[i] == 0:
             H.ahead[0] = max(H.ahead[0], depth)
+        # by its depth at the end, or by twice what it has gained since the middle
         most = TOO_DEEP * S.parameters.contact[H.which[i]].clearance
         if H.impact[1] == STEP and H.locate[0] == 0 and min(beyond_law(i, S, H), 2.0 * (depth - H.depth[i])) > most:
             H.impact[1] = TOO_LONG
@@ -426,8 +447,10 @@ def too_far(S, H):
     m, deep = S.work.multiplier.size, False
     for i in range(H.which.size):
         depth, _ = gap(H.which[i], S)
+        # NaN: the row of this contact is no part of the system that moves positions
         if H.closed[i] == 0 or H.result[i, CLOSED] == 0.0 or (H.locate[0] == 0 and depth <= 0.0 and H.yields[i] == 0):
             depth = math.nan
+        # a contact that yields is where its law has it
         elif H.yields[i] == 1:
             depth = 0.0
         H.shift[H.place[m + 2 * i]] = depth
@@ -448,6 +471,7 @@ def move_back(new, S, H):
             H.band[at, k] = H.gram[at, k] if moves else 0.0
         for k in range(2 * reach + 1, H.band.shape[1]):
             H.band[at, k] = 0.0
+        # (G + 0.01 diag G) pi = delta: where indentations contradict each other, by least squares
         if normal:
             H.band[at, reach] *= 1.0 + LEAST_SQUARES
         if not moves:

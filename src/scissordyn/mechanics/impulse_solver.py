@@ -81,11 +81,13 @@ def solve_impulses(m, y, S, H):
         else:
             H.offset[i] = H.rebound[i] * H.before[H.place[m + 2 * i]] + H.bias[i]
         at = H.place[m + 2 * i + 1]
+        # mu_s for what stuck in the last step or is only now set in motion
         still = H.closed[i] == 1 and abs(H.before[at]) <= STILL * abs(H.free[at] - H.before[at])
         H.friction[i] = H.static[i] if still or H.stuck[i] == 1 else H.kinetic[i]
         if H.closed[i] == 1 and H.mode[i] == OPEN:
             H.mode[i] = STICK if H.kinetic[i] > 0.0 else SLIP
     H.counts[IMPULSIVE] += 1
+    # modes by Newton's method, else those of restless contacts by pivoting, else all of them, else without friction
     agree = newton(most_laws, m, y, S, H)
     if agree != FAILED:
         if depends(H):
@@ -116,12 +118,14 @@ def newton(most_laws, m, y, S, H):
         H.counts[MOST_IN_A_STEP] = max(H.counts[MOST_IN_A_STEP], tried + 1)
         asking = ask_for_modes(m, H)
         elastic = laws == most_laws or law_fits(m, H)
+        # all modes agree: now the laws of elastic and compliant contacts have to
         if asking == 0:
             compliant = laws_fit(m, y, S, H)
             if (elastic and compliant) or laws == most_laws:
                 return FOUND if compliant else MISFIT
             laws, fewest, tries = laws + 1, none, TRIES
             continue
+        # block principal pivoting: all at once while this makes progress, then one at a time
         if asking < fewest:
             fewest, tries = asking, TRIES
         else:
@@ -153,6 +157,7 @@ def solve_modes(m, H):
     size, reach, first = H.place.size, H.reach[0], H.since[0]
     write_equations(m, first, H)
     H.since[0] = size
+    # the rows before the first that changed keep their factors
     if eliminate(H.band, reach, first, H.right) < 0:
         substitute(H.band, reach, H.right, H.impulse)
         follow(H)
@@ -222,8 +227,10 @@ def ask_for_modes(m, H):
             continue
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         p_n, p_t, new = H.impulse[a], H.impulse[b], OPEN
+        # closed by the augmented Lagrangian of Alart and Curnier; the border counts as the present mode
         if p_n - (H.velocity[a] + H.compliance[i] * p_n + H.offset[i]) / H.gram[a, reach] > (near if old == OPEN else -near):
             limit = H.friction[i] * max(p_n, 0.0)
+            # the friction impulse that would stop the slip
             wanted = p_t - H.lag[i] + (H.turning_mass[i] - 1.0 / H.gram[b, reach]) * H.velocity[b]
             new = SLIP if wanted > (near if old == SLIP + 1 else -near) else SLIP + 1
             if H.compliant[i] == 1:

@@ -123,6 +123,7 @@ def write_table(m, count, H):
 @kernel
 def lemke(size, H):
     """Pivot until z_0 is zero; returns the number of pivots, or -1."""
+    # z_0 enters where q is most negative
     row = 0
     for k in range(size):
         if H.table[k, size + 1] < H.table[row, size + 1]:
@@ -195,6 +196,7 @@ def combine(m, count, H):
         largest = max(largest, H.table[c, size])
     for at in range(H.place.size):
         H.impulse[at] = H.units[2 * count, at]
+    # P_T = r, between -mu P_N and mu P_N: on its limit the contact slips
     for c in range(count):
         i = H.active[c]
         p_n = H.table[c, size]

@@ -41,6 +41,7 @@ def factorize(hg, S):
     singular = orient_pairs(hg, S)
     if singular >= 0:
         return singular
+    # 1/hg on the diagonal of the rates, in the frames of the pairs
     for i in range(n):
         row, factor = M.permutation[i], W.row_factor[i] * (1.0 / hg)
         W.band[row, lower] += W.unknown_factor[i] * factor
@@ -57,6 +58,7 @@ def factorize(hg, S):
 def constraint_row(p, hg, S):
     """The weights that part p of a constraint has on the changes of its map."""
     W = S.work
+    # (R4) twice differentiated: accelerations change by 1, rates by hg, positions by hg^2
     weight = W.part_weight[p]
     wx = weight * (W.frozen_direction[p, 0] + hg * (2.0 * W.frozen_rate[p, 0] + hg * W.direction_acceleration[p, 0]))
     wy = weight * (W.frozen_direction[p, 1] + hg * (2.0 * W.frozen_rate[p, 1] + hg * W.direction_acceleration[p, 1]))
@@ -77,6 +79,7 @@ def orient_pairs(hg, S):
                 wa, ga = value, W.frozen_gradient[i]
             elif M.constraint_column[i] == b:
                 wb, gb = value, W.frozen_gradient[i]
+        # the change along the row is given, across it unknown; the sum normal to the gradient has no multiplier
         size, steepness = math.hypot(wa, wb), math.hypot(ga, gb)
         if not (size > 0.0 and steepness > 0.0):  # NaN counts as zero
             return M.permutation[a]
@@ -98,6 +101,7 @@ def add_constraints(hg, S):
             matrix[place[n + k], lower] = W.inactive[k]
     for p in range(M.part_constraint.size):
         start, stop, k = M.part_start[p], M.part_start[p + 1], M.part_constraint[p]
+        # lambda dPhi^T/dx: symmetric, by the maps alone
         value = hg * W.frozen_multiplier[k] * W.part_weight[p]
         wx, wy = constraint_row(p, hg, S)
         constraint = place[n + k]
@@ -228,6 +232,7 @@ def load_constraints(r, S):
                 along += W.frozen_gradient[i] * r[n + column]
                 dx += M.constraint_row[0, i] * r[column]
                 dy += M.constraint_row[1, i] * r[column]
+        # what r_x changes at fixed rates: Phi^T lambda, and the constraint twice differentiated
         value = hg * W.frozen_multiplier[k] * weight
         for i in range(M.part_start[p], M.part_start[p + 1]):
             column = M.constraint_column[i]
@@ -253,6 +258,7 @@ def load_elements(r, S):
             continue
         first, count = M.element_start[j], M.element_start[j + 1] - M.element_start[j]
         first_state, states = M.state_start[j], M.state_start[j + 1] - M.state_start[j]
+        # d force/dx and d state rate/dx times hg r_x
         moved = W.local[0]
         for b in range(count):
             column = M.element_column[first + b]

@@ -37,11 +37,11 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
       others; run_events: of r; matched_events: pairs that are nearest to each other; event_lag: mean of run less measured of
       the pairs, and event_deviation: their root mean square [s].
     """
-    known = {column.heading: column for column in time_columns(run)}
+    columns = {column.heading: column for column in time_columns(run)}
     time = run["time"].values
     both = (record.time >= time[0]) & (record.time <= time[-1])
     if np.sum(both) < LEAST:
-        ends = (f"from {each[0]:g} s to {each[-1]:g} s" for each in (record.time, time))
+        ends = (f"from {ends_of[0]:g} s to {ends_of[-1]:g} s" for ends_of in (record.time, time))
         raise InputError(
             f"'{record.name}' {next(ends)} and a run {next(ends)} have {int(np.sum(both))} instants in common",
             f"at least {LEAST}: times from the start of the run on",
@@ -49,21 +49,21 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
     instants = record.time[both]
     rows, curves = [], []
     for heading in record.headings:
-        if heading not in known:
+        if heading not in columns:
             raise InputError(f"no quantity '{heading}' in the run", "columns that 'scissordyn export' writes of it")
-        shown = np.interp(instants, time, known[heading].of(run).astype(float))
+        shown = np.interp(instants, time, columns[heading].of(run).astype(float))
         curves.append(shown)
         measured = record.column(heading)[both]
-        rows.append(_measures(instants, measured, shown, known[heading].variable, _own_peak(run, known[heading], instants)))
-    found = xr.Dataset(
+        rows.append(_measures(instants, measured, shown, columns[heading].variable, _own_peak(run, columns[heading], instants)))
+    result = xr.Dataset(
         {name: ("column", np.array([row[name] for row in rows])) for name in rows[0]},
         coords={"column": np.array(record.headings, dtype=str), "time": instants},
         attrs={"title": "scissordyn agreement", "left_out": int(np.sum(~both))},
     )
-    found["measured"] = (("time", "column"), record.values[both])
-    found["run"] = (("time", "column"), np.column_stack(curves))
-    found["column_unit"] = ("column", np.array(record.units, dtype=str))
-    return found
+    result["measured"] = (("time", "column"), record.values[both])
+    result["run"] = (("time", "column"), np.column_stack(curves))
+    result["column_unit"] = ("column", np.array(record.units, dtype=str))
+    return result
 
 
 def _own_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:

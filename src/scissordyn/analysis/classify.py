@@ -118,10 +118,10 @@ def _clearances(strobe: xr.Dataset) -> dict[str, float]:
     if "clearance" in strobe:
         return {name: float(strobe["clearance"].sel(joint=name)) for name in some_clearance_joints(strobe)}
     joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
-    found = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
-    if not found:
+    clearances = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
+    if not clearances:
         raise InputError("a map without the clearances of its joints", "a variable 'clearance' along 'joint' [m]")
-    return found
+    return clearances
 
 
 def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:

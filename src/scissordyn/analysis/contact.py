@@ -82,8 +82,12 @@ def contact_statistics(
         variables[name] = described(("joint", "quantile")[: values.ndim], values, units, text)
     coordinates = {"joint": joints, "quantile": list(QUANTILES)}
     frame = "bearing" if bearings else "fixed"
-    found = xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end, "arc_frame": frame})
-    return found if ideal is None else found.merge(deviation(run, ideal, after=start, until=end), combine_attrs="override")
+    statistics = xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end, "arc_frame": frame})
+    return (
+        statistics
+        if ideal is None
+        else statistics.merge(deviation(run, ideal, after=start, until=end), combine_attrs="override")
+    )
 
 
 MEASURES = {

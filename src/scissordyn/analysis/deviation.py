@@ -25,21 +25,23 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         s(t) = max_bars ( max_k e_k(t) - min_k e_k(t) )
     """
     start, end = window(run, after, until)
-    own, other = run["time"].values, ideal["time"].values[: run.sizes["time"]]
-    if own.shape != other.shape or not np.allclose(own, other, rtol=0.0, atol=1e-9 * float(own[-1] - own[0])):
+    times, ideal_times = run["time"].values, ideal["time"].values[: run.sizes["time"]]
+    if times.shape != ideal_times.shape or not np.allclose(
+        times, ideal_times, rtol=0.0, atol=1e-9 * float(times[-1] - times[0])
+    ):
         raise InputError(
             f"an ideal run of {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s for a run of "
-            f"{own.size} instants to {own[-1]:g} s",
+            f"{times.size} instants to {times[-1]:g} s",
             "a run of the mechanism with ideal joints, with the same until and samples",
             "simulate(arm.ideal(), until=..., samples=...)",
         )
     bodies = [str(name) for name in run["body"].values]
     if bodies != [str(name) for name in ideal["body"].values]:
         raise InputError("an ideal run with other bodies", "a run of the same mechanism with ideal joints")
-    inside = (own >= start) & (own <= end)
+    inside = (times >= start) & (times <= end)
     if not np.any(inside):
         raise InputError(f"no sample between {start:g} s and {end:g} s", "a window with samples")
-    instants = slice(None, own.size)
+    instants = slice(None, times.size)
 
     def difference(name: str, *dims: str) -> np.ndarray:
         ours, theirs = (part[name].transpose("time", *dims).values for part in (run, ideal))
@@ -49,7 +51,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     apart = np.linalg.norm(difference("position", "body", "axis"), axis=-1)
     variables: dict[str, Variable] = {
         "position_error_max": described(("body",), np.max(apart, axis=0), "m", "largest error of position"),
-        "position_error_rms": described(("body",), _rms(apart, own[inside]), "m", "root mean square error of position"),
+        "position_error_rms": described(("body",), _rms(apart, times[inside]), "m", "root mean square error of position"),
     }
     output_body = _output_body(run)
     output: np.ndarray | None = None
@@ -59,7 +61,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         output = apart[:, bodies.index(output_body)]
     if output is not None:
         variables["output_error_max"] = described((), np.max(np.abs(output)), "m", "largest error of the output")
-        variables["output_error_rms"] = described((), _rms(output, own[inside]), "m", "root mean square error of the output")
+        variables["output_error_rms"] = described((), _rms(output, times[inside]), "m", "root mean square error of the output")
     units = _units(bodies)
     if units:
         turned = difference("angle", "body")
@@ -68,8 +70,8 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         text = "spread between units of the error of a bar's angle"
         variables["synchronisation_error"] = described(("time",), spread, "rad", text)
         variables["synchronisation_error_max"] = described((), np.max(spread), "rad", f"largest {text}")
-        variables["synchronisation_error_rms"] = described((), _rms(spread, own[inside]), "rad", f"root mean square {text}")
-    coordinates = {"body": bodies, "time": described(("time",), own[inside], "s", "time")}
+        variables["synchronisation_error_rms"] = described((), _rms(spread, times[inside]), "rad", f"root mean square {text}")
+    coordinates = {"body": bodies, "time": described(("time",), times[inside], "s", "time")}
     return xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end})
 
 
@@ -81,8 +83,8 @@ def _units(bodies: list[str]) -> list[list[int]]:
     """Columns of the bars with the same name in every unit; none for a single unit."""
     parts: dict[str, list[int]] = {}
     for column, name in enumerate(bodies):
-        if found := PART.fullmatch(name):
-            parts.setdefault(found[2], []).append(column)
+        if matched := PART.fullmatch(name):
+            parts.setdefault(matched[2], []).append(column)
     return [columns for columns in parts.values() if len(columns) > 1]
 
 

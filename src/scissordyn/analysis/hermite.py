@@ -52,7 +52,7 @@ def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variab
     left = np.clip(np.searchsorted(time, when, side="right") - 1, 0, time.size - 2)
     step = time[left + 1] - time[left]
     part = (when - time[left]) / step
-    found: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     for name, rate in RATES.items():
         if name not in run or rate not in run:
             continue
@@ -61,7 +61,7 @@ def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variab
         ends = values[left], rates[left], values[left + 1], rates[left + 1]
         across = (slice(None), *[None] * (values.ndim - 1))
         dims = (dim, *(str(other) for other in ordered.dims[1:]))
-        found[name] = dims, cubic(part[across], step[across], ends), dict(run[name].attrs)
+        variables[name] = dims, cubic(part[across], step[across], ends), dict(run[name].attrs)
         if rate not in RATES:
-            found[rate] = dims, slope(part[across], step[across], ends), dict(run[rate].attrs)
-    return found
+            variables[rate] = dims, slope(part[across], step[across], ends), dict(run[rate].attrs)
+    return variables

@@ -73,8 +73,8 @@ def exponent_from_growth(
         )
     growth, duration = growth[discard:], duration[discard:]
     elapsed = np.cumsum(duration)
-    each = min(math.ceil(blocks / growth.shape[1]), growth.shape[0])
-    cut = np.array_split(np.arange(growth.shape[0]), each)
+    size = min(math.ceil(blocks / growth.shape[1]), growth.shape[0])
+    cut = np.array_split(np.arange(growth.shape[0]), size)
     rates = np.concatenate([np.sum(growth[part], axis=0) / np.sum(duration[part]) for part in cut])
     error = float(np.std(rates, ddof=1) / math.sqrt(rates.size)) if rates.size > 1 else math.nan
     members = np.sum(growth, axis=0) / elapsed[-1]
@@ -209,20 +209,20 @@ def largest_exponent(
 
     def forward(k: int, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         span = k * interval, (k + 1) * interval
-        found = solve_ivp(together, span, np.concatenate([x.ravel(), v.ravel()]), method="DOP853", rtol=rtol, atol=atol)
-        if not found.success:
-            raise ScissordynError(f"no step possible at t = {found.t[-1]:g} s: {found.message}")
-        return tuple(found.y[:, -1].reshape(2, *first.shape))
+        solution = solve_ivp(together, span, np.concatenate([x.ravel(), v.ravel()]), method="DOP853", rtol=rtol, atol=atol)
+        if not solution.success:
+            raise ScissordynError(f"no step possible at t = {solution.t[-1]:g} s: {solution.message}")
+        return tuple(solution.y[:, -1].reshape(2, *first.shape))
 
     growth = _follow(forward, first, 1.0, intervals)
     return exponent_from_growth(growth, interval, discard=discard, blocks=blocks)
 
 
 def _start(start: ArrayLike) -> np.ndarray:
-    found = np.asarray(start, float)
-    if found.ndim not in (1, 2) or found.size == 0 or not np.all(np.isfinite(found)):
-        raise InputError(f"start of shape {found.shape}", "finite numbers of shape (n,) or (n, members)")
-    return found
+    state = np.asarray(start, float)
+    if state.ndim not in (1, 2) or state.size == 0 or not np.all(np.isfinite(state)):
+        raise InputError(f"start of shape {state.shape}", "finite numbers of shape (n,) or (n, members)")
+    return state
 
 
 def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) -> np.ndarray:

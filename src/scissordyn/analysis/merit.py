@@ -73,7 +73,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
             "largest distance of the output body from its ideal position at the same angle",
         ),
     }
-    found: dict[str, Any] = {
+    figures: dict[str, Any] = {
         name: ((), float(value), {"units": units, "long_name": text}) for name, (value, units, text) in single.items()
     }
     joints = clearance_joints(run)
@@ -85,8 +85,8 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         ("peak_force", "N", "largest normal force"),
     )
     for column, (name, units, text) in enumerate(named):
-        found[name] = (("joint",), rows[:, column], {"units": units, "long_name": text})
-    return xr.Dataset(found, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
+        figures[name] = (("joint",), rows[:, column], {"units": units, "long_name": text})
+    return xr.Dataset(figures, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
 
 
 def _driven_body(run: xr.Dataset) -> str:

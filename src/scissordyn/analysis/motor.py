@@ -47,10 +47,12 @@ class MotorCurve:
         if speeds.size < 2 or speeds.size != torques.size:
             raise InputError(f"a motor with {speeds.size} speeds and {torques.size} torques", "as many, at least two", SAMPLE)
         if not (np.all(np.isfinite(speeds)) and speeds[0] == 0.0 and np.all(np.diff(speeds) > 0.0)):
-            given = ", ".join(f"{speed:g}" for speed in speeds)
-            raise InputError(f"speeds of a motor: {given} rad/s", "ascending from 0", SAMPLE)
+            came = ", ".join(f"{speed:g}" for speed in speeds)
+            raise InputError(f"speeds of a motor: {came} rad/s", "ascending from 0", SAMPLE)
         if not (np.all(np.isfinite(torques)) and np.all(torques >= 0.0) and np.any(torques > 0.0)):
-            raise InputError(f"torques of a motor: {', '.join(f'{one:g}' for one in torques)} N m", "numbers >= 0", SAMPLE)
+            raise InputError(
+                f"torques of a motor: {', '.join(f'{torque:g}' for torque in torques)} N m", "numbers >= 0", SAMPLE
+            )
         if not 0.0 < self.ratio < math.inf:
             raise InputError(f"a gear ratio of {self.ratio:g}", "a number > 0", "ratio=50.0")
 
@@ -61,9 +63,9 @@ class MotorCurve:
     def fraction(self, needed: xr.Dataset) -> np.ndarray:
         """Torque as a fraction of what the motor gives, along the time of `torque_over_speed`; infinite beyond the curve."""
         torque, speed = np.abs(needed["torque"].values), needed["speed"].values
-        given, beyond = self.available(speed), self.ratio * np.abs(speed) > self.speeds[-1]
+        available, beyond = self.available(speed), self.ratio * np.abs(speed) > self.speeds[-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(torque > 0.0, torque / given, 0.0)
+            share = np.where(torque > 0.0, torque / available, 0.0)
         return np.where(beyond, np.inf, share)
 
     def __call__(self, run: xr.Dataset) -> float:
@@ -104,10 +106,17 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
         (Motor, "motor_torque", "motor", "motor_peak_torque"),
     ):
         names = run[along].values.astype(str).tolist() if variable in run else []
-        for one in mechanism.components:
-            if one.kind is kind and one.name in names:
-                k = names.index(one.name)
-                sources[str(one.name)] = (str(one.body), str(one.base), run[variable].values[:, k], peak, along, k)
+        for component in mechanism.components:
+            if component.kind is kind and component.name in names:
+                k = names.index(component.name)
+                sources[str(component.name)] = (
+                    str(component.body),
+                    str(component.base),
+                    run[variable].values[:, k],
+                    peak,
+                    along,
+                    k,
+                )
     if not sources:
         raise InputError("a run without a drive, an actuator or a motor", "a mechanism that is driven() or controlled()")
     if of not in sources and (of or len(sources) > 1):

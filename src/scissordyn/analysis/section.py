@@ -75,7 +75,7 @@ def section(
     when, way = _crossings(run["time"].values, values, rates)
     kept = np.isin(way, SIGNS[direction])
     attributes = {**run.attrs, "section_variable": variable, "section_level": level, "section_direction": direction}
-    found = xr.Dataset(
+    crossings = xr.Dataset(
         {
             **interpolate(run, when[kept], "crossing"),
             "direction": described(("crossing",), way[kept], "1", "1 rising, -1 falling"),
@@ -83,7 +83,7 @@ def section(
         coords={name: run[name] for name in run.coords if name != "time"},
         attrs=attributes,
     )
-    return found.assign_coords(time=described(("crossing",), when[kept], "s", "time"))
+    return crossings.assign_coords(time=described(("crossing",), when[kept], "s", "time"))
 
 
 def _crossings(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -56,14 +56,19 @@ def spectrum(
     ----------
     Welch 1967, doi:10.1109/TAU.1967.1161901
     """
-    found = series(values, least=16)
-    if not (math.isfinite(spacing) and spacing > 0.0) or not 1 <= segments <= found.size // 8 or peaks < 0:
+    signal_values = series(values, least=16)
+    if not (math.isfinite(spacing) and spacing > 0.0) or not 1 <= segments <= signal_values.size // 8 or peaks < 0:
         raise InputError(
             f"spacing = {spacing!r}, segments = {segments!r}, peaks = {peaks!r}",
-            f"spacing > 0, segments from 1 to {found.size // 8} for {found.size} samples, peaks >= 0",
+            f"spacing > 0, segments from 1 to {signal_values.size // 8} for {signal_values.size} samples, peaks >= 0",
         )
     frequency, density = signal.welch(
-        found, fs=1.0 / spacing, window=window, nperseg=found.size // segments, detrend="constant", scaling="density"
+        signal_values,
+        fs=1.0 / spacing,
+        window=window,
+        nperseg=signal_values.size // segments,
+        detrend="constant",
+        scaling="density",
     )
     inside = density[1:]
     top = float(np.max(inside))

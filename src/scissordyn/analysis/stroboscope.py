@@ -70,7 +70,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
         return taken.swap_dims(time="strobe").assign_attrs({**attributes, "source": "samples"})
     inside = np.clip(when, time[0], time[-1])
     coordinates = {name: run[name] for name in run.coords if name != "time"}
-    found = xr.Dataset(interpolate(run, inside, "strobe"), coords=coordinates)
-    return found.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
+    samples = xr.Dataset(interpolate(run, inside, "strobe"), coords=coordinates)
+    return samples.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
         {**attributes, "source": "interpolated"}
     )

@@ -35,13 +35,13 @@ def series(values: ArrayLike, *, least: int) -> np.ndarray:
 
     Shapes: `values` (n,); returns (n,).
     """
-    found = np.asarray(values, float)
-    if found.ndim != 1 or found.size < least or not np.all(np.isfinite(found)):
+    numbers = np.asarray(values, float)
+    if numbers.ndim != 1 or numbers.size < least or not np.all(np.isfinite(numbers)):
         raise InputError(
-            f"values of shape {found.shape}{'' if np.all(np.isfinite(found)) else ', not all finite'}",
+            f"values of shape {numbers.shape}{'' if np.all(np.isfinite(numbers)) else ', not all finite'}",
             f"one dimension of at least {least} finite numbers",
         )
-    return found
+    return numbers
 
 
 def as_table(values: ArrayLike, *, least: int) -> np.ndarray:
@@ -49,11 +49,11 @@ def as_table(values: ArrayLike, *, least: int) -> np.ndarray:
 
     Shapes: `values` (n,); returns (n, quantities).
     """
-    found = np.asarray(values, float)
-    table = found[:, None] if found.ndim == 1 else found
+    numbers = np.asarray(values, float)
+    table = numbers[:, None] if numbers.ndim == 1 else numbers
     if table.ndim != 2 or table.shape[0] < least or table.shape[1] == 0 or not np.all(np.isfinite(table)):
         raise InputError(
-            f"samples of shape {found.shape}{'' if np.all(np.isfinite(found)) else ', not all finite'}",
+            f"samples of shape {numbers.shape}{'' if np.all(np.isfinite(numbers)) else ', not all finite'}",
             f"at least {least} samples, each of one or several finite numbers",
         )
     return table

@@ -70,14 +70,14 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     ----------
     Gottwald and Melbourne 2009, doi:10.1137/080718851; 2016, doi:10.1007/978-3-662-48410-4_7
     """
-    found, angles = series(values, least=50), whole_number("angles", angles, 1)
+    numbers, angles = series(values, least=50), whole_number("angles", angles, 1)
     if not 0.0 <= noise < 1.0:
         raise InputError(f"noise = {noise!r}", "a fraction of the largest value, from 0 to 1", "noise=1e-7")
     chosen = np.sort(np.random.default_rng(seed).uniform(0.2 * np.pi, 0.8 * np.pi, angles))
-    centred, unknown = _centred(found, noise)
-    wheel = np.exp(1j * chosen[:, None] * np.arange(1, found.size + 1))
+    centred, unknown = _centred(numbers, noise)
+    wheel = np.exp(1j * chosen[:, None] * np.arange(1, numbers.size + 1))
     path = np.cumsum(centred * wheel, axis=1)
-    lags = np.arange(1, max(int(LAGS * found.size), 5) + 1)
+    lags = np.arange(1, max(int(LAGS * numbers.size), 5) + 1)
     displacement = _mean_square_displacement(path, lags)
     correlation = np.array([_correlation(lags, row) for row in displacement])
     shown = int(np.argsort(correlation, kind="stable")[(angles - 1) // 2])
@@ -90,12 +90,12 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
             "q": described(("step",), path[shown].imag, "1", "translation q"),
             "mean_square_displacement": described(("lag",), displacement[shown], "1", "modified mean square displacement"),
             "samples_per_oscillation": described(
-                (), 2.0 * found.size / crossings if crossings else np.inf, "1", "samples per oscillation"
+                (), 2.0 * numbers.size / crossings if crossings else np.inf, "1", "samples per oscillation"
             ),
         },
         coords={
             "angle": described(("angle",), chosen, "rad", "angle c"),
-            "step": described(("step",), np.arange(1, found.size + 1), "1", "sample"),
+            "step": described(("step",), np.arange(1, numbers.size + 1), "1", "sample"),
             "lag": described(("lag",), lags, "1", "lag"),
         },
         attrs={"seed": seed, "shown_angle": float(chosen[shown]), **({"undecided": UNDECIDED} if unknown else {})},

@@ -131,45 +131,45 @@ def _latex(text: str) -> str:
 def bibliography() -> Mapping[str, Reference]:
     """Every publication that the package knows, by key."""
     read = tomllib.loads(FILE.read_text(encoding="utf-8"))
-    made: dict[str, Reference] = {}
+    entries: dict[str, Reference] = {}
     for key, values in read.items():
-        given: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
-        made[key] = Reference(key, **given)
-    return MappingProxyType(made)
+        fields: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+        entries[key] = Reference(key, **fields)
+    return MappingProxyType(entries)
 
 
 def dois(text: str) -> tuple[str, ...]:
     """The DOIs that a text names, each once, without the full stop or bracket behind it."""
-    found = (doi.rstrip(".:") for doi in DOI.findall(text))
-    return tuple(dict.fromkeys(doi.rstrip(")") if doi.count(")") > doi.count("(") else doi for doi in found))
+    texts = (doi.rstrip(".:") for doi in DOI.findall(text))
+    return tuple(dict.fromkeys(doi.rstrip(")") if doi.count(")") > doi.count("(") else doi for doi in texts))
 
 
 def references(source: str) -> tuple[Reference, ...]:
     """The publications that a source names, as that of a law or a mechanism."""
-    found: list[Reference] = []
+    cited: list[Reference] = []
     for part in source.split(";"):
         doi, named = next(iter(dois(part)), ""), NAMED.search(part)
         if doi:
-            found.append(_by_doi().get(doi.lower()) or _unknown(part.strip(), doi))
+            cited.append(_by_doi().get(doi.lower()) or _unknown(part.strip(), doi))
         elif named is not None:
-            known = _by_name().get((_plain(named["name"])[0], int(named["year"])))
-            found.append(known or _unknown(part.strip(), ""))
-    return tuple(dict.fromkeys(found))
+            entry = _by_name().get((_plain(named["name"])[0], int(named["year"])))
+            cited.append(entry or _unknown(part.strip(), ""))
+    return tuple(dict.fromkeys(cited))
 
 
 @cache
 def _by_doi() -> dict[str, Reference]:
-    return {each.doi.lower(): each for each in bibliography().values() if each.doi}
+    return {entry.doi.lower(): entry for entry in bibliography().values() if entry.doi}
 
 
 @cache
 def _by_name() -> dict[tuple[str, int], Reference]:
-    found: dict[tuple[str, int], Reference] = {}
-    for each in bibliography().values():
-        if each.year is not None and each.authors:
-            for name in _plain(_family(each.authors[0])):
-                found.setdefault((name, each.year), each)
-    return found
+    by_name: dict[tuple[str, int], Reference] = {}
+    for entry in bibliography().values():
+        if entry.year is not None and entry.authors:
+            for name in _plain(_family(entry.authors[0])):
+                by_name.setdefault((name, entry.year), entry)
+    return by_name
 
 
 def _plain(name: str) -> tuple[str, str]:
@@ -184,5 +184,5 @@ def _unknown(text: str, doi: str) -> Reference:
     """What the bibliography does not have, as it stands."""
     key = re.sub(r"[^a-z0-9]", "", unicodedata.normalize("NFD", text.lower()))[:24] or "source"
     year = re.search(r"\b(1[6-9]\d\d|20\d\d)\b", text)
-    said = text.replace(f"doi:{doi}", "").strip(" ,()") if doi else text
-    return Reference(key, "misc", (), said or f"doi:{doi}", int(year[0]) if year else None, doi=doi)
+    title = text.replace(f"doi:{doi}", "").strip(" ,()") if doi else text
+    return Reference(key, "misc", (), title or f"doi:{doi}", int(year[0]) if year else None, doi=doi)

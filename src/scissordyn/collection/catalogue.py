@@ -35,7 +35,7 @@ class Zoo(Mapping[str, Entry]):
 
     @cached_property
     def _found(self) -> tuple[dict[str, tuple[Path, str]], tuple[str, ...]]:
-        found = {folder.name: (folder, "scissordyn") for folder in _entries(HERE)}
+        by_name = {folder.name: (folder, "scissordyn") for folder in _entries(HERE)}
         wrong = []
         for point in entry_points(group=GROUP):
             package = point.dist.name if point.dist is not None else point.name
@@ -45,18 +45,18 @@ class Zoo(Mapping[str, Entry]):
                 wrong.append(f"{package}: {type(error).__name__}: {error}")
                 continue
             for folder in folders:
-                if folder.name in found:
-                    wrong.append(f"{package}: '{folder.name}' is the name of a mechanism of {found[folder.name][1]}")
+                if folder.name in by_name:
+                    wrong.append(f"{package}: '{folder.name}' is the name of a mechanism of {by_name[folder.name][1]}")
                 else:
-                    found[folder.name] = (folder, package)
-        return dict(sorted(found.items())), tuple(wrong)
+                    by_name[folder.name] = (folder, package)
+        return dict(sorted(by_name.items())), tuple(wrong)
 
     def __getitem__(self, name: str) -> Entry:
-        known = {_plain(each): each for each in self._folders}
-        if _plain(str(name)) not in known:
+        names = {_plain(entry): entry for entry in self._folders}
+        if _plain(str(name)) not in names:
             near = did_you_mean(str(name), self._folders)
             raise InputError(f"no mechanism '{name}' in the zoo{near}", ", ".join(self._folders), "scissordyn zoo")
-        folder, package = self._folders[known[_plain(str(name))]]
+        folder, package = self._folders[names[_plain(str(name))]]
         return read_entry(folder, package)
 
     def __contains__(self, name: object) -> bool:
@@ -77,10 +77,10 @@ def _plain(name: str) -> str:
 
 
 def _entries(folder: Path) -> list[Path]:
-    found = sorted(path.parent for path in folder.glob(f"*/{DECLARATION}"))
-    if not found:
+    entries = sorted(path.parent for path in folder.glob(f"*/{DECLARATION}"))
+    if not entries:
         raise InputError(f"'{folder}' has no folder with a {DECLARATION}", "the folder of some mechanisms")
-    return found
+    return entries
 
 
 zoo = Zoo()

@@ -117,5 +117,5 @@ def read_entry(folder: Path, package: str) -> Entry:
     file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
     if not file.is_file():
         raise InputError(f"{path}: no case file '{file}'", f"{CASE} in its folder, or the name of an example as `example`")
-    numbers = tuple(Number(**{key: getattr(one, key) for key in _NumberTable.model_fields}) for one in table.number)
+    numbers = tuple(Number(**{key: getattr(row, key) for key in _NumberTable.model_fields}) for row in table.number)
     return Entry(folder.name, table.title, table.kind, table.about, table.licence, numbers, file, package)

@@ -57,11 +57,11 @@ class Number:
         for dim, chosen in self.where.items():
             if dim not in values.dims:
                 raise InputError(f"'{self.variable}' along '{dim}'", ", ".join(map(str, values.dims)))
-            known = [] if isinstance(chosen, int) else values[dim].values.astype(str).tolist()
-            index = chosen if isinstance(chosen, int) else known.index(chosen) if chosen in known else -1
+            labels = [] if isinstance(chosen, int) else values[dim].values.astype(str).tolist()
+            index = chosen if isinstance(chosen, int) else labels.index(chosen) if chosen in labels else -1
             if not 0 <= index < values.sizes[dim]:
-                allowed = ", ".join(known) or f"0 to {values.sizes[dim] - 1}"
-                raise InputError(f"no {dim} '{chosen}'{did_you_mean(str(chosen), known)}", allowed)
+                allowed = ", ".join(labels) or f"0 to {values.sizes[dim] - 1}"
+                raise InputError(f"no {dim} '{chosen}'{did_you_mean(str(chosen), labels)}", allowed)
             values = values.isel({dim: index})
         if "time" not in values.dims:
             return values

@@ -112,8 +112,8 @@ class Expressions:
         method = getattr(self, f"_{type(node).__name__.lower()}", None)
         if method is None:
             raise TranslationError(f"{type(node).__name__} in a kernel: {ast.unparse(node)}", "numbers, arrays and arithmetic")
-        found: Value = method(node)
-        return found
+        result: Value = method(node)
+        return result
 
     def text(self, node: ast.expr) -> str:
         """The same, without its type."""
@@ -205,10 +205,10 @@ class Expressions:
 
     def place(self, base: Value, axis: int, index: ast.expr) -> str:
         """An index, counted from the end if it is a negative constant."""
-        found = self.value(index)
-        if isinstance(found.constant, int) and found.constant < 0:
-            return f"{base.c}.n{axis} - {-found.constant}"
-        return found.c
+        index_value = self.value(index)
+        if isinstance(index_value.constant, int) and index_value.constant < 0:
+            return f"{base.c}.n{axis} - {-index_value.constant}"
+        return index_value.c
 
     def bounds(self, base: Value, axis: int, index: ast.expr) -> tuple[str, str]:
         """First and last place of a slice, or of one place."""
@@ -221,7 +221,7 @@ class Expressions:
         return low, f"{base.c}.n{axis}" if index.upper is None else f"({self.place(base, axis, index.upper)})"
 
     def _tuple(self, node: ast.Tuple) -> Value:
-        parts = [self.value(each) for each in node.elts]
+        parts = [self.value(element) for element in node.elts]
         return self.unit.together(parts)
 
     def _unaryop(self, node: ast.UnaryOp) -> Value:
@@ -268,35 +268,39 @@ class Expressions:
 
     def _compare(self, node: ast.Compare) -> Value:
         parts, left = [], self.value(node.left)
-        for operator, each in zip(node.ops, node.comparators, strict=True):
+        for operator, operand in zip(node.ops, node.comparators, strict=True):
             if type(operator) not in COMPARISONS:
-                members = [self.value(one) for one in each.elts] if isinstance(each, ast.Tuple) else self._members(each)
-                found = " || ".join(f"{_real(left)} == {_real(one)}" for one in members)
-                parts.append(f"({found})" if isinstance(operator, ast.In) else f"!({found})")
+                members = (
+                    [self.value(member) for member in operand.elts]
+                    if isinstance(operand, ast.Tuple)
+                    else self._members(operand)
+                )
+                alternatives = " || ".join(f"{_real(left)} == {_real(member)}" for member in members)
+                parts.append(f"({alternatives})" if isinstance(operator, ast.In) else f"!({alternatives})")
                 continue
-            right = self.value(each)
+            right = self.value(operand)
             parts.append(f"{_real(left)} {COMPARISONS[type(operator)]} {_real(right)}")
             left = right
         return Value(f"({' && '.join(parts)})" if len(parts) > 1 else f"({parts[0]})", BOOL)
 
     def _members(self, node: ast.expr) -> list[Value]:
-        found = self.value(node)
-        if not isinstance(found.constant, tuple):
+        value = self.value(node)
+        if not isinstance(value.constant, tuple):
             raise TranslationError("'in' of something other than a tuple of constants in a kernel", "a tuple")
-        return [self.unit.constant(member, "a constant") for member in found.constant]
+        return [self.unit.constant(member, "a constant") for member in value.constant]
 
     def _boolop(self, node: ast.BoolOp) -> Value:
         joint = " && " if isinstance(node.op, ast.And) else " || "
-        return Value("(" + joint.join(self.text(each) for each in node.values) + ")", BOOL)
+        return Value("(" + joint.join(self.text(operand) for operand in node.values) + ")", BOOL)
 
     def _ifexp(self, node: ast.IfExp) -> Value:
-        test, one, other = self.value(node.test), self.value(node.body), self.value(node.orelse)
-        kind = joined(one.kind, other.kind)
+        test, chosen, otherwise = self.value(node.test), self.value(node.body), self.value(node.orelse)
+        kind = joined(chosen.kind, otherwise.kind)
         self.unit.use(kind)
-        one, other = converted(one, kind), converted(other, kind)
-        if isinstance(kind, Tuple) and one.kind != other.kind:
+        chosen, otherwise = converted(chosen, kind), converted(otherwise, kind)
+        if isinstance(kind, Tuple) and chosen.kind != otherwise.kind:
             raise TranslationError("tuples of unlike numbers in a conditional expression of a kernel", "tuples alike")
-        return Value(f"({test.c} ? {one.c} : {other.c})", kind)
+        return Value(f"({test.c} ? {chosen.c} : {otherwise.c})", kind)
 
     def _call(self, node: ast.Call) -> Value:
         if isinstance(node.func, ast.Name) and node.func.id not in self.scope.kinds:
@@ -314,27 +318,27 @@ class Expressions:
             function = called.kind.function
         if function is float and isinstance(node.args[0], ast.Constant):
             return self.unit.constant(float(node.args[0].value), "a constant")  # type: ignore[arg-type]
-        arguments = [self.value(each) for each in node.args]
-        named = {each.arg: self.value(each.value) for each in node.keywords if each.arg}
+        arguments = [self.value(argument) for argument in node.args]
+        named = {argument.arg: self.value(argument.value) for argument in node.keywords if argument.arg}
         return self._built_in(function, arguments) or self.unit.call(function, arguments, named)
 
     def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
         """Functions of Python and of its library."""
-        if any(each.kind == DUAL for each in arguments):
+        if any(argument.kind == DUAL for argument in arguments):
             return self._built_in_dual(function, arguments)
-        texts = [each.c for each in arguments]
+        texts = [argument.c for argument in arguments]
         if function is abs:
             whole = arguments[0].kind != FLOAT
             return Value(f"{'whole_size' if whole else 'fabs'}({texts[0]})", INT if whole else FLOAT)
         if function in (min, max):
             kind: Kind = arguments[0].kind
-            for each in arguments[1:]:
-                kind = joined(kind, each.kind)
+            for argument in arguments[1:]:
+                kind = joined(kind, argument.kind)
             name = f"{_SMALLER[function]}_{'float' if kind == FLOAT else 'whole'}"
-            found = texts[0]
+            text_so_far = texts[0]
             for text in texts[1:]:
-                found = f"{name}({found}, {text})"
-            return Value(found, kind)
+                text_so_far = f"{name}({text_so_far}, {text})"
+            return Value(text_so_far, kind)
         if function in (int, np.int64):
             constant = arguments[0].constant
             return Value(f"((int64_t)({texts[0]}))", INT, int(constant) if isinstance(constant, int) else None)
@@ -363,16 +367,16 @@ class Expressions:
         if function is vanishes:
             return Value(f"vanishes({arguments[0].c})", BOOL)
         if function in (int, np.int64, bool, math.floor, math.ceil, *TESTS):
-            return self._built_in(function, [Value(_real(each), FLOAT) for each in arguments])
+            return self._built_in(function, [Value(_real(argument), FLOAT) for argument in arguments])
         if function is np.where:
-            return self._choice(function, [arguments[0], *(converted(each, DUAL) for each in arguments[1:])])
-        texts = [converted(each, DUAL).c for each in arguments]
+            return self._choice(function, [arguments[0], *(converted(argument, DUAL) for argument in arguments[1:])])
+        texts = [converted(argument, DUAL).c for argument in arguments]
         if function in (min, max, np.clip):
             names = ("largest_number", "least_number") if function is np.clip else (f"{_SMALLER[function]}_float",) * len(texts)
-            found = texts[0]
+            text_so_far = texts[0]
             for name, text in zip(names, texts[1:], strict=False):
-                found = f"{name}_dual({found}, {text})"
-            return Value(found, DUAL)
+                text_so_far = f"{name}_dual({text_so_far}, {text})"
+            return Value(text_so_far, DUAL)
         called = "fabs" if function is abs else MATH.get(function) if getattr(function, "__hash__", None) else None
         return Value(f"{called}_dual({', '.join(texts)})", DUAL) if called else None
 
@@ -404,7 +408,7 @@ def _dual_operation(operator: ast.operator, left: Value, right: Value) -> Value:
     if isinstance(operator, ast.Pow) and isinstance(right.constant, int) and 0 <= right.constant <= 8:
         return Value(f"whole_power_dual({left.c}, {right.c})", DUAL)
     if not name.endswith("dual"):
-        name += "_" + "".join("d" if each.kind == DUAL else "f" for each in (left, right))
+        name += "_" + "".join("d" if operand.kind == DUAL else "f" for operand in (left, right))
         return Value(f"{name}({left.c}, {right.c})", DUAL)
     return Value(f"{name}({converted(left, DUAL).c}, {converted(right, DUAL).c})", DUAL)
 

@@ -37,7 +37,7 @@ class Body:
     def __init__(self, unit: Unit, definition: ast.FunctionDef, kinds: tuple[Kind, ...], names: Any, file: str = "") -> None:
         self.unit, self.definition, self.place = unit, definition, f"{file or 'kernel'}:{{}}: {definition.name}"
         arguments = definition.args
-        self.arguments = [each.arg for each in (*arguments.args, *([arguments.vararg] if arguments.vararg else []))]
+        self.arguments = [argument.arg for argument in (*arguments.args, *([arguments.vararg] if arguments.vararg else []))]
         self.scope = Scope(names)
         self.scope.kinds = dict(zip(self.arguments, kinds, strict=True))
         self.given = dict(self.scope.kinds)
@@ -64,13 +64,13 @@ class Body:
     def text(self, name: str) -> str:
         """The function in C."""
         head = self.head(name)
-        own = {key: kind for key, kind in self.scope.kinds.items() if key not in self.given}
+        local = {key: kind for key, kind in self.scope.kinds.items() if key not in self.given}
         changed = [key for key, kind in self.given.items() if self.scope.kinds[key] != kind]
         if changed:
             raise TranslationError(f"argument '{changed[0]}' of '{self.definition.name}' changes its type", "another variable")
         declarations = [
             f"    {declared(kind)}{plain(key)} = {'{0}' if kind == DUAL or isinstance(kind, Tuple | Array) else '0'};"
-            for key, kind in own.items()
+            for key, kind in local.items()
             if not is_empty(kind)
         ]
         return "\n".join((f"{head} {{", *declarations, *self.lines, "}"))
@@ -116,14 +116,14 @@ class Body:
         if node.value is None:
             self._line("return;")
             return
-        found = self.expressions.value(node.value)
-        self.result = joined(self.result, found.kind)
-        found = converted(found, self.result)
+        result = self.expressions.value(node.value)
+        self.result = joined(self.result, result.kind)
+        result = converted(result, self.result)
         if isinstance(self.result, Tuple):
             self.unit.use(self.result)
-            if found.kind != self.result:
-                found = self._converted(found, self.result)
-        self._line(f"return {found.c};")
+            if result.kind != self.result:
+                result = self._converted(result, self.result)
+        self._line(f"return {result.c};")
 
     def _converted(self, found: Value, kind: Tuple) -> Value:
         """A tuple of other numbers."""
@@ -160,7 +160,7 @@ class Body:
             raise TranslationError(f"a loop over {ast.unparse(ranged)} in '{self.definition.name}'", "a loop over a range")
         if node.orelse or not isinstance(node.target, ast.Name):
             raise TranslationError(f"a loop with 'else' or several variables in '{self.definition.name}'", "one variable")
-        bounds = [self.expressions.value(each) for each in ranged.args]
+        bounds = [self.expressions.value(bound) for bound in ranged.args]
         first = "0" if len(bounds) == 1 else bounds[0].c
         last = bounds[0].c if len(bounds) == 1 else bounds[1].c
         step = bounds[2].constant if len(bounds) == 3 else 1
@@ -188,8 +188,8 @@ class Body:
     def _assign(self, node: ast.Assign) -> None:
         if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
             targets, values = node.targets[0].elts, node.value.elts
-            found = [self.expressions.value(each) for each in values]
-            kept = [each if self._is_fixed(each) else self._kept(each) for each in found]
+            assigned = [self.expressions.value(item) for item in values]
+            kept = [item if self._is_fixed(item) else self._kept(item) for item in assigned]
             for target, value in zip(targets, kept, strict=True):
                 self._put(target, value)
             return
@@ -214,8 +214,8 @@ class Body:
             if not isinstance(value.kind, Tuple) or len(value.kind.items) != len(target.elts):
                 raise TranslationError(f"{ast.unparse(target)} in '{self.definition.name}'", "as many values as names")
             kept = self._kept(value)
-            for k, each in enumerate(target.elts):
-                self._put(each, Value(item_of(kept, k), value.kind.items[k]))
+            for k, part in enumerate(target.elts):
+                self._put(part, Value(item_of(kept, k), value.kind.items[k]))
         elif isinstance(target, ast.Name):
             if target.id == "_":
                 self._line(f"(void)({value.c});")
@@ -263,5 +263,5 @@ class Body:
 
     def _augassign(self, node: ast.AugAssign) -> None:
         read = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node.target)
-        found = self.expressions.arithmetic(node.op, self.expressions.value(read), self.expressions.value(node.value))
-        self._put(node.target, found)
+        result = self.expressions.arithmetic(node.op, self.expressions.value(read), self.expressions.value(node.value))
+        self._put(node.target, result)

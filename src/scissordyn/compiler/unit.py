@@ -140,11 +140,11 @@ class Unit:
                 handed.append(self.together(list(bound.arguments.get(key, ()))))
             else:
                 handed.append(bound.arguments.get(key) or self.constant(parameter.default, key))
-        made = self.function(plainly, tuple(value.kind for value in handed))
-        wanted = made.body.given.values()
+        callee = self.function(plainly, tuple(value.kind for value in handed))
+        wanted = callee.body.given.values()
         texts = [converted(value, kind).c for value, kind in zip(handed, wanted, strict=True) if not is_empty(kind)]
-        assert made.body.result is not None
-        return Value(f"{made.name}({', '.join(texts)})", made.body.result)
+        assert callee.body.result is not None
+        return Value(f"{callee.name}({', '.join(texts)})", callee.body.result)
 
     def function(self, function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "") -> _Translated:
         """A function, translated for arguments of these types, under a name if that is given."""
@@ -165,16 +165,16 @@ class Unit:
 
     def _at_address(self, arguments: list[Value]) -> Value:
         pointers = []
-        for each in arguments[1:]:
-            if isinstance(each.kind, Tuple) and each.kind.items:
-                each = converted(each, Tuple((self.number,) * len(each.kind.items)))
-                self.use(each.kind)
-            if isinstance(each.kind, Array):
-                pointers.append(f"{each.c}.p")
-            elif isinstance(each.kind, Tuple) and not each.kind.items:
+        for argument in arguments[1:]:
+            if isinstance(argument.kind, Tuple) and argument.kind.items:
+                argument = converted(argument, Tuple((self.number,) * len(argument.kind.items)))
+                self.use(argument.kind)
+            if isinstance(argument.kind, Array):
+                pointers.append(f"{argument.c}.p")
+            elif isinstance(argument.kind, Tuple) and not argument.kind.items:
                 pointers.append("0")
             else:
-                pointers.append(f"{each.c}.v")
+                pointers.append(f"{argument.c}.v")
         function = f"KERNELS[{arguments[0].c}]" if self.table else f"((kernel_pointer)(intptr_t)({arguments[0].c}))"
         return Value(f"{function}({', '.join(pointers)})", self.number)
 
@@ -227,10 +227,10 @@ class Unit:
                 f"typedef {number} (*kernel_pointer)({signature});",
                 *self._types(),
                 *self._tables(),
-                *(f"{one.body.head(one.name)};" for one in self.translated.values()),
+                *(f"{function.body.head(function.name)};" for function in self.translated.values()),
                 *(f"{text};" for text in heads),
                 pointers if self.table else "",
-                *(one.body.text(one.name) + "\n" for one in self.translated.values()),
+                *(function.body.text(function.name) + "\n" for function in self.translated.values()),
                 *bodies,
                 *self.entries,
                 "",
@@ -245,23 +245,23 @@ class Unit:
             for text in recipe.handed
         ]
         self.use(row)
-        found = self.call(recipe.function, arguments, {})
+        call = self.call(recipe.function, arguments, {})
         unused = "    (void)q; (void)v; (void)z; (void)x; (void)p; (void)out;"
-        if found.kind == VOID:
+        if call.kind == VOID:
             raise TranslationError(f"'{recipe.function.__name__}' returns nothing", "numbers")
-        if isinstance(found.kind, Scalar):
+        if isinstance(call.kind, Scalar):
             target = recipe.targets[0]
-            value, nothing = converted(found, number).c, converted(Value("0.0", FLOAT), number).c
+            value, nothing = converted(call, number).c, converted(Value("0.0", FLOAT), number).c
             put = f"    return {value};" if target == ANSWER else f"    {target} = {value};\n    return {nothing};"
             return "\n".join((head, unused, put, "}\n"))
-        assert isinstance(found.kind, Tuple)
-        whole = Value("found", found.kind)
-        items = [converted(Value(item_of(whole, k), kind), number).c for k, kind in enumerate(found.kind.items)]
+        assert isinstance(call.kind, Tuple)
+        whole = Value("found", call.kind)
+        items = [converted(Value(item_of(whole, k), kind), number).c for k, kind in enumerate(call.kind.items)]
         puts = [
             f"    {target} = {item};" for target, item in zip(recipe.targets, items, strict=True) if target not in (ANSWER, "_")
         ]
         answer = items[recipe.targets.index(ANSWER)] if ANSWER in recipe.targets else converted(Value("0.0", FLOAT), number).c
-        return "\n".join((head, unused, f"    {found.kind.c} found = {found.c};", *puts, f"    return {answer};", "}\n"))
+        return "\n".join((head, unused, f"    {call.kind.c} found = {call.c};", *puts, f"    return {answer};", "}\n"))
 
     def _types(self) -> list[str]:
         records = [kind for kind in self.types.values() if isinstance(kind, Record)]

@@ -48,5 +48,5 @@ _CLASSES: tuple[Any, ...] = (
     Latch,
 )
 
-COMPONENTS: Mapping[str, type[Component]] = MappingProxyType({made.declaration.section: made for made in _CLASSES})
+COMPONENTS: Mapping[str, type[Component]] = MappingProxyType({cls.declaration.section: cls for cls in _CLASSES})
 """Component classes by section."""

@@ -62,20 +62,20 @@ def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...
     context = tuple(1.0 if name == "factor" else 0.0 for name in declaration.context)
     try:
         parameters: tuple[Any, ...] = component.parameters(start)
-        given = len(start) + len(rest) + len(context)
+        leading = len(start) + len(rest) + len(context)
         if names[-1] == "table":
-            fixed = len(names) - given - 1
+            fixed = len(names) - leading - 1
             parameters = (*parameters[:fixed], np.array(parameters))
-        found = declaration.force(*(start if at is None else at), *rest, *context, *parameters)
+        result = declaration.force(*(start if at is None else at), *rest, *context, *parameters)
     except Exception as error:
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) where it starts",
             f"{len(declaration.results)} numbers: {', '.join(declaration.results)}",
         ) from None
-    numbers = found if isinstance(found, tuple) else (found,)
+    numbers = result if isinstance(result, tuple) else (result,)
     if len(numbers) != len(declaration.results) or not all(math.isfinite(number) for number in numbers):
         raise InputError(
-            f"{declaration.label} '{component.name}': its kernel gives {found!r} where it starts",
+            f"{declaration.label} '{component.name}': its kernel gives {result!r} where it starts",
             f"{len(declaration.results)} finite numbers: {', '.join(declaration.results)}",
         )
     return numbers

@@ -87,8 +87,8 @@ class Declaration:
         first = len(self.port.forces)
         energy = (Output("energy", "J", "stored energy", first),) if self.passive else ()
         first += len(self.accounts)
-        own = tuple(dataclasses.replace(output, first=first + k) for k, output in enumerate(self.outputs))
-        return (*self.port.outputs, *energy, *own)
+        outputs = tuple(dataclasses.replace(output, first=first + k) for k, output in enumerate(self.outputs))
+        return (*self.port.outputs, *energy, *outputs)
 
     @property
     def outputs_monitored(self) -> tuple[Output, ...]:
@@ -164,11 +164,11 @@ def component(
     def declare(described: Class) -> Class:
         if "__post_init__" not in vars(described):
             described.__post_init__ = _own_check  # type: ignore[attr-defined]
-        made: Any = dataclass(frozen=True)(described)
-        if not hasattr(made, "parameters"):
-            made.parameters = _own_parameters
-        named = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", made.__name__).lower()
-        made.declaration = Declaration(
+        cls: Any = dataclass(frozen=True)(described)
+        if not hasattr(cls, "parameters"):
+            cls.parameters = _own_parameters
+        named = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        cls.declaration = Declaration(
             named,
             label or named.replace("_", " "),
             chosen,
@@ -185,11 +185,11 @@ def component(
             motor,
             supplied,
         )
-        if not hasattr(made, "states"):  # of the class, unless its instances decide
-            made.states = states
-        _check_fields(made)
-        note_origin(made, described)
-        return made
+        if not hasattr(cls, "states"):  # of the class, unless its instances decide
+            cls.states = states
+        _check_fields(cls)
+        note_origin(cls, described)
+        return cls
 
     return declare
 
@@ -235,9 +235,9 @@ def _check_fields(described: Any) -> None:
         *quantities(described),
     )
     for kernel in filter(None, (declaration.force, declaration.gap, declaration.switch)):
-        given = arguments_of(kernel)
-        if given != wanted:
+        argument_names = arguments_of(kernel)
+        if argument_names != wanted:
             raise InputError(
-                f"kernel '{kernel.__name__}' of component '{described.__name__}' takes ({', '.join(given)})",
+                f"kernel '{kernel.__name__}' of component '{described.__name__}' takes ({', '.join(argument_names)})",
                 f"({', '.join(wanted)})",
             )

@@ -27,8 +27,8 @@ def force(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, fa
     if clearance == 0.0:
         return -stiffness * gap - damping * gap_rate, 0.5 * stiffness * gap * gap, damping * gap_rate * gap_rate
     side = 1.0 if gap > 0.0 else -1.0
-    found, energy, lost = push(mode, approach_speed, side * gap - clearance, side * gap_rate, stiffness, 1.0, factor)
-    return -side * found, energy, lost
+    normal, energy, lost = push(mode, approach_speed, side * gap - clearance, side * gap_rate, stiffness, 1.0, factor)
+    return -side * normal, energy, lost
 
 
 @component(

@@ -21,8 +21,8 @@ def gap(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit
 @kernel
 def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, limit):
     """Force along the direction of travel [N], elastic energy [J], dissipated power [W]."""
-    found, energy, dissipation = push(mode, approach_speed, travel - limit, speed, stiffness, exponent, damping)
-    return -found, energy, dissipation
+    normal, energy, dissipation = push(mode, approach_speed, travel - limit, speed, stiffness, exponent, damping)
+    return -normal, energy, dissipation
 
 
 @component(

@@ -12,8 +12,8 @@ from scissordyn.plugin.origin import class_in
 
 def component_class(reference: str, folder: Path) -> Any:
     """The component class that ``"file.py:Class"`` names; the file is executed."""
-    found, name = class_in("component", reference, folder)
-    if found is None or not isinstance(vars(found).get("declaration"), Declaration):
+    cls, name = class_in("component", reference, folder)
+    if cls is None or not isinstance(vars(cls).get("declaration"), Declaration):
         path, _, called = name.rpartition(":")
         raise InputError(f"'{called}' in '{path}' is not a component", "a class under the decorator sd.component(...)")
-    return found
+    return cls

@@ -16,17 +16,17 @@ from scissordyn.plugin.element import element_class
 
 def _controllers() -> Mapping[str, type[Any]]:
     """The controllers defined in the modules of the folders, by name."""
-    found: dict[str, type[Any]] = {}
+    controllers: dict[str, type[Any]] = {}
     for folder in (tracking, delayed):
         for entry in pkgutil.iter_modules(folder.__path__):
             module = importlib.import_module(f"{folder.__name__}.{entry.name}")
             for thing in vars(module).values():
                 if isinstance(thing, type) and "declaration" in vars(thing) and thing.__module__ == module.__name__:
                     name: str = vars(thing)["name"]
-                    if name in found:
-                        raise TypeError(f"two controllers named '{name}': {found[name].__module__} and {module.__name__}")
-                    found[name] = thing
-    return MappingProxyType(dict(sorted(found.items())))
+                    if name in controllers:
+                        raise TypeError(f"two controllers named '{name}': {controllers[name].__module__} and {module.__name__}")
+                    controllers[name] = thing
+    return MappingProxyType(dict(sorted(controllers.items())))
 
 
 CONTROLLERS: Mapping[str, type[Any]] = _controllers()
@@ -52,10 +52,12 @@ def controller(name: str) -> type[Any]:
         If there is none; names the nearest.
     """
     if ".py:" in name:
-        own, found = element_class("controller", name, Path.cwd())
-        if own is None:
-            raise InputError(f"the function '{name}' as a class", "a class", f"sd.UserController({found!r}, (CONSTANTS,))")
-        return own
+        user_class, name_in_file = element_class("controller", name, Path.cwd())
+        if user_class is None:
+            raise InputError(
+                f"the function '{name}' as a class", "a class", f"sd.UserController({name_in_file!r}, (CONSTANTS,))"
+            )
+        return user_class
     if name not in CONTROLLERS:
         raise InputError(
             f"no controller '{name}'{did_you_mean(name, CONTROLLERS)}", ", ".join(CONTROLLERS) + ", or 'file.py:Class'"

@@ -48,12 +48,12 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
     The forces of the pins, the weight and the inertia of the bar are in equilibrium; three supports in the plane take nothing
     but what is missing to that, so that their reactions tell how exact it is.
     """
-    found = RECTANGLE.fullmatch(section)
-    if found is None or not float(found[1]) > 0.0 < float(found[2]):
+    matched = RECTANGLE.fullmatch(section)
+    if matched is None or not float(matched[1]) > 0.0 < float(matched[2]):
         raise InputError(
             f"section '{section}' of beams", "a rectangle: width across the plane x depth in it", "--section '20x30 mm'"
         )
-    width, depth = (float(found[k]) * METRES[found[3]] for k in (1, 2))
+    width, depth = (float(matched[k]) * METRES[matched[3]] for k in (1, 2))
     chosen = read_material(material)
     lines, left_out, node, element = [], [], 0, 0
     loads: list[str] = []
@@ -171,8 +171,8 @@ def _loads(case: _Case, places: list[float], before: int) -> list[str]:
         put(body.points[point][0], fx, fy)
     length = places[-1] - places[0]
     middle = 0.5 * (places[0] + places[-1])
-    own = body.mass * length**2 / 12.0
-    uniform = abs(body.centre[0] - middle) < UNIFORM * length and abs((body.inertia or 0.0) - own) < UNIFORM * own
+    inertia = body.mass * length**2 / 12.0
+    uniform = abs(body.centre[0] - middle) < UNIFORM * length and abs((body.inertia or 0.0) - inertia) < UNIFORM * inertia
     lines.append("** drives and friction: a torque at the first joint" if case.torque else "** no further torque")
     put(body.points[case.forces[0][1]][0], 0.0, 0.0, case.torque)
     gx, gy = case.gravity

@@ -30,7 +30,7 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
     A joint with clearance has a bore of the journal's radius plus the clearance; an ideal one has pin and bore of the radius
     that is given for it.
     """
-    found = []
+    holes = []
     for joint in mechanism.joints:
         for (name, point), journal in ((joint.journal, True), (joint.bearing, False)):
             if name != body.name:
@@ -44,8 +44,8 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
                 )
             else:
                 radius = pin_radius
-            found.append(Hole(joint.name, point, body.points[point], radius, journal=journal))
-    return found
+            holes.append(Hole(joint.name, point, body.points[point], radius, journal=journal))
+    return holes
 
 
 def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: float | None = None) -> str:
@@ -70,19 +70,19 @@ def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: flo
         label = space.add_text(body.name, height=1e3 * 0.5 * radius, dxfattribs={"layer": "text"})
         label.set_placement((left, down + 1e3 * (high + 1.15 * radius)))
         down -= 1e3 * (radius - low)
-    held = io.StringIO()
-    document.write(held)
-    return held.getvalue()
+    stream = io.StringIO()
+    document.write(stream)
+    return stream.getvalue()
 
 
 def _bars(mechanism: Mechanism, pin_radius: float | None) -> Iterator[tuple[Body, list[Hole]]]:
-    found = False
+    any_bar = False
     for body in mechanism.bodies:
         holes = holes_of(mechanism, body, pin_radius)
         if holes and len(set(body.points.values())) > 1:
-            found = True
+            any_bar = True
             yield body, holes
-    if not found:
+    if not any_bar:
         raise InputError("no bar with a joint in the mechanism", "bars", "scissordyn new scissor")
 
 
@@ -143,7 +143,7 @@ def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
     rows = ["bar,count,names,length [mm],mass [kg],x [mm],y [mm],diameter [mm],kind,joint"]
     for number, same in enumerate(groups.values(), start=1):
         body, holes = same[0]
-        names = " | ".join(each.name for each, _ in same)
+        names = " | ".join(part.name for part, _ in same)
         for hole in sorted(holes, key=lambda hole: hole.place):
             cells = [number, len(same), f'"{names}"', f"{1e3 * _length(body):.6g}", f"{body.mass:.6g}"]
             cells += [f"{1e3 * x:.6g}" for x in hole.place]

@@ -86,14 +86,14 @@ class Drawing:
 
 def plain_name(name: str, taken: Iterable[str]) -> str:
     """A name that a case file can address: without dots and slashes, and unlike those that are taken."""
-    made = "".join("_" if letter in "./*" else letter for letter in name.strip()) or "part"
-    if made == GROUND:
-        made = f"{made} part"
-    known, plain, number = set(taken), made, 1
-    while made in known:
+    name_so_far = "".join("_" if letter in "./*" else letter for letter in name.strip()) or "part"
+    if name_so_far == GROUND:
+        name_so_far = f"{name_so_far} part"
+    used, plain, number = set(taken), name_so_far, 1
+    while name_so_far in used:
         number += 1
-        made = f"{plain} {number}"
-    return made
+        name_so_far = f"{plain} {number}"
+    return name_so_far
 
 
 def uniform(name: str, pins: tuple[str, ...], places: Mapping[str, Point], density: float) -> DrawnBar:

@@ -69,18 +69,22 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     factor = _unit(document, text, unit)
     notes: list[str] = []
     entities = list(_expanded(document.modelspace(), notes))
-    bars = [(_corners(each, factor), each.dxf.layer.lower()) for each in entities if _is_bar(each)]
+    bars = [(_corners(entity, factor), entity.dxf.layer.lower()) for entity in entities if _is_bar(entity)]
     marks = [
-        (_point(_centre(each), factor), each.dxf.layer.lower()) for each in entities if each.dxftype() in ("POINT", "CIRCLE")
+        (_point(_centre(entity), factor), entity.dxf.layer.lower())
+        for entity in entities
+        if entity.dxftype() in ("POINT", "CIRCLE")
     ]
     guides = [corners for corners, layer in bars if layer == GUIDE_LAYER]
     fixed = [corner for corners, layer in bars if layer == GROUND_LAYER for corner in corners]
     fixed += [place for place, layer in marks if layer == GROUND_LAYER]
     drawn = [(corners, layer) for corners, layer in bars if layer not in (GROUND_LAYER, GUIDE_LAYER)]
-    unknown = Counter(each.dxftype() for each in entities if not _is_bar(each) and each.dxftype() not in ("POINT", "CIRCLE"))
+    unknown = Counter(
+        entity.dxftype() for entity in entities if not _is_bar(entity) and entity.dxftype() not in ("POINT", "CIRCLE")
+    )
     if not drawn:
-        found = ", ".join(f"{count} {kind}" for kind, count in sorted(unknown.items())) or "nothing"
-        raise InputError(f"a DXF without lines that are bars; it has {found}", "LINE or straight LWPOLYLINE, one for each bar")
+        listed = ", ".join(f"{count} {kind}" for kind, count in sorted(unknown.items())) or "nothing"
+        raise InputError(f"a DXF without lines that are bars; it has {listed}", "LINE or straight LWPOLYLINE, one for each bar")
     notes += [f"{count} {kind} left out: it is no bar, pin or guide" for kind, count in sorted(unknown.items())]
     drawing = _drawing(drawn, [place for place, _ in marks], fixed, guides, linear_density, tolerance, notes)
     notes.append(f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed")
@@ -101,19 +105,19 @@ def _document(text: str) -> Any:
 
 def _unit(document: Any, text: str, unit: str) -> float:
     """Metres in the drawing's unit."""
-    known = dict(UNITS.values())
+    units = dict(UNITS.values())
     # a document of the library has units of its own where the file has none
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
     named, metres = UNITS.get(code, ("", 0.0))
-    if unit and unit not in known:
-        raise InputError(f"unit '{unit}' of a drawing", "one of " + ", ".join(known), SAMPLE)
+    if unit and unit not in units:
+        raise InputError(f"unit '{unit}' of a drawing", "one of " + ", ".join(units), SAMPLE)
     if code and not named:
-        raise InputError(f"$INSUNITS = {code} in the DXF", "one of " + ", ".join(known), SAMPLE)
+        raise InputError(f"$INSUNITS = {code} in the DXF", "one of " + ", ".join(units), SAMPLE)
     if unit and named and unit != named:
         raise InputError(f"unit '{unit}', but the DXF says '{named}'", f"'{named}', or a DXF with another $INSUNITS")
     if not unit and not named:
-        raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(known), SAMPLE)
-    return known[unit] if unit else metres
+        raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(units), SAMPLE)
+    return units[unit] if unit else metres
 
 
 def _expanded(entities: Iterable[Any], notes: list[str]) -> Iterator[Any]:
@@ -179,20 +183,23 @@ def _drawing(
         inside = [_pin_at(mark, pins, near) for mark in marks if _on_side(mark, corners, near)]
         bars.append(uniform(f"bar {number}", tuple(dict.fromkeys(on)), pins, density))
         bars[-1] = replace(bars[-1], pins=tuple(dict.fromkeys((*on, *inside))))
-    held = []
+    pins_of_bar = []
     for place in fixed:
         pin = _pin_at(place, pins, near)
-        held += [pin] if pin else []
+        pins_of_bar += [pin] if pin else []
         if not pin:
             notes.append(f"ground at ({place[0]:g} m, {place[1]:g} m) left out: no bar has an end or a point there")
-    if not held and not guides:
+    if not pins_of_bar and not guides:
         notes.append(f"nothing is grounded: draw a point or a circle at each fixed pin on the layer '{GROUND_LAYER}'")
     _name_near(pins, bars, near, NEAR * size, notes)
     unused = [pin for pin in pins if not any(pin in bar.pins for bar in bars)]
     notes += [f"point '{pin}' left out: no bar passes through it" for pin in unused]
     blocks = [block for guide in guides for block in _guided(guide, bars, pins, near, notes)]
     return Drawing(
-        {pin: place for pin, place in pins.items() if pin not in unused}, tuple(dict.fromkeys(held)), tuple(bars), tuple(blocks)
+        {pin: place for pin, place in pins.items() if pin not in unused},
+        tuple(dict.fromkeys(pins_of_bar)),
+        tuple(bars),
+        tuple(blocks),
     )
 
 
@@ -227,11 +234,11 @@ def _name_near(pins: dict[str, Point], bars: Iterable[DrawnBar], near: float, wi
 def _guided(guide: list[Point], bars: list[DrawnBar], pins: dict[str, Point], near: float, notes: list[str]) -> list[Block]:
     """The pins on a guide line, each led by the first bar on it."""
     start, end = guide[0], guide[-1]
-    found = []
+    guided = []
     for pin, place in pins.items():
         bar = next((bar.name for bar in bars if pin in bar.pins), "")
         if bar and _distance(place, start, end) <= near:
-            found.append(Block(pin, pin, math.atan2(end[1] - start[1], end[0] - start[0]), follower=bar))
-    if not found:
+            guided.append(Block(pin, pin, math.atan2(end[1] - start[1], end[0] - start[0]), follower=bar))
+    if not guided:
         notes.append(f"guide from ({start[0]:g} m, {start[1]:g} m) left out: no pin is on it")
-    return found
+    return guided

@@ -107,14 +107,14 @@ def _forces(run: xr.Dataset, mechanism: Mechanism | None, ending: str, *, envelo
     from scissordyn.run.configuration import read_configuration
 
     described = read_configuration(run).build_mechanism([]) if mechanism is None else mechanism
-    found = of_pins.pin_forces(run, described)
+    forces = of_pins.pin_forces(run, described)
     if ending == ".csv":
-        return of_pins.to_csv(of_pins.envelope(found) if envelope else of_pins.force_table(found))
+        return of_pins.to_csv(of_pins.envelope(forces) if envelope else of_pins.force_table(forces))
     if ending == ".json":
-        return of_pins.force_json(found)
+        return of_pins.force_json(forces)
     if not section:
         raise InputError("beams without a section", "width x depth of a rectangle", "--section '20x30 mm'")
-    return beam_file(found, run, described, section=section, material=material)
+    return beam_file(forces, run, described, section=section, material=material)
 
 
 def _mechanism(

@@ -98,7 +98,7 @@ def _oiled_peak(run: xr.Dataset, joint: str) -> float | None:
 
 def missed_peaks(run: xr.Dataset) -> list[str]:
     """A sentence for each clearance joint whose samples miss its largest force by more than a hundredth."""
-    said = []
+    lines = []
     touched = run["contact_joint"].values.astype(str).tolist() if "peak_force" in run else []
     for joint in sorted({*touched, *(run["film"].values.tolist() if "film" in run.dims else ())}):
         peak = located_peak(run, joint)
@@ -107,11 +107,11 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
         size = np.linalg.norm(run["reaction"].sel(joint=joint).transpose("time", "axis").values, axis=1)
         sampled = float(np.max(size if oiled else np.abs(run["normal_force"].sel(joint=joint).values)))
         if sampled < (1.0 - MISSED) * peak:
-            said.append(
+            lines.append(
                 f"joint '{joint}': the samples reach {sampled:.4g} N of the {what}, whose largest is {peak:.4g} N "
                 'between them; samples = "auto" in [run] records it'
             )
-    return said
+    return lines
 
 
 def _ends(mechanism: Mechanism) -> tuple[list[tuple[str, str, str]], list[float]]:
@@ -222,16 +222,16 @@ LOCATED = "largest force within the steps [N]"
 
 def to_csv(table: pd.DataFrame) -> bytes:
     """A table as CSV."""
-    held = io.BytesIO()
-    table.to_csv(held, index=False, lineterminator="\n")
-    return held.getvalue()
+    stream = io.BytesIO()
+    table.to_csv(stream, index=False, lineterminator="\n")
+    return stream.getvalue()
 
 
 def force_json(forces: xr.Dataset) -> bytes:
     """Forces over time and their envelope as JSON; what is not determined is null."""
     ends = []
-    found = envelope(forces).to_dict("records")
-    for k, row in enumerate(found):
+    records = envelope(forces).to_dict("records")
+    for k, row in enumerate(records):
         names = {name: row.pop(name) for name in ("body", "joint", "point")}
         ends.append(
             {

@@ -204,9 +204,9 @@ class _Reader:
         """A point of a body at a place in space."""
         index = self.host[index]
         local, points = self._local(index, place), self.points[self.names[index]]
-        for known, other in points.items():
+        for named, other in points.items():
             if math.dist(local, other) <= 1e-12:
-                return self.names[index], known
+                return self.names[index], named
         point = plain_name(name, points)
         points[point] = local
         return self.names[index], point
@@ -215,18 +215,20 @@ class _Reader:
         """The joints of a body with its parent."""
         model, parent, kinds = self.model, self.host[int(self.model.body_parentid[index])], self.mujoco.mjtJoint
         first, count = int(model.body_jntadr[index]), int(model.body_jntnum[index])
-        own = list(range(first, first + count)) if count else []
-        hinges = [j for j in own if model.jnt_type[j] == kinds.mjJNT_HINGE]
-        slides = [j for j in own if model.jnt_type[j] == kinds.mjJNT_SLIDE]
-        name = plain_name(next((self._name("mjOBJ_JOINT", j) for j in own), "") or f"joint of {self.names[index]}", ())
+        joints_of_body = list(range(first, first + count)) if count else []
+        hinges = [j for j in joints_of_body if model.jnt_type[j] == kinds.mjJNT_HINGE]
+        slides = [j for j in joints_of_body if model.jnt_type[j] == kinds.mjJNT_SLIDE]
+        name = plain_name(
+            next((self._name("mjOBJ_JOINT", j) for j in joints_of_body), "") or f"joint of {self.names[index]}", ()
+        )
         if len(hinges) > 1 or len(slides) > 2:
             raise InputError(
                 f"body '{self.names[index]}' with {len(hinges)} hinges and {len(slides)} slides", "one hinge", SAMPLE
             )
-        if own and model.jnt_type[own[0]] == kinds.mjJNT_FREE:
+        if joints_of_body and model.jnt_type[joints_of_body[0]] == kinds.mjJNT_FREE:
             self.notes.append(f"body '{self.names[index]}' moves freely: here in the plane")
             return
-        if not own:
+        if not joints_of_body:
             place = self.data.xpos[index]
             self.welds.append(Weld(name, self._at(index, place, "origin"), self._at(parent, place, name)))
         elif not slides:
@@ -241,7 +243,7 @@ class _Reader:
             self.guides.append(Guide(name, follower, through, direction, self.names[parent], aligned=not hinges))
         elif not hinges:
             self.notes.append(f"body '{self.names[index]}' slides in two directions: here it also rotates")
-        for j in own:
+        for j in joints_of_body:
             self._joint_left_out(j, taken=j in hinges and self._hinge(j, index, parent))
 
     def _hinge(self, j: int, index: int, parent: int) -> bool:
@@ -277,14 +279,14 @@ class _Reader:
     def _joint_left_out(self, j: int, *, taken: bool) -> None:
         model, name = self.model, self._name("mjOBJ_JOINT", j) or f"joint {j}"
         dof = int(model.jnt_dofadr[j])
-        found = {
+        reasons = {
             "limits": not taken and bool(model.jnt_limited[j]),
             "a spring": not taken and float(np.ravel(model.jnt_stiffness[j])[0]) != 0.0,
             "damping": not taken and float(np.ravel(model.dof_damping[dof])[0]) != 0.0,
             "dry friction": float(model.dof_frictionloss[dof]) != 0.0,
             "rotor inertia": float(model.dof_armature[dof]) != 0.0,
         }
-        self.notes += [f"{what} of joint '{name}': left out" for what, there in found.items() if there]
+        self.notes += [f"{what} of joint '{name}': left out" for what, there in reasons.items() if there]
 
     def _equality(self, index: int) -> None:
         model, kinds = self.model, self.mujoco.mjtEq
@@ -299,10 +301,10 @@ class _Reader:
             a, b = int(model.site_bodyid[a]), int(model.site_bodyid[b])
         else:
             # data of a connection: anchors in both bodies; of a weld: in the second one, then in the first one
-            one, other = model.eq_data[index][:3], model.eq_data[index][3:6]
+            first, second = model.eq_data[index][:3], model.eq_data[index][3:6]
             if kind == kinds.mjEQ_WELD:
-                one, other = other, one
-            places = self._place(a, one), self._place(b, other)
+                first, second = second, first
+            places = self._place(a, first), self._place(b, second)
         if np.linalg.norm(self.basis[:2] @ (places[0] - places[1])) > 1e-6:
             self.notes.append(f"connection '{name}' is open by {np.linalg.norm(places[0] - places[1]):.3g} m at the start")
         points = self._at(a, places[0], name), self._at(b, places[1], name)

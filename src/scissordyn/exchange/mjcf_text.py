@@ -53,11 +53,11 @@ def mjcf(mechanism: Mechanism) -> Model:
     """The mechanism with ideal joints, as it is assembled at its start."""
     ideal = mechanism.ideal()
     if ideal.rods or ideal.latches:
-        names = [each.name for each in ideal.rods] + [each.name for each in ideal.latches]
+        names = [part.name for part in ideal.rods] + [part.name for part in ideal.latches]
         raise InputError(f"'{names[0]}' in MJCF", "joints, guides and welds; no rods and latches")
     placed = _placed(ideal)
     loops = _spanned(ideal, placed)
-    notes = [f"{type(each).__name__} '{each.name}': left out" for each in ideal.components]
+    notes = [f"{type(part).__name__} '{part.name}': left out" for part in ideal.components]
     notes += [
         f"the prescribed angle of '{drive.body}': a motor in its place; its speed at the start is kept"
         for drive in ideal.drives
@@ -70,7 +70,7 @@ def mjcf(mechanism: Mechanism) -> Model:
     world = ET.SubElement(root, "worldbody")
     speeds: list[float] = []
     hinges: dict[str, str] = {}
-    for name in [name for name, each in placed.items() if each.parent == GROUND]:
+    for name in [name for name, part in placed.items() if part.parent == GROUND]:
         _add(world, name, placed, speeds, hinges)
     equality = ET.SubElement(root, "equality")
     for loop in loops:
@@ -87,7 +87,7 @@ def mjcf(mechanism: Mechanism) -> Model:
 def _placed(ideal: Mechanism) -> dict[str, _Placed]:
     """The bodies at the start of a run."""
     run = simulate(ideal, until=SHORT, samples=2).isel(time=0)
-    found = {}
+    bodies = {}
     for body in ideal.bodies:
         motion = run.sel(body=body.name)
         angle = float(motion["angle"]) if body.rotates else body.angle
@@ -96,8 +96,8 @@ def _placed(ideal: Mechanism) -> dict[str, _Placed]:
         arm = cos * body.centre[0] - sin * body.centre[1], sin * body.centre[0] + cos * body.centre[1]
         x, y = (float(value) for value in motion["position"].values)
         vx, vy = (float(value) for value in motion["velocity"].values)
-        found[body.name] = _Placed(body, (x - arm[0], y - arm[1]), angle, (vx + rate * arm[1], vy - rate * arm[0]), rate)
-    return found
+        bodies[body.name] = _Placed(body, (x - arm[0], y - arm[1]), angle, (vx + rate * arm[1], vy - rate * arm[0]), rate)
+    return bodies
 
 
 def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | Weld]:
@@ -109,8 +109,8 @@ def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | We
     grown = True
     while grown:
         grown = False
-        for k, (one, other, edge) in enumerate(edges):
-            for parent, child in ((one, other), (other, one)):
+        for k, (first, second, edge) in enumerate(edges):
+            for parent, child in ((first, second), (second, first)):
                 if child == GROUND or placed[child].by is not None or k in used:
                     continue
                 if parent != GROUND and placed[parent].by is None:
@@ -138,24 +138,24 @@ def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | We
 
 def _add(above: ET.Element, name: str, placed: dict[str, _Placed], speeds: list[float], hinges: dict[str, str]) -> None:
     """Add a body with its joints, and those that are attached to it."""
-    each = placed[name]
-    parent = placed.get(each.parent)
+    body = placed[name]
+    parent = placed.get(body.parent)
     base, turn = (parent.origin, parent.angle) if parent else ((0.0, 0.0), 0.0)
-    x, y = each.origin[0] - base[0], each.origin[1] - base[1]
+    x, y = body.origin[0] - base[0], body.origin[1] - base[1]
     cos, sin = math.cos(turn), math.sin(turn)
-    local, angle = (cos * x + sin * y, cos * y - sin * x), each.angle - turn
+    local, angle = (cos * x + sin * y, cos * y - sin * x), body.angle - turn
     element = ET.SubElement(
         above, "body", name=name, pos=_numbers(*local, 0.0), quat=_numbers(math.cos(0.5 * angle), 0, 0, math.sin(0.5 * angle))
     )
-    inertia = each.body.inertia if each.body.inertia is not None else each.body.mass * (1e-3 * max(each.body.extent, 1e-2)) ** 2
+    inertia = body.body.inertia if body.body.inertia is not None else body.body.mass * (1e-3 * max(body.body.extent, 1e-2)) ** 2
     ET.SubElement(
         element,
         "inertial",
-        pos=_numbers(*each.body.centre, 0.0),
-        mass=_numbers(each.body.mass),
+        pos=_numbers(*body.body.centre, 0.0),
+        mass=_numbers(body.body.mass),
         diaginertia=_numbers(0.6 * inertia, 0.6 * inertia, inertia),
     )
-    for tag, speed in _joints(each, parent):
+    for tag, speed in _joints(body, parent):
         joint = ET.SubElement(element, "joint", **tag)
         speeds.append(speed)
         if joint.get("type") == "hinge":

@@ -108,28 +108,28 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     links = {record[0][2:]: _link(record, scale, mass_unit) for record in _records(at, "links")}
     forces = list(_records(at, "forces", last=True))
     _check_rest(list(at), notes)
-    own = {key: each for key, each in links.items() if LINKS[each.first]}
-    names = _names(own)
-    clear = {key: each.name for key, each in joints.items()}
-    places = {each.name: each.place for each in joints.values()}
+    links_used = {key: item for key, item in links.items() if LINKS[item.first]}
+    names = _names(links_used)
+    clear = {key: item.name for key, item in joints.items()}
+    places = {item.name: item.place for item in joints.values()}
     bars: dict[str, DrawnBar] = {}
     blocks: list[Block] = []
     masses: dict[str, float] = {}
-    for key, each in own.items():
-        on = [joints[joint] for joint in each.joints]
-        if each.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
-            blocks.append(_block(names[key], each, on, joints, own, names, notes))
-            masses[names[key]] = each.mass
+    for key, item in links_used.items():
+        on = [joints[joint] for joint in item.joints]
+        if item.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
+            blocks.append(_block(names[key], item, on, joints, links_used, names, notes))
+            masses[names[key]] = item.mass
         else:
             bars[names[key]] = _bar(
-                names[key], each, tuple(clear[joint] for joint in each.joints), places, linear_density, notes
+                names[key], item, tuple(clear[joint] for joint in item.joints), places, linear_density, notes
             )
     for block in blocks:
         if block.follower:
             bars[block.follower] = with_point_mass(bars[block.follower], places[block.pin], masses[block.name])
         if block.carrier != GROUND and block.carrier not in bars:
             raise InputError(f"block '{block.name}' slides on '{block.carrier}'", "a link", SAMPLE)
-    slides = {each.name for each in joints.values() if each.has(PRISMATIC)}
+    slides = {item.name for item in joints.values() if item.has(PRISMATIC)}
     named_by = {bar for bar in bars for pin in bars[bar].pins if pin in slides}
     if named_by:
         raise InputError(
@@ -138,7 +138,7 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     signed = -rpm(speed) if flags & 1 << CLOCKWISE else rpm(speed)
     drawing = Drawing(
         pins={pin: place for pin, place in places.items() if pin not in slides},
-        fixed=tuple(each.name for each in joints.values() if each.has(GROUNDED) and not each.has(PRISMATIC)),
+        fixed=tuple(item.name for item in joints.values() if item.has(GROUNDED) and not item.has(PRISMATIC)),
         bars=tuple(bars.values()),
         blocks=tuple(blocks),
         drives=_drives(joints, bars, signed, notes),
@@ -322,13 +322,13 @@ def _with_loads(drawing: Drawing, forces: list[list[str]], names: dict[str, str]
             raise InputError(f"force '{record[2]}' without direction", "an arrow with a length", SAMPLE)
         signed = unit * size / way * (1.0 if flags & 2 else -1.0)
         place = scale * x, scale * y
-        known = next((pin for pin in bars[bar].pins if math.dist(pins[pin], place) <= 0.5e-3 * scale), "")
-        if not known:
-            known = plain_name(f"point of {record[2]}", pins)
-            pins[known] = place
-            bars[bar] = replace(bars[bar], pins=(*bars[bar].pins, known))
+        near = next((pin for pin in bars[bar].pins if math.dist(pins[pin], place) <= 0.5e-3 * scale), "")
+        if not near:
+            near = plain_name(f"point of {record[2]}", pins)
+            pins[near] = place
+            bars[bar] = replace(bars[bar], pins=(*bars[bar].pins, near))
         loads.append(
-            Load(plain_name(record[2], ()), bar, pins[known], (signed * (to_x - x), signed * (to_y - y)), bool(flags & 1))
+            Load(plain_name(record[2], ()), bar, pins[near], (signed * (to_x - x), signed * (to_y - y)), bool(flags & 1))
         )
     return replace(drawing, pins=pins, bars=tuple(bars.values()), loads=tuple(loads))
 
@@ -338,10 +338,10 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
     kinds = {"S": "a synthesis", "K": "colours", "C": "anchors of mass centres", "J": "locks", "L": "locks", "F": "locks"}
     if len(rest) > 2:
         raise _newer(f"{len(rest)} sections behind the forces")
-    found = {entry[:1] for section in rest[1:] for entry in section.split(",") if entry}
-    if found - kinds.keys():
-        raise _newer(f"an entry '{min(found - kinds.keys())}' behind the forces")
-    notes += [f"{kinds[entry]} of the drawing: left out" for entry in sorted(found)]
+    letters = {entry[:1] for section in rest[1:] for entry in section.split(",") if entry}
+    if letters - kinds.keys():
+        raise _newer(f"an entry '{min(letters - kinds.keys())}' behind the forces")
+    notes += [f"{kinds[entry]} of the drawing: left out" for entry in sorted(letters)]
 
 
 def _digit(letter: str, what: str) -> int:

@@ -82,7 +82,7 @@ def without_pictures(root: ET.Element) -> ET.Element:
                 body.remove(geom)
     if root.tag == "mujoco" and not any(geom.get("mesh") or geom.get("hfield") for geom in root.iter("geom")):
         for asset in root.findall("asset"):
-            for shape in [each for each in asset if each.tag in ("mesh", "texture", "material")]:
+            for shape in [element for element in asset if element.tag in ("mesh", "texture", "material")]:
                 asset.remove(shape)
         for geom in root.iter("geom"):
             geom.attrib.pop("material", None)

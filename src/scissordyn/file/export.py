@@ -44,12 +44,12 @@ def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = Fa
         content = _matlab(run)
     else:
         table = contact_table(run) if contacts else time_table(run)
-        held = io.BytesIO()
+        stream = io.BytesIO()
         if ending == ".csv":
-            table.to_csv(held, index=False, lineterminator="\n")
+            table.to_csv(stream, index=False, lineterminator="\n")
         else:
-            table.to_parquet(held, index=False)
-        content = held.getvalue()
+            table.to_parquet(stream, index=False)
+        content = stream.getvalue()
     return write_file(target, content, sample=f"table{ending}")
 
 
@@ -119,14 +119,14 @@ def _matlab(run: xr.Dataset) -> bytes:
     }
     dims = {_identifier(str(name)): ", ".join(map(str, values.dims)) for name, values in run.variables.items()}
     attributes = {_identifier(str(name)): value for name, value in run.attrs.items()}
-    held = io.BytesIO()
+    stream = io.BytesIO()
     savemat(
-        held,  # type: ignore[arg-type]
+        stream,  # type: ignore[arg-type]
         {"run": {**arrays, "units": units, "dims": dims, "attributes": attributes}},
         long_field_names=True,
         oned_as="column",
     )
-    return held.getvalue()
+    return stream.getvalue()
 
 
 def _plain(values: np.ndarray) -> np.ndarray:
@@ -137,5 +137,5 @@ def _plain(values: np.ndarray) -> np.ndarray:
 
 
 def _identifier(name: str) -> str:
-    made = re.sub(r"\W", "_", name)
-    return made if made[:1].isalpha() else f"x{made}"
+    identifier = re.sub(r"\W", "_", name)
+    return identifier if identifier[:1].isalpha() else f"x{identifier}"

@@ -39,8 +39,8 @@ BEGINNINGS = {
 
 def regular_size(path: str | os.PathLike[str]) -> int | None:
     """Size of a regular file [bytes]; None for anything else, such as a device, which may have no end."""
-    found = os.stat(path)
-    return found.st_size if stat.S_ISREG(found.st_mode) else None
+    status = os.stat(path)
+    return status.st_size if stat.S_ISREG(status.st_mode) else None
 
 
 def check_target(
@@ -107,9 +107,9 @@ def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sam
 
     It is written beside its place and then put there. What killed processes left there for the same file is removed.
     """
-    given = Path(path)
+    wanted = Path(path)
     try:
-        target = Path(os.path.realpath(given))
+        target = Path(os.path.realpath(wanted))
         for left in _left_behind(target):
             left.unlink(missing_ok=True)
         with _part(target) as (part, handle):
@@ -120,9 +120,9 @@ def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sam
             os.replace(part, target)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"cannot write '{given}': {_reason(error)}", "a file name in a folder that exists and can be written", sample
+            f"cannot write '{wanted}': {_reason(error)}", "a file name in a folder that exists and can be written", sample
         ) from None
-    return given
+    return wanted
 
 
 def _reason(error: Exception) -> str:

@@ -37,9 +37,9 @@ def printed(page: bytes, sample: str = "-o report.html") -> bytes:
                 timeout=LONGEST,
                 check=False,
             )
-            found = target.read_bytes()
+            content = target.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             raise ScissordynError(f"{browser} has not printed the report: {type(error).__name__}") from None
-    if not found.startswith(START):
+    if not content.startswith(START):
         raise ScissordynError(f"{browser} has not printed the report: what it wrote is no PDF")
-    return found
+    return content

@@ -51,8 +51,8 @@ def check_run(run: xr.Dataset) -> None:
     _check_attributes(run.attrs)
     for name, dims in (*FINITE.items(), *((name, (name,)) for name in NAMES)):
         _check_dims(run, name, dims)
-    for found, variable in run.variables.items():
-        _check_variable(str(found), variable)
+    for variable_name, variable in run.variables.items():
+        _check_variable(str(variable_name), variable)
     for name in FINITE:
         if not np.all(np.isfinite(run[name].values)):
             raise _damaged(name, "is not a number somewhere")
@@ -91,10 +91,10 @@ def _check_attributes(attributes: dict[Any, Any]) -> None:
             raise InputError(f"a run whose attribute '{name}' is {shown(value)}", f"a finite number, in {FROM}")
     for name, kind in (("statistics", dict), ("warnings", list)):
         try:
-            found = json.loads(attributes.get(name, ""))
+            content = json.loads(attributes.get(name, ""))
         except (TypeError, ValueError, RecursionError):
-            found = None
-        if not isinstance(found, kind):
+            content = None
+        if not isinstance(content, kind):
             what = f"a run whose attribute '{name}' is {shown(attributes.get(name))}"
             raise InputError(what, f"JSON, in {FROM}")
 

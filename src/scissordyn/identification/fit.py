@@ -59,13 +59,13 @@ def prepared(
     check_autonomous(mechanism)
     options = dataclasses.replace(options, start="as-placed")
     run = motion(mechanism, options, np.array([0.0, 1e-3 * options.until]))
-    columns, found = columns_of(run, headings), list[Segment]()
+    columns, segments = columns_of(run, headings), list[Segment]()
     for record in records:
         bodies = mechanism.bodies
         for k, part in enumerate(record.segments(segment)):
-            made, bodies = estimated_start(mechanism, options, part, columns, bodies)
-            found.append(dataclasses.replace(made, follows=k > 0))
-    return found, columns, options
+            prepared_mechanism, bodies = estimated_start(mechanism, options, part, columns, bodies)
+            segments.append(dataclasses.replace(prepared_mechanism, follows=k > 0))
+    return segments, columns, options
 
 
 def fitted(
@@ -84,18 +84,18 @@ def fitted(
     began = clocks.perf_counter()
     if not free:
         raise InputError("no free number", "at least one address", "--free 'arm.inertia'")
-    names = [each.address for each in free]
+    names = [parameter.address for parameter in free]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"'{name}' is free twice", "each address once")
     segments, columns, options = prepared(mechanism, options, records, segment=segment)
     problem = Problem(mechanism, options, free, segments, columns, _given(records[0], deviations), _jumps(segments, jump))
-    rows = sum(one.record.values.size for one in segments)
+    rows = sum(piece.record.values.size for piece in segments)
     if rows <= problem.unknowns:
         raise InputError(f"{rows} measured values for {problem.unknowns} unknown numbers", "more data, fewer free numbers")
-    found: Search = search(problem, weights=not deviations, most=most, progress=progress)
-    errors = uncertainty(found.problem, found.unknowns)
-    return fit_dataset(found, errors, clocks.perf_counter() - began)
+    result: Search = search(problem, weights=not deviations, most=most, progress=progress)
+    errors = uncertainty(result.problem, result.unknowns)
+    return fit_dataset(result, errors, clocks.perf_counter() - began)
 
 
 def _given(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
@@ -124,8 +124,8 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
         raise InputError(f"jumps with a standard deviation of {jump:g}", "a fraction > 0 of the range of the motion", "1e-3")
     starts = [segment.chart.mechanism for segment in segments if segment.chart is not None]
     values = []
-    for made in starts:
-        bodies = made.bodies
+    for start in starts:
+        bodies = start.bodies
         values.append(
             [body.angle for body in bodies]
             + [body.angular_velocity for body in bodies]

@@ -37,25 +37,25 @@ KINEMATIC = {
 def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor: bool = True) -> xr.Dataset:
     """A run of a mechanism, sampled at some instants."""
     try:
-        made = plan(mechanism)
+        tables = plan(mechanism)
         chosen = dataclasses.replace(options, until=float(times[-1]), samples=2, trust=False)
-        path, record = recorded(made, chosen, compute(made, chosen, times=times, monitor=monitor))
+        path, record = recorded(tables, chosen, compute(tables, chosen, times=times, monitor=monitor))
     except InputError as error:
         raise FailedRunError(str(error)) from None
     if path.status == "interrupted":
         raise KeyboardInterrupt
     if path.status != "complete":
         raise FailedRunError(path.cause)
-    return to_dataset(made, "", path, record)
+    return to_dataset(tables, "", path, record)
 
 
 def columns_of(run: xr.Dataset, headings: Sequence[str]) -> list[TimeColumn]:
     """The columns of a run with some headings."""
-    known = {column.heading: column for column in time_columns(run)}
+    columns = {column.heading: column for column in time_columns(run)}
     for heading in headings:
-        if heading not in known:
-            raise InputError(f"no quantity '{heading}'{did_you_mean(heading, known)}", "columns of a run of this case")
-    return [known[heading] for heading in headings]
+        if heading not in columns:
+            raise InputError(f"no quantity '{heading}'{did_you_mean(heading, columns)}", "columns of a run of this case")
+    return [columns[heading] for heading in headings]
 
 
 def curves(run: xr.Dataset, columns: Sequence[TimeColumn]) -> np.ndarray:

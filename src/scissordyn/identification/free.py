@@ -63,5 +63,5 @@ def free_parameter(mechanism: Mechanism, address: str, variation: Variation | No
 
 def with_values(mechanism: Mechanism, free: Sequence[Free], values: Sequence[float]) -> Mechanism:
     """The mechanism with some values of its free numbers."""
-    changes = {each.address: float(value) for each, value in zip(free, values, strict=True)}
-    return changed_all(mechanism, changes, {each.address: each.places for each in free})
+    changes = {parameter.address: float(value) for parameter, value in zip(free, values, strict=True)}
+    return changed_all(mechanism, changes, {parameter.address: parameter.places for parameter in free})

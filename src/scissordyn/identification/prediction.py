@@ -58,17 +58,17 @@ def prediction(
     first, columns, options = prepared(mechanism, options, [records[0].rows(0, 2)], segment=None)
     del first
     parts = [part for record in records for part in (record.segments(segment) if segment is not None else [record])]
-    found, bodies, cut = list[Segment](), mechanism.bodies, np.zeros(len(parts))
+    segments, bodies, cut = list[Segment](), mechanism.bodies, np.zeros(len(parts))
     if segment is not None:
         options = dataclasses.replace(options, start="as-placed")
     for k, part in enumerate(parts):
         if segment is None:
-            found.append(Segment(part, None, np.zeros(len(columns))))
+            segments.append(Segment(part, None, np.zeros(len(columns))))
         else:
-            made, bodies = estimated_start(mechanism, options, part, columns, bodies, (0.5 * window, window))
-            found.append(made)
+            started, bodies = estimated_start(mechanism, options, part, columns, bodies, (0.5 * window, window))
+            segments.append(started)
             cut[k] = window * (part.time[-1] - part.time[0])
-    problem = Problem(mechanism, options, (), found, columns, np.ones(len(columns)))
+    problem = Problem(mechanism, options, (), segments, columns, np.ones(len(columns)))
     try:
         curves = np.concatenate(problem.every_curve(problem.start()))
     except FailedRunError as failed:

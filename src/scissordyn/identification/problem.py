@@ -64,7 +64,7 @@ class Problem:
         sizes = [segment.size for segment in self.segments]
         self.offsets = len(self.free) + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         self.monitors = not {column.variable for column in self.columns} <= KINEMATIC
-        self.known = [k for k, each in enumerate(self.free) if np.isfinite(each.deviation)]
+        self.known = [k for k, parameter in enumerate(self.free) if np.isfinite(parameter.deviation)]
 
     @property
     def unknowns(self) -> int:
@@ -73,19 +73,23 @@ class Problem:
 
     def start(self) -> np.ndarray:
         """The unknowns that the search starts from."""
-        return np.concatenate([[each.start / each.scale for each in self.free], np.zeros(self.unknowns - len(self.free))])
+        return np.concatenate(
+            [[parameter.start / parameter.scale for parameter in self.free], np.zeros(self.unknowns - len(self.free))]
+        )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of the unknowns."""
         rest = np.full(self.unknowns - len(self.free), np.inf)
-        ends = [np.array([getattr(each, name) / each.scale for each in self.free]) for name in ("low", "high")]
+        ends = [np.array([getattr(parameter, name) / parameter.scale for parameter in self.free]) for name in ("low", "high")]
         # the search scales steps by distances to bounds, for which one that is never reached is as bad as a wrong unit
         low, high = (np.where(np.abs(end) < FARTHEST, end, sign * np.inf) for end, sign in zip(ends, (-1.0, 1.0), strict=True))
         return np.concatenate([low, -rest]), np.concatenate([high, rest])
 
     def values(self, unknowns: np.ndarray) -> np.ndarray:
         """The free numbers in SI."""
-        return np.array([each.scale * one for each, one in zip(self.free, unknowns[: len(self.free)], strict=True)])
+        return np.array(
+            [parameter.scale * unknown for parameter, unknown in zip(self.free, unknowns[: len(self.free)], strict=True)]
+        )
 
     def fitted(self, unknowns: np.ndarray) -> Mechanism:
         """The mechanism with the free numbers."""
@@ -106,13 +110,13 @@ class Problem:
             times = np.append(times, self.segments[k + 1].record.time[0] - record.time[0])
         self.runs += 1
         run = motion(mechanism, self.options, times, monitor=self.monitors)
-        found = curves(run, self.columns)[: record.time.size] + segment.turns
-        return found if self.jumps is None else np.concatenate([found.ravel(), *state_values(run)])
+        curves_of_run = curves(run, self.columns)[: record.time.size] + segment.turns
+        return curves_of_run if self.jumps is None else np.concatenate([curves_of_run.ravel(), *state_values(run)])
 
     def every_curve(self, unknowns: np.ndarray, mechanism: Mechanism | None = None) -> list[np.ndarray]:
         """Curves of all segments."""
-        made = self.fitted(unknowns) if mechanism is None else mechanism
-        return [self.segment_curves(made, k, self.numbers(unknowns, k)) for k in range(len(self.segments))]
+        fitted = self.fitted(unknowns) if mechanism is None else mechanism
+        return [self.segment_curves(fitted, k, self.numbers(unknowns, k)) for k in range(len(self.segments))]
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
         """Differences between runs and records over their standard deviations; large where a run fails."""
@@ -149,8 +153,8 @@ class Problem:
     def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:
         """Derivatives of the residuals; a segment depends on the free numbers and on its own start."""
         low, high = self.bounds()
-        made = self.fitted(unknowns)
-        base = self.every_curve(unknowns, made)
+        fitted = self.fitted(unknowns)
+        base = self.every_curve(unknowns, fitted)
         reference = self.joined(base, unknowns)
         matrix = np.zeros((reference.size, self.unknowns))
         for column in range(self.unknowns):
@@ -164,7 +168,7 @@ class Problem:
                 if sense < 0.0 and not accurate and ends[0][0] != unknowns[column]:
                     ends.append((unknowns[column], reference))
                 else:
-                    ends.append((moved[column], self._moved(moved, column, base, made)))
+                    ends.append((moved[column], self._moved(moved, column, base, fitted)))
             (first, above), (second, below) = ends
             matrix[:, column] = (above - below) / (first - second)
         return matrix
@@ -174,6 +178,6 @@ class Problem:
         if column < len(self.free):
             return self.joined(self.every_curve(unknowns), unknowns)
         k = int(np.searchsorted(self.offsets, column, side="right")) - 1
-        found = list(base)
-        found[k] = self.segment_curves(made, k, self.numbers(unknowns, k))
-        return self.joined(found, unknowns)
+        moved = list(base)
+        moved[k] = self.segment_curves(made, k, self.numbers(unknowns, k))
+        return self.joined(moved, unknowns)

@@ -29,8 +29,10 @@ def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Datase
     problem, unknowns = found.problem, found.unknowns
     values, curves = problem.values(unknowns), problem.every_curve(unknowns)
     records = [segment.record for segment in problem.segments]
-    shown = [curve.ravel()[: one.values.size].reshape(one.values.shape) for curve, one in zip(curves, records, strict=True)]
-    measured, fitted = np.concatenate([one.values for one in records]), np.concatenate(shown)
+    shown = [
+        curve.ravel()[: record.values.size].reshape(record.values.shape) for curve, record in zip(curves, records, strict=True)
+    ]
+    measured, fitted = np.concatenate([record.values for record in records]), np.concatenate(shown)
     headings = list(records[0].headings)
 
     def of_parameters(numbers: Any, about: str) -> tuple[str, Any, dict[str, str]]:
@@ -39,19 +41,19 @@ def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Datase
     data = xr.Dataset(
         {
             "value": of_parameters(values, "fitted value, in the unit of the number"),
-            "start_value": of_parameters([each.start for each in problem.free], "value that the search started from"),
+            "start_value": of_parameters([parameter.start for parameter in problem.free], "value that the search started from"),
             "standard_error": of_parameters(errors.error, "standard error; infinite where the data do not determine it"),
             "low": of_parameters(values - errors.half_width, f"lower end of the interval with probability {LEVEL:g}"),
             "high": of_parameters(values + errors.half_width, f"upper end of the interval with probability {LEVEL:g}"),
-            "lower_bound": of_parameters([each.low for each in problem.free], "lower bound of the search"),
-            "upper_bound": of_parameters([each.high for each in problem.free], "upper bound of the search"),
-            "unit": of_parameters(np.array([each.unit for each in problem.free], dtype=str), "unit"),
+            "lower_bound": of_parameters([parameter.low for parameter in problem.free], "lower bound of the search"),
+            "upper_bound": of_parameters([parameter.high for parameter in problem.free], "upper bound of the search"),
+            "unit": of_parameters(np.array([parameter.unit for parameter in problem.free], dtype=str), "unit"),
             "correlation": (("parameter", "other"), errors.correlation, {"units": "1", "long_name": "correlation"}),
             "covariance": (("parameter", "other"), errors.covariance, {"long_name": "covariance, in SI units"}),
-            "time": ("row", np.concatenate([one.time for one in records]), {"units": "s", "long_name": "time"}),
+            "time": ("row", np.concatenate([record.time for record in records]), {"units": "s", "long_name": "time"}),
             "segment": (
                 "row",
-                np.repeat(np.arange(len(records)), [one.time.size for one in records]),
+                np.repeat(np.arange(len(records)), [record.time.size for record in records]),
                 {"long_name": "segment"},
             ),
             "measured": (("row", "column"), measured, {"long_name": "measured value, in the unit of its column"}),
@@ -62,8 +64,8 @@ def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Datase
             "rms": ("column", np.sqrt(np.mean((fitted - measured) ** 2, axis=0)), {"long_name": "root mean square residual"}),
         },
         coords={
-            "parameter": np.array([each.address for each in problem.free], dtype=str),
-            "other": np.array([each.address for each in problem.free], dtype=str),
+            "parameter": np.array([parameter.address for parameter in problem.free], dtype=str),
+            "other": np.array([parameter.address for parameter in problem.free], dtype=str),
             "column": np.array(headings, dtype=str),
         },
     )
@@ -84,21 +86,21 @@ def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Datase
 
 def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[str]:
     """What the user has to know of the numbers."""
-    free, said = found.problem.free, list[str]()
+    free, warnings = found.problem.free, list[str]()
     if found.status != "complete":
-        said.append(f"the search did not end: {found.status}")
+        warnings.append(f"the search did not end: {found.status}")
     for direction in errors.alike:
         names = [f"'{free[k].address}'" for k in direction]
         if len(names) == 1:
-            said.append(f"{names[0]} cannot be determined: the data do not depend on it beyond their errors")
+            warnings.append(f"{names[0]} cannot be determined: the data do not depend on it beyond their errors")
         else:
             together = ", ".join(f"{free[k].address} {share:+.3g} %" for k, share in direction.items())
-            said.append(
+            warnings.append(
                 f"{' and '.join(names)} cannot be distinguished: with {together} the measured curves stay the same; keep one "
                 "of them fixed at a value that was measured otherwise"
             )
     if errors.dependence > DEPENDENT:
-        said.append(
+        warnings.append(
             f"neighbouring residuals depend on each other, which makes the intervals {errors.dependence:.1f} times as wide "
             "as noise would: the mechanism or its start differs from what was measured"
         )
@@ -107,11 +109,11 @@ def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[st
         for j in range(i):
             both = np.isfinite(errors.error[[i, j]]).all()
             if both and abs(correlation[i, j]) > ALIKE:
-                said.append(
+                warnings.append(
                     f"'{free[j].address}' and '{free[i].address}' are hardly distinguished: correlation {correlation[i, j]:.4f}"
                 )
-    for each, value in zip(free, values.tolist(), strict=True):
-        for bound in (each.low, each.high):
-            if abs(value - bound) <= AT_BOUND * each.scale:
-                said.append(f"'{each.address}' is at its bound {bound:g} {each.unit}: its interval does not hold")
-    return said
+    for parameter, value in zip(free, values.tolist(), strict=True):
+        for bound in (parameter.low, parameter.high):
+            if abs(value - bound) <= AT_BOUND * parameter.scale:
+                warnings.append(f"'{parameter.address}' is at its bound {bound:g} {parameter.unit}: its interval does not hold")
+    return warnings

@@ -60,7 +60,7 @@ def search(problem: Problem, *, weights: bool, most: int, progress: Callable[[st
     if weights:
         problem = replace(problem, deviation=_deviations(problem, unknowns))
     for round_ in range(ROUNDS if weights else 1):
-        found = least_squares(
+        solution = least_squares(
             problem.residuals,
             unknowns,
             jac=problem.jacobian,
@@ -71,9 +71,9 @@ def search(problem: Problem, *, weights: bool, most: int, progress: Callable[[st
             gtol=None,
             max_nfev=most,
         )
-        unknowns = found.x
+        unknowns = solution.x
         if progress is not None:
-            progress(f"round {round_ + 1}: {found.nfev} evaluations, {problem.runs} runs, chi^2 = {2.0 * found.cost:.6g}")
+            progress(f"round {round_ + 1}: {solution.nfev} evaluations, {problem.runs} runs, chi^2 = {2.0 * solution.cost:.6g}")
         if not weights:
             break
         new = _deviations(problem, unknowns)
@@ -81,14 +81,16 @@ def search(problem: Problem, *, weights: bool, most: int, progress: Callable[[st
         if settled:
             break
         problem = replace(problem, deviation=new)
-    ended = "complete" if found.status > 0 else f"{most} evaluations were not enough"
-    return Search(problem, unknowns, ended, int(found.nfev))
+    ended = "complete" if solution.status > 0 else f"{most} evaluations were not enough"
+    return Search(problem, unknowns, ended, int(solution.nfev))
 
 
 def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
     """Root mean square of the residuals of each quantity."""
-    found = problem.every_curve(unknowns)
-    residuals = np.concatenate([problem.misfit(curve, k).reshape(-1, len(problem.columns)) for k, curve in enumerate(found)])
+    curves_found = problem.every_curve(unknowns)
+    residuals = np.concatenate(
+        [problem.misfit(curve, k).reshape(-1, len(problem.columns)) for k, curve in enumerate(curves_found)]
+    )
     values = np.concatenate([segment.record.values for segment in problem.segments])
     least = SMALLEST * (np.ptp(values, axis=0) + 1e-300)
     return np.asarray(np.maximum(np.sqrt(np.mean(residuals**2, axis=0)) * problem.deviation, least))
@@ -113,8 +115,8 @@ def estimated_start(
             first = motion(chart.mechanism, options, part.time - part.time[0])
             segment = Segment(part, chart, whole_turns(part, curves(first, columns)))
             problem = Problem(mechanism, options, (), [segment], columns, deviation)
-            found = least_squares(problem.residuals, np.zeros(chart.size), jac=problem.jacobian, x_scale="jac", max_nfev=30)
-            placed = placed_at(mechanism, chart.bodies(found.x))
+            solution = least_squares(problem.residuals, np.zeros(chart.size), jac=problem.jacobian, x_scale="jac", max_nfev=30)
+            placed = placed_at(mechanism, chart.bodies(solution.x))
         chart = chart_of(placed)
         run = motion(chart.mechanism, options, record.time - record.time[0])
     except FailedRunError as failed:

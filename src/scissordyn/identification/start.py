@@ -86,10 +86,10 @@ def placed_at(mechanism: Mechanism, bodies: tuple[Body, ...]) -> Mechanism:
 
 def chart_of(mechanism: Mechanism) -> Chart:
     """The chart about the position in which the bodies, as placed, are assembled."""
-    made = plan(mechanism)
-    system = make_system(made).content
-    start: Start = assemble(made, system, placed_start(made, system), Held())
-    coordinates = made.coordinates
+    tables = plan(mechanism)
+    system = make_system(tables).content
+    start: Start = assemble(tables, system, placed_start(tables, system), Held())
+    coordinates = tables.coordinates
     constraints = [constraint for constraint in coordinates.constraints if not constraint.latch]
     free = np.eye(coordinates.free)
     if constraints:
@@ -102,6 +102,6 @@ def chart_of(mechanism: Mechanism) -> Chart:
         raise InputError("segments of a mechanism that cannot move", "a mechanism with a degree of freedom")
     moving = coordinates.matrix[:, : coordinates.free] @ free
     moving = np.asarray(moving) / np.max(np.abs(moving), axis=0)
-    position, velocity = natural_state(made, system, start)
+    position, velocity = natural_state(tables, system, start)
     chart = Chart(mechanism, moving, coordinates.natural.offsets, position, velocity)
     return dataclasses.replace(chart, mechanism=placed_at(mechanism, chart.bodies(np.zeros(chart.size))))

@@ -57,17 +57,17 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     count = len(problem.free)
     residual = problem.residuals(unknowns)
     matrix = problem.jacobian(unknowns, accurate=True)
-    own, starts = matrix[:, :count], matrix[:, count:]
+    of_parameters, starts = matrix[:, :count], matrix[:, count:]
     if starts.shape[1]:
         basis = np.linalg.qr(starts)[0]
-        own = own - basis @ (basis.T @ own)
-    _, sizes, rows = np.linalg.svd(own, full_matrices=False)
+        of_parameters = of_parameters - basis @ (basis.T @ of_parameters)
+    _, sizes, rows = np.linalg.svd(of_parameters, full_matrices=False)
     degrees = max(1, residual.size - problem.unknowns)
     chi_square = float(residual @ residual / degrees)
     noise = np.sqrt(chi_square)
-    known = (sizes > NUMERICAL * sizes[0]) & (sizes * UNKNOWN > noise)
-    inverse = rows[known].T / sizes[known] ** 2 @ rows[known]
-    scores = _scores(problem, own, residual)
+    determined = (sizes > NUMERICAL * sizes[0]) & (sizes * UNKNOWN > noise)
+    inverse = rows[determined].T / sizes[determined] ** 2 @ rows[determined]
+    scores = _scores(problem, of_parameters, residual)
     blocks = len(scores)
     robust = inverse @ (scores.T @ scores) @ inverse * (blocks / (blocks - 1.0))
     plain = chi_square * inverse
@@ -76,8 +76,8 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         student.ppf(0.5 + 0.5 * LEVEL, degrees) * np.sqrt(np.diag(plain)),
         student.ppf(0.5 + 0.5 * LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
     )
-    scale = np.array([each.scale for each in problem.free])
-    lost = np.sqrt(np.sum(rows[~known] ** 2, axis=0)) > PART * 0.05
+    scale = np.array([parameter.scale for parameter in problem.free])
+    lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > PART * 0.05
     factor = np.maximum(1.0, ratio)
     covariance = plain * np.outer(factor, factor)
     return Uncertainty(
@@ -85,7 +85,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         error=np.where(lost, np.inf, scale * np.sqrt(np.diag(covariance))),
         half_width=np.where(lost, np.inf, scale * width),
         dependence=float(np.max(ratio[~lost], initial=0.0)),
-        alike=[_direction(row) for row in rows[~known]],
+        alike=[_direction(row) for row in rows[~determined]],
         chi_square=chi_square,
     )
 
@@ -93,13 +93,13 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
 def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """Gradients J'r of blocks of consecutive residuals, shape (blocks, p)."""
     sizes = [segment.record.values.size for segment in problem.segments]
-    each = max(1, -(-BLOCKS // len(sizes)))
-    found, first = [], 0
+    per_segment = max(1, -(-BLOCKS // len(sizes)))
+    scores, first = [], 0
     for size in sizes:
-        cuts = np.linspace(first, first + size, min(each, size) + 1).round().astype(int)
-        found += [own[a:b].T @ residual[a:b] for a, b in pairwise(cuts.tolist())]
+        cuts = np.linspace(first, first + size, min(per_segment, size) + 1).round().astype(int)
+        scores += [own[a:b].T @ residual[a:b] for a, b in pairwise(cuts.tolist())]
         first += size
-    return np.array(found)
+    return np.array(scores)
 
 
 def _direction(row: np.ndarray) -> dict[int, float]:

@@ -115,12 +115,12 @@ def choose_step(problem, T, t, s, w, S):
 @kernel
 def fall_ahead(most, s, w):
     """Guard in mode 1 that falls next, and when at its present rate: (guard, time to it), or (-1, 0) beyond `most`."""
-    found, least = -1, most
+    falling, least = -1, most
     for k in range(s.mode.size):
         value, rate = w.start_value[k], w.start_rate[k]
         if s.mode[k] == 1 and value > w.precision[k] and rate < 0.0 and value < -least * rate:
-            found, least = k, -value / rate
-    return found, least if found >= 0 else 0.0
+            falling, least = k, -value / rate
+    return falling, least if falling >= 0 else 0.0
 
 
 @kernel

@@ -204,7 +204,7 @@ def make_state(
     rows = mode.size + monitors
     limits = np.zeros((monitors, 3))
     limits[:, LIMIT] = np.inf if band is None else band
-    made = State(
+    state = State(
         clock=np.zeros(1, CLOCK),
         counts=np.zeros(1, COUNTS),
         y=np.zeros(y.size),
@@ -218,8 +218,8 @@ def make_state(
         history=np.zeros((0, 2)) if history is None else history,
         history_length=np.zeros(1, np.int64) if history_length is None else history_length,
     )
-    reset_state(made, y, crosses=False)
-    return made
+    reset_state(state, y, crosses=False)
+    return state
 
 
 def reset_state(state: State, y: np.ndarray, *, crosses: bool) -> None:

@@ -280,23 +280,23 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
         theta = best + (move if abs(move) >= WIDTH else math.copysign(WIDTH, move))
         if not low <= theta <= high:
             break
-        found = probe_row(problem, T, row, theta, t, h, s, w, S)
-        if found >= value:
+        height = probe_row(problem, T, row, theta, t, h, s, w, S)
+        if height >= value:
             if theta >= best:
                 low = best
             else:
                 high = best
             third, third_value, second, second_value = second, second_value, best, value
-            best, value = theta, found
+            best, value = theta, height
             continue
         if theta < best:
             low = theta
         else:
             high = theta
-        if found >= second_value or second == best:
-            third, third_value, second, second_value = second, second_value, theta, found
-        elif found >= third_value or third in (best, second):
-            third, third_value = theta, found
+        if height >= second_value or second == best:
+            third, third_value, second, second_value = second, second_value, theta, height
+        elif height >= third_value or third in (best, second):
+            third, third_value = theta, height
     return best, value
 
 

@@ -131,8 +131,8 @@ def tableau(name: str) -> Tableau:
     """The coefficients of a method."""
     from scissordyn.integrate import dop853, dopri5, rodas4p, rodas5p
 
-    known = {"dop853": dop853, "dopri5": dopri5, "rodas5p": rodas5p, "rodas4p": rodas4p}
-    if name not in known:
+    modules = {"dop853": dop853, "dopri5": dopri5, "rodas5p": rodas5p, "rodas4p": rodas4p}
+    if name not in modules:
         raise InputError(f"method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
-    found: Tableau = known[name].TABLEAU
-    return found
+    chosen: Tableau = modules[name].TABLEAU
+    return chosen

@@ -392,12 +392,12 @@ def pass_guards(problem, now, s, w, S, K, log):
     problem.guards(now, s.y, S, w.value, w.rate)
     for i in range(K.which.size):
         w.value[K.which[i]] = -math.inf
-    found = False
+    jumped = False
     for k in range(s.mode.size):
         if w.value[k] > -math.inf and sign_of(s.mode[k]) * w.value[k] > 0.0:
             take_event(problem, now, k, s, w, S, log)
-            found = found or K.sudden[k] == 1
-    return found
+            jumped = jumped or K.sudden[k] == 1
+    return jumped
 
 
 @kernel

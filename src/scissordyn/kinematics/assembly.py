@@ -111,11 +111,11 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     b, b_rate = basis_at_start(system)
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
     # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither
-    asked = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
+    question = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
     last = plan.known.get("assembly")  # which another thread may replace
-    if last is None or last[0] != asked:
+    if last is None or last[0] != question:
         velocities: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
-        last = plan.known["assembly"] = asked, *_closed(plan, b, guess.position, held, values), velocities
+        last = plan.known["assembly"] = question, *_closed(plan, b, guess.position, held, values), velocities
     _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in plan.coordinates.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates

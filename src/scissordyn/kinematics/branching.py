@@ -85,7 +85,7 @@ def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
     if near and square:
         # a redundant constraint and a free coordinate make as many equations as unknowns, dependent everywhere
         near = [] if start_of(closure) is None else suspects(measure(closure, z))
-    time, found = run.variables["time"].values, []
+    time, warnings = run.variables["time"].values, []
     if driven and closure.mobility == 0:
         if not near and not _pressed(plan, run):
             return []
@@ -96,8 +96,8 @@ def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
     for k in near:
         first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
         part = slice(int(first), int(last) + 1)
-        found += _passed(closure, time[part], closure.of_motion(position[part], angle[part]))
-    return [_passed_in_words(closure, singular, z) for singular, z in found]
+        warnings += _passed(closure, time[part], closure.of_motion(position[part], angle[part]))
+    return [_passed_in_words(closure, singular, z) for singular, z in warnings]
 
 
 def _pressed(plan: Plan, run: xr.Dataset) -> bool:
@@ -128,15 +128,15 @@ def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
 
 def _driven(closure: Closure, run: xr.Dataset, until: float) -> list[str]:
     """What the drives lead to, and how far clearances have let them go beyond a locking position."""
-    plan, said = closure.plan, _said(closure, until)
-    found = [text for _, _, text in said]
-    lock = min((time for time, kind, _ in said if kind == LOCKING), default=math.inf)
+    plan, sentences = closure.plan, _said(closure, until)
+    found = [text for _, _, text in sentences]
+    lock = min((time for time, kind, _ in sentences if kind == LOCKING), default=math.inf)
     joints = plan.contacts
     if not joints or not run.sizes["time"] or not float(run.variables["time"].values[-1]) > lock:
         return found
     at = plan.places(joint.name for joint in joints)
     force = run.variables["normal_force"].values[:, at]
-    k, largest = (int(each) for each in np.unravel_index(np.argmax(force), force.shape))
+    k, largest = (int(index) for index in np.unravel_index(np.argmax(force), force.shape))
     time = float(run.variables["time"].values[k])
     if time >= lock:
         found.append(
@@ -159,17 +159,17 @@ def drive_warnings(plan: Plan, until: float) -> list[str]:
 
 def _said(closure: Closure, until: float) -> tuple[Said, ...]:
     """The singular positions that the drives lead to; those asked for last are known, whatever the clearances."""
-    found = _known(closure, until)
-    if found is None:
+    statements = _known(closure, until)
+    if statements is None:
         path = path_of(closure.plan, until, closure)
-        found = () if path is None else tuple(_of_path(path, until))
-        _keep(closure, until, found)
-    return found
+        statements = () if path is None else tuple(_of_path(path, until))
+        _keep(closure, until, statements)
+    return statements
 
 
 def _known(closure: Closure, until: float) -> tuple[Said, ...] | None:
-    asked, found = closure.plan.known.get("singular", (None, ()))
-    return found if asked == (closure.plan.drives, until) else None
+    stored_until, statements = closure.plan.known.get("singular", (None, ()))
+    return statements if stored_until == (closure.plan.drives, until) else None
 
 
 def _keep(closure: Closure, until: float, said: tuple[Said, ...]) -> None:
@@ -201,7 +201,7 @@ def path_warnings(path: Path, until: float) -> list[str]:
 
 
 def _of_path(path: Path, until: float) -> list[Said]:
-    found: list[Said] = []
+    statements: list[Said] = []
     for singular in path.singular:
         times = instants(path, until, singular.place)
         if not times:  # beyond the last position by round-off
@@ -217,8 +217,8 @@ def _of_path(path: Path, until: float) -> list[Said]:
             )
         else:
             text = f"locking position {where}: {singular.subject} hold{_s(singular)} it there; the drive cannot go on"
-        found.append(Said(times[0], singular.kind, text))
-    return sorted(found)
+        statements.append(Said(times[0], singular.kind, text))
+    return sorted(statements)
 
 
 def _s(singular: SingularPosition) -> str:
@@ -229,9 +229,9 @@ def _input_in_words(path: Path, place: float) -> str:
     inputs = path.closure.inputs
     if path.parameter == "time":
         values = inputs.at(place)
-        said = [f"'{name}' at {math.degrees(value):.6g} deg" for name, value in zip(inputs.bodies, values, strict=False)]
-        said += [f"'{name}' at {1e3 * value:.6g} mm" for name, value in zip(inputs.rods, values[len(said) :], strict=True)]
-        return f" ({', '.join(said)})"
+        words = [f"'{name}' at {math.degrees(value):.6g} deg" for name, value in zip(inputs.bodies, values, strict=False)]
+        words += [f"'{name}' at {1e3 * value:.6g} mm" for name, value in zip(inputs.rods, values[len(words) :], strict=True)]
+        return f" ({', '.join(words)})"
     if path.parameter == "length":
         return f" (rod '{inputs.rods[0]}' at {1e3 * place:.6g} mm)"
     return f" (drive of '{inputs.bodies[0]}' at {math.degrees(place):.6g} deg)"
@@ -239,7 +239,7 @@ def _input_in_words(path: Path, place: float) -> str:
 
 def _passed(closure: Closure, time: np.ndarray, z: np.ndarray) -> list[tuple[SingularPosition, np.ndarray]]:
     """The change point that consecutive samples of a free motion pass, and where; nothing if they do not."""
-    values = np.array([smallest(closure, each) for each in z])
+    values = np.array([smallest(closure, point) for point in z])
     k = int(np.argmin(values))
     left, _, right = np.linalg.svd(closure.jacobian(z[k]), full_matrices=False)
     test = np.einsum("m,kmn,n->k", left[:, -1], closure.jacobian(z), right[-1])

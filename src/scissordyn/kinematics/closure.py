@@ -44,21 +44,21 @@ class Inputs:
 
     def at(self, time: float) -> np.ndarray:
         """Angles of the driven bodies [rad], then lengths of the timed rods [m]."""
-        found, value = np.empty(self.count), np.zeros(4)
+        values, value = np.empty(self.count), np.zeros(4)
         for k, rows in enumerate(self._rows):
             function_at(time, rows, value)
-            found[k] = value[0]
-        return found
+            values[k] = value[0]
+        return values
 
     def over(self, times: np.ndarray) -> np.ndarray:
         """The same at many instants, shape (times, inputs); those asked for last are known."""
         if not np.array_equal(times, self._table[0]):
-            found, value = np.empty((times.size, self.count)), np.zeros(4)
+            values, value = np.empty((times.size, self.count)), np.zeros(4)
             for k, rows in enumerate(self._rows):
                 for i, time in enumerate(times.tolist()):
                     function_at(time, rows, value)
-                    found[i, k] = value[0]
-            self._table = times, found
+                    values[i, k] = value[0]
+            self._table = times, values
         return self._table[1]
 
 
@@ -92,8 +92,8 @@ class Closure:
 
     def maps(self, z: np.ndarray) -> np.ndarray:
         """The maps of the quadratic constraints at one z or many, shape (..., parts, 2)."""
-        found: np.ndarray = np.tensordot(z, self.rows, axes=(-1, 2)) + self.constant
-        return found
+        vectors: np.ndarray = np.tensordot(z, self.rows, axes=(-1, 2)) + self.constant
+        return vectors
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Gradients of the chosen constraints by y at one z or many, each divided by how long it can be, (..., m, n)."""
@@ -143,8 +143,8 @@ class Closure:
 
         Shapes: `guess` (nZ,); returns (nZ,).
         """
-        known = self.known_at(inputs)
-        z: np.ndarray = known + self.free @ guess[self.stays]
+        driven = self.known_at(inputs)
+        z: np.ndarray = driven + self.free @ guess[self.stays]
         allowed = CLOSED + ROUNDINGS * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
@@ -207,9 +207,9 @@ class Closure:
         kept: list[int] = []
         basis = np.zeros(unit.shape)
         for k, row in enumerate(unit):
-            found = basis[: len(kept)]
-            rest = row - found.T @ (found @ row)
-            rest -= found.T @ (found @ rest)
+            pivots = basis[: len(kept)]
+            rest = row - pivots.T @ (pivots @ row)
+            rest -= pivots.T @ (pivots @ rest)
             size = float(np.linalg.norm(rest))
             if size > ALIKE:
                 basis[len(kept)] = rest / size

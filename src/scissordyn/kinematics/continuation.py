@@ -122,19 +122,19 @@ def _accepted(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple[float, np.
     """Whether a step that changes the sign of the determinant goes through a change point."""
     here, place = leg.points[-1], new[0]
     low, high = min(here[0], place) - MARGIN * longest, max(here[0], place) + MARGIN * longest
-    known = [each for each in leg.met if low <= each.place <= high]
-    if not known:
+    meetings = [meeting_before for meeting_before in leg.met if low <= meeting_before.place <= high]
+    if not meetings:
         near = _nearer(closure, here, new)
         values = np.linalg.svd(closure.jacobian(near[1]), compute_uv=False)
         usual = np.linalg.svd(closure.jacobian(leg.points[len(leg.points) // 2][1]), compute_uv=False)
         if values.size > 1 and values[-2] <= max(SEVERAL * values[-1], SMALL * usual[-2]):
             return True
-        found = meeting_between(closure, inputs, near, low, high, longest)
-        if found is None:
+        meeting = meeting_between(closure, inputs, near, low, high, longest)
+        if meeting is None:
             return abs(place - here[0]) <= UNEXPLAINED * longest
-        leg.met.append(found)
-        known = [found]
-    return any(each.miss == 0.0 for each in known)
+        leg.met.append(meeting)
+        meetings = [meeting]
+    return any(meeting_before.miss == 0.0 for meeting_before in meetings)
 
 
 def _nearer(closure: Closure, one: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> tuple[float, np.ndarray]:
@@ -147,10 +147,10 @@ def meeting_between(
     closure: Closure, inputs: AtPlace, near: tuple[float, np.ndarray], low: float, high: float, width: float
 ) -> Meeting | None:
     """Where branches of the assembly meet or nearly meet between two places, with one small singular value; None if nowhere."""
-    found = Unfolding(closure, inputs, *near, width).meeting()
-    if found is None or not low <= found.place <= high or not _counts(closure, near[1], found):
+    unfolded = Unfolding(closure, inputs, *near, width).meeting()
+    if unfolded is None or not low <= unfolded.place <= high or not _counts(closure, near[1], unfolded):
         return None
-    return Meeting(found.place, found.z, 0.0 if abs(found.g) <= MET else abs(found.g))
+    return Meeting(unfolded.place, unfolded.z, 0.0 if abs(unfolded.g) <= MET else abs(unfolded.g))
 
 
 def _counts(closure: Closure, z: np.ndarray, found: Point) -> bool:
@@ -187,12 +187,12 @@ def _led(closure: Closure, inputs: AtPlace, leg: Leg, limit: Point, place: float
     for k in range(1, APPROACHED + 1):
         at, rest = limit.place - ahead * 0.25**k, z - limit.z
         guess = limit.z + 0.5 * rest
-        found = closure.close(guess, inputs(at))
-        if found is None or _side(closure, found) * side <= 0.0:
+        closed = closure.close(guess, inputs(at))
+        if closed is None or _side(closure, closed) * side <= 0.0:
             return False
-        if largest_turn(closure, found - guess) > 0.5 * CORRECTED * largest_turn(closure, rest):
+        if largest_turn(closure, closed - guess) > 0.5 * CORRECTED * largest_turn(closure, rest):
             return False
-        z = found
+        z = closed
         added.append((at, z))
     leg.points += [*added, (limit.place, limit.z)]
     leg.end = limit.place

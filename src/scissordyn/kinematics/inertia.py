@@ -41,11 +41,11 @@ def drive_inertia(path: Path) -> np.ndarray:
     Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7
     """
     mass = path.closure.plan.coordinates.mass
-    found = np.full(path.place.size, np.nan)
+    inertia = np.full(path.place.size, np.nan)
     for k in range(path.place.size):
         rate = drive_rate(path, k)
-        found[k] = rate @ (mass @ rate)
-    return found
+        inertia[k] = rate @ (mass @ rate)
+    return inertia
 
 
 def drive_rate(path: Path, k: int) -> np.ndarray:
@@ -56,15 +56,15 @@ def drive_rate(path: Path, k: int) -> np.ndarray:
     closure, z, place = path.closure, path.z[k], path.place[k]
     inputs = np.array([place])
     turned = np.array([0.0, -np.sin(place), np.cos(place)]) if path.parameter == "angle" else np.zeros(1)
-    known = closure.known @ turned
+    driven = closure.known @ turned
     wanted = np.zeros(closure.chosen.size)
     if path.parameter == "length":
         step = 1e-6 * place  # the values are quadratic in the length: a central difference has no error
         wanted = (closure.values_at(inputs + step) - closure.values_at(inputs - step)) / (2.0 * step)
     try:
-        free = np.linalg.solve(closure.jacobian(z), wanted - closure.product(z, known))
+        free = np.linalg.solve(closure.jacobian(z), wanted - closure.product(z, driven))
     except np.linalg.LinAlgError:
         return np.full(closure.total, np.nan)
-    rate = known + closure.free @ free
+    rate = driven + closure.free @ free
     rate[closure.origins] *= closure.size
     return np.asarray(rate)

@@ -55,23 +55,23 @@ class Path:
     @property
     def angle(self) -> np.ndarray:
         """Angles of all bodies, continuous along the path, shape (points, bodies) [rad]."""
-        found = np.empty((self.place.size, len(self.closure.plan.bodies)))
+        angles = np.empty((self.place.size, len(self.closure.plan.bodies)))
         for k, body in enumerate(self.closure.plan.bodies):
             p = self.closure.first[body.name]
             turns = self.closure.natural.rotates(body.name)
-            found[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if turns else body.angle
-        return found
+            angles[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if turns else body.angle
+        return angles
 
     @property
     def position(self) -> np.ndarray:
         """Mass centres, shape (points, bodies, axes) [m]."""
-        found = np.empty((self.place.size, len(self.closure.plan.bodies), 2))
+        positions = np.empty((self.place.size, len(self.closure.plan.bodies), 2))
         for (k, body), turn in zip(enumerate(self.closure.plan.bodies), self.angle.T, strict=True):
             p, (x, y) = self.closure.first[body.name], body.centre
             cos, sin = np.cos(turn), np.sin(turn)
-            found[:, k, 0] = self.closure.size * self.z[:, p] + cos * x - sin * y
-            found[:, k, 1] = self.closure.size * self.z[:, p + 1] + sin * x + cos * y
-        return found
+            positions[:, k, 0] = self.closure.size * self.z[:, p] + cos * x - sin * y
+            positions[:, k, 1] = self.closure.size * self.z[:, p + 1] + sin * x + cos * y
+        return positions
 
 
 def start_of(closure: Closure) -> np.ndarray | None:
@@ -135,16 +135,16 @@ def follow(
     path = Path(closure, parameter, place, z, ())
     typical = _typical(path)
     met = _met(path, inputs, [*back.met, *forth.met], typical, ends)
-    found = []
+    passed = []
     for each in met:
         if not each.miss or (each.miss <= NEARLY and place[0] <= each.place <= place[-1]):  # not what lies beyond a limit
             kind = NEAR if each.miss else CHANGE
             at = float(np.clip(each.place, place[0], place[-1]))
-            found.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
+            passed.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
     for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
-            found.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))
-    return Path(closure, parameter, place, z, tuple(sorted(found, key=lambda each: each.place)))
+            passed.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))
+    return Path(closure, parameter, place, z, tuple(sorted(passed, key=lambda each: each.place)))
 
 
 def _typical(path: Path) -> float:
@@ -155,18 +155,18 @@ def _typical(path: Path) -> float:
 
 def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
     """Where branches of the assembly meet or nearly meet on a path: known from its legs, or between samples."""
-    closure, found = path.closure, list(known)
+    closure, meetings = path.closure, list(known)
     last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
     for k in suspects(measure(closure, path.z)):
         low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
         margin = MARGIN * (high - low)
-        if any(low - margin <= each.place <= high + margin for each in found) or any(
+        if any(low - margin <= other.place <= high + margin for other in meetings) or any(
             end is not None and low <= end <= high for end in ends
         ):
             continue
         here = float(path.place[k]), path.z[k]
         if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:
-            found.append(Meeting(*here, 0.0))
+            meetings.append(Meeting(*here, 0.0))
             continue
         if not longest:  # the drives stand still
             continue
@@ -174,8 +174,8 @@ def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends
         meeting = meeting_between(closure, inputs, here, low, high, longest)
         meeting = _together(path, inputs, k, typical) if meeting is None else meeting
         if meeting is not None:
-            found.append(meeting)
-    return found
+            meetings.append(meeting)
+    return meetings
 
 
 def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | None:
@@ -207,12 +207,12 @@ def instants(path: Path, until: float, place: float) -> list[float]:
     close = 1e-9 * max(1.0, abs(place))
     there = np.abs(error) <= close
     passed = (error[:-1] * error[1:] < 0.0) & ~there[:-1] & ~there[1:]
-    found = []
+    moments = []
     for k in np.flatnonzero(there[:-1] | passed).tolist():
         if there[k]:
-            found.append(float(times[k]))
+            moments.append(float(times[k]))
         else:
-            found.append(float(brentq(lambda t: inputs.at(t)[0] - place, times[k], times[k + 1], xtol=1e-15)))
+            moments.append(float(brentq(lambda t: inputs.at(t)[0] - place, times[k], times[k + 1], xtol=1e-15)))
     if there[-1]:
-        found.append(float(times[-1]))
-    return found
+        moments.append(float(times[-1]))
+    return moments

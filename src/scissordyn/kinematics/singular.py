@@ -120,9 +120,9 @@ def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Pl
     from scipy.optimize import minimize_scalar  # a tenth of a second that most runs need not wait for
 
     for pair in range(1, 1 + min(PAIRS, closure.chosen.size)):
-        found = _zero(closure, position, places, pair)
-        if found is not None and smallest(closure, position(found)) < ZERO * typical:
-            return found
+        crossing = _zero(closure, position, places, pair)
+        if crossing is not None and smallest(closure, position(crossing)) < ZERO * typical:
+            return crossing
 
     def value(place: float) -> float:
         return smallest(closure, position(place))
@@ -140,11 +140,11 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
     """
     from scipy.optimize import brentq
 
-    low, found, high = places
+    low, zero, high = places
     width, bracketed = 0.5 * (high - low), False
     for distance in DISTANCES:
         step = distance * width
-        left, _, right = np.linalg.svd(closure.jacobian(position(found + step)), full_matrices=False)
+        left, _, right = np.linalg.svd(closure.jacobian(position(zero + step)), full_matrices=False)
         u, v = left[:, -pair], right[-pair]
 
         def test(place: float, u: np.ndarray = u, v: np.ndarray = v) -> float:
@@ -153,16 +153,16 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
         if not bracketed:
             if not test(low) * test(high) <= 0.0:
                 return None
-            found, bracketed = float(brentq(test, low, high, xtol=1e-4 * width)), True
+            zero, bracketed = float(brentq(test, low, high, xtol=1e-4 * width)), True
             continue
         # at the singular position itself Newton's method leaves errors of the size of the root of round-off
-        around = found + step * AROUND
+        around = zero + step * AROUND
         roots = np.polynomial.Polynomial.fit(around, [test(place) for place in around], 3).roots().tolist()
-        near = min((complex(root) for root in roots), key=lambda root: abs(root - found), default=complex(found))
-        if abs(near - found) > 2.0 * step:
+        near = min((complex(root) for root in roots), key=lambda root: abs(root - zero), default=complex(zero))
+        if abs(near - zero) > 2.0 * step:
             return None
-        found = near.real
-    return found
+        zero = near.real
+    return zero
 
 
 def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -184,13 +184,13 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
             speed[body.name] = cos * dy - sin * dx
         size[body.name] = float(np.sqrt(np.sum(motion[p : p + 2] ** 2) + np.sum(speed[body.name] ** 2)))
     most = max(size.values())
-    bodies = [name for name, each in size.items() if each > CONCERNED * most and np.any(speed[name])]
-    bodies = bodies or [name for name, each in size.items() if each > CONCERNED * most]
+    bodies = [name for name, value in size.items() if value > CONCERNED * most and np.any(speed[name])]
+    bodies = bodies or [name for name, value in size.items() if value > CONCERNED * most]
     turning = {
         joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]])) for joint in closure.plan.joints
     }
     largest = max(turning.values(), default=0.0)
-    joints = [name for name, each in turning.items() if each > CONCERNED * largest and largest > 0.0]
+    joints = [name for name, value in turning.items() if value > CONCERNED * largest and largest > 0.0]
     return (
         tuple(sorted(bodies, key=lambda name: -round(size[name], 6))),
         tuple(sorted(joints, key=lambda name: -round(turning[name], 6))),

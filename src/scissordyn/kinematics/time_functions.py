@@ -13,8 +13,8 @@ def check_tables(plan: Plan, until: float) -> None:
     """Raise `InputError` for a tabulated time function that does not last from 0 to `until` [s]."""
     functions = plan.motions
     for component in plan.components:
-        given = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
-        functions += [(f"a time function of '{component.name}'", each) for each in given if isinstance(each, Tabulated)]
+        fields = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
+        functions += [(f"a time function of '{component.name}'", value) for value in fields if isinstance(value, Tabulated)]
     for name, function in functions:
         if isinstance(function, Tabulated) and not function.times[0] <= 0.0 <= until <= function.times[-1]:
             raise InputError(

@@ -29,41 +29,41 @@ class Dyad:
 
 def dyads(plan: Plan) -> list[Dyad]:
     """The dyads of a mechanism, in the order in which its drives determine them."""
-    known = {GROUND}
+    placed = {GROUND}
     for drive in plan.drives:
-        if _pin(plan, drive.body, "", known) is not None:
-            known.add(drive.body)
+        if _pin(plan, drive.body, "", placed) is not None:
+            placed.add(drive.body)
     slides = {guide.follower[0]: guide.direction for guide in plan.guides if guide.body == GROUND}
     sliding = {guide.follower[0] for guide in plan.guides if guide.aligned}
     sliding |= {name for name in slides if not plan.body(name).rotates}
     for rod in plan.rods:  # a jack that moves a slider
         ends = {rod.start[0], rod.end[0]}
         if rod.motion is not None and GROUND in ends:
-            known |= {body for body in ends if body in slides and not plan.body(body).rotates}
-    if len(known) == 1:
+            placed |= {body for body in ends if body in slides and not plan.body(body).rotates}
+    if len(placed) == 1:
         return []
-    found: list[Dyad] = []
+    chain: list[Dyad] = []
     while True:
-        new = _next(plan, known, slides, sliding)
+        new = _next(plan, placed, slides, sliding)
         if new is None:
-            return found
+            return chain
         dyad, bodies = new
-        found.append(dyad)
-        known |= bodies
+        chain.append(dyad)
+        placed |= bodies
 
 
 def _next(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
     """A further dyad on the known bodies, and its bodies; all points of bodies that are `sliding` move along their guides."""
     for joint in plan.joints:
-        one, other = joint.bodies
-        if one in known or other in known:
+        first, second = joint.bodies
+        if first in known or second in known:
             continue
-        pins = [_pin(plan, body, joint.name, known) for body in (one, other)]
+        pins = [_pin(plan, body, joint.name, known) for body in (first, second)]
         if pins[0] is not None and pins[1] is not None:
-            return Dyad(joint.name, joint.journal, (pins[0], pins[1])), {one, other}
-        for slider, pin in ((one, pins[1]), (other, pins[0])):
+            return Dyad(joint.name, joint.journal, (pins[0], pins[1])), {first, second}
+        for slider, pin in ((first, pins[1]), (second, pins[0])):
             if slider in slides and slider in sliding and pin is not None:
-                return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {one, other}
+                return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {first, second}
     for body, direction in slides.items():  # a body that a pin and a guide hold
         follower = next(guide.follower for guide in plan.guides if guide.follower[0] == body)
         pin = None if body in known else _pin(plan, body, "", known)
@@ -105,5 +105,5 @@ def _place(plan: Plan, reference: BodyPoint, position: np.ndarray, angle: np.nda
     body = plan.bodies[k]
     x, y = np.array(body.points[point]) - np.array(body.centre)
     cos, sin = np.cos(angle[:, k]), np.sin(angle[:, k])
-    found: np.ndarray = position[:, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
-    return found
+    points: np.ndarray = position[:, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+    return points

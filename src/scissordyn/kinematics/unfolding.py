@@ -70,9 +70,9 @@ class Unfolding:
         Shapes: `guess` (nZ,).
         """
         closure, n = self.closure, self._y0.size
-        known, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
+        driven, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
         y, g, last = guess[closure.stays].copy(), 0.0, np.inf
-        z: np.ndarray = known + closure.free @ y
+        z: np.ndarray = driven + closure.free @ y
         allowed = SOLVED * (10.0 + closure.total)
         border = np.zeros((n + 1, n + 1))
         border[:n, n], border[n, :n] = -self.u, self.v
@@ -90,32 +90,32 @@ class Unfolding:
             if not np.max(np.abs(change[:n])) < FURTHEST:
                 return None
             y, g, last = y - change[:n], g - float(change[n]), worst
-            z = known + closure.free @ y
+            z = driven + closure.free @ y
         return None
 
     def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
         closure, n = self.closure, self._y0.size
         h = DIFFERENCE * self.width
         rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
-        known, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
+        driven, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
         first, second = (
             np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h),
             np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h),
         )
-        moved, bent = first @ known, second @ known
+        moved, bent = first @ driven, second @ driven
         sides = np.zeros((n + 1, 2))
         sides[n, 0], sides[:n, 1] = 1.0, first @ value - closure.product(z, moved)
         last = np.zeros(n + 1)
         last[n] = 1.0
         try:
-            found, across = np.linalg.solve(border, sides), np.linalg.solve(border.T, last)[:n]
+            derivative, across = np.linalg.solve(border, sides), np.linalg.solve(border.T, last)[:n]
         except np.linalg.LinAlgError:
             return None
-        by_a, by_s = closure.free @ found[:n, 0], closure.free @ found[:n, 1] + moved
+        by_a, by_s = closure.free @ derivative[:n, 0], closure.free @ derivative[:n, 1] + moved
         straight = -across @ closure.form(by_a, by_a), -across @ closure.form(by_a, by_s)
         along = -across @ (closure.form(by_s, by_s) + closure.product(z, bent) - second @ value)
         curvature = np.array([[straight[0], straight[1]], [straight[1], along]])
-        return Point(a, place, z, g, found[n], curvature)
+        return Point(a, place, z, g, derivative[n], curvature)
 
     def meeting(self) -> Point | None:
         """Where g is stationary: two branches meet there, if g is zero, or come near each other; None if not near by."""

@@ -26,16 +26,16 @@ from scissordyn.units import Quantity, State, quantities
 
 def _laws(folder: ModuleType) -> Mapping[str, type[Any]]:
     """The laws defined in the modules of a package, by name."""
-    found: dict[str, type[Any]] = {}
+    laws: dict[str, type[Any]] = {}
     for entry in pkgutil.iter_modules(folder.__path__):
         module = importlib.import_module(f"{folder.__name__}.{entry.name}")
         for thing in vars(module).values():
             if isinstance(thing, type) and "declaration" in vars(thing) and thing.__module__ == module.__name__:
                 name: str = vars(thing)["name"]
-                if name in found:
-                    raise TypeError(f"two laws named '{name}': {found[name].__module__} and {module.__name__}")
-                found[name] = thing
-    return MappingProxyType(dict(sorted(found.items())))
+                if name in laws:
+                    raise TypeError(f"two laws named '{name}': {laws[name].__module__} and {module.__name__}")
+                laws[name] = thing
+    return MappingProxyType(dict(sorted(laws.items())))
 
 
 ELASTIC: Mapping[str, type[Elastic]] = _laws(elastic)
@@ -104,22 +104,22 @@ def law(kind: str, name: str) -> type[Any]:
     InputError
         If there is none; names the nearest.
     """
-    known = _by_kind(kind)
+    laws = _by_kind(kind)
     if ".py:" in name:
-        own, found = element_class(kind, name, Path.cwd())
-        if own is None:
-            sample = f"sd.{_USER[kind].__name__}({found!r}, (CONSTANTS,))"
+        user_class, name_in_file = element_class(kind, name, Path.cwd())
+        if user_class is None:
+            sample = f"sd.{_USER[kind].__name__}({name_in_file!r}, (CONSTANTS,))"
             raise InputError(f"the function '{name}' as a class of {kind} laws", "a class", sample)
-        return own
-    if name not in known:
-        raise InputError(f"no {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + ", or 'file.py:Class'")
-    return known[name]
+        return user_class
+    if name not in laws:
+        raise InputError(f"no {kind} law '{name}'{did_you_mean(name, laws)}", ", ".join(laws) + ", or 'file.py:Class'")
+    return laws[name]
 
 
 def kind_in(reference: str) -> str:
     """What the law of the class that ``"file.py:Class"`` names is for: a key of `BY_KIND`; the file is executed."""
-    found, name = class_in("law", reference, Path.cwd())
-    slot = getattr(found, "slot", None)
+    law_class, name = class_in("law", reference, Path.cwd())
+    slot = getattr(law_class, "slot", None)
     if not isinstance(slot, Slot) or slot.name not in BY_KIND:
         raise InputError(f"'{name}' is no class of laws", "a class under sd.element", '@sd.element(slot="friction", ...)')
     return slot.name
@@ -128,25 +128,25 @@ def kind_in(reference: str) -> str:
 def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float, ...] = ()) -> Any:
     """A law that is a function in a user's file."""
     _by_kind(kind)
-    made = _USER[kind]
-    path, name = split_reference(made.slot.title, reference, folder)
-    return made(f"{path}:{name}", constants, digest=file_digest(path))
+    user_class = _USER[kind]
+    path, name = split_reference(user_class.slot.title, reference, folder)
+    return user_class(f"{path}:{name}", constants, digest=file_digest(path))
 
 
 def facts(kind: str, name: str) -> Facts:
     """The facts of a law without its parameters."""
-    found = law(kind, name)
-    declared = quantities(found)  # type: ignore[arg-type]
+    law_class = law(kind, name)
+    declared = quantities(law_class)  # type: ignore[arg-type]
     parameters = tuple(
         Parameter(field.name, declared.get(field.name, Quantity("1")), None if field.default is MISSING else field.default)
-        for field in fields(found)
+        for field in fields(law_class)
     )
-    own: dict[str, Any] = {}
+    special: dict[str, Any] = {}
     if kind == "friction":
-        own = {"states": found.states, "stiff": found.stiff}
+        special = {"states": law_class.states, "stiff": law_class.stiff}
     elif kind == "damping":
-        own = {"restitution_range": found.restitution_range}
+        special = {"restitution_range": law_class.restitution_range}
     else:
-        own = {"caveat": found.caveat}
-    summary = (found.__doc__ or "").strip().splitlines()[0]
-    return Facts(name=name, kind=kind, summary=summary, source=found.source, parameters=parameters, **own)
+        special = {"caveat": law_class.caveat}
+    summary = (law_class.__doc__ or "").strip().splitlines()[0]
+    return Facts(name=name, kind=kind, summary=summary, source=law_class.source, parameters=parameters, **special)

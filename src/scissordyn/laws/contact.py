@@ -118,4 +118,4 @@ class Friction(Part):
     """Whether the law makes the equations of motion stiff."""
 
 
-SLOTS.update({each.slot.name: each for each in (Elastic, Damping, Friction)})
+SLOTS.update({kind.slot.name: kind for kind in (Elastic, Damping, Friction)})

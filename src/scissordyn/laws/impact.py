@@ -51,7 +51,7 @@ def impact(
     horizon = 1e-4
     while True:
         scale = np.array([speed * horizon, speed])
-        found = solve_ivp(
+        solution = solve_ivp(
             motion,
             (0.0, horizon),
             (0.0, speed),
@@ -61,11 +61,11 @@ def impact(
             rtol=1e-9,
             atol=1e-12 * scale,
         )
-        if found.status == 1:
+        if solution.status == 1:
             break
         horizon *= 2.0
-    time = np.linspace(0.0, found.t[-1], samples)
-    delta, rate = found.sol(time)  # type: ignore[misc]
+    time = np.linspace(0.0, solution.t[-1], samples)
+    delta, rate = solution.sol(time)  # type: ignore[misc]
     delta = np.maximum(delta, 0.0)
     delta[[0, -1]] = 0.0
     return Impact(time, delta, rate, np.array([force(d, r) for d, r in zip(delta, rate, strict=True)]))

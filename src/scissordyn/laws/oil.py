@@ -122,6 +122,6 @@ def oil_of(name: str) -> Oil:
             "viscosity=0.1",
         )
     if name not in OILS:
-        known = ", ".join(OILS) + ", or one of your own"
-        raise InputError(f"unknown oil '{name}'{did_you_mean(name, OILS)}", known, 'oil="ISO VG 46"')
+        allowed = ", ".join(OILS) + ", or one of your own"
+        raise InputError(f"unknown oil '{name}'{did_you_mean(name, OILS)}", allowed, 'oil="ISO VG 46"')
     return OILS[name]

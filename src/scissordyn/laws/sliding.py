@@ -21,14 +21,14 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     row, states, at = row_of(friction, joint), np.zeros(len(friction.states)), addresses(friction)
     rates = np.zeros_like(states)
     speeds = np.asarray(slip_speed, float)
-    found = np.empty(speeds.size)
+    coefficients = np.empty(speeds.size)
     for index, speed in enumerate(speeds.flat):
         if states.size and not at["steady"]:
             states = _settled(friction, at, float(speed), row)
         else:
             friction_states(at["steady"], speed, states, row)
-        found[index] = friction_force(at["force"], speed, 1.0, states, rates, row)
-    return found.reshape(speeds.shape)
+        coefficients[index] = friction_force(at["force"], speed, 1.0, states, rates, row)
+    return coefficients.reshape(speeds.shape)
 
 
 def _sizes(friction: Friction, at: Mapping[str, int], row: np.ndarray) -> np.ndarray:
@@ -48,9 +48,9 @@ def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.nd
     friction_states(at["start"], speed, begun, row)
 
     def rates(z: np.ndarray) -> np.ndarray:
-        found = np.zeros_like(size)
-        friction_force(at["force"], speed, 1.0, z * size, found, row)
-        return found / (size * abs(speed))
+        rates_of_states = np.zeros_like(size)
+        friction_force(at["force"], speed, 1.0, z * size, rates_of_states, row)
+        return rates_of_states / (size * abs(speed))
 
     solved = root(rates, begun / size, tol=1e-12)
     return np.asarray(solved.x * size) if solved.success else np.full_like(size, np.nan)
@@ -80,9 +80,9 @@ def oscillation(
     time = np.linspace(2.0, 3.0, samples) / frequency
     states = np.zeros((count, samples))
     if count:
-        found = solve_ivp(
+        solution = solve_ivp(
             lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-9, atol=1e-10
         )
-        states = np.ascontiguousarray(found.y)
+        states = np.ascontiguousarray(solution.y)
     coefficient = np.array([force(t, np.ascontiguousarray(states[:, k]))[0] for k, t in enumerate(time)])
     return Oscillation(amplitude * np.sin(omega * time), coefficient)

@@ -67,13 +67,13 @@ def _of_damping(force: np.ndarray) -> list[str]:
 
 def _of_friction(given: np.ndarray) -> list[str]:
     """What is doubtful about tangential forces [N], shape (SPEEDS, FORCES)."""
-    force, found = np.abs(given), []
+    force, doubts = np.abs(given), []
     if np.any(force[:, 0] > 0.0):
-        found.append("it gives a force where the normal force is zero")
+        doubts.append("it gives a force where the normal force is zero")
     largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
     if largest > LARGEST_COEFFICIENT:
-        found.append(f"its friction coefficient reaches {largest:.3g} at 10 m/s or less")
-    return found
+        doubts.append(f"its friction coefficient reaches {largest:.3g} at 10 m/s or less")
+    return doubts
 
 
 def element_doubts(law: Any, joint: JointContact) -> list[str]:
@@ -87,20 +87,20 @@ def element_doubts(law: Any, joint: JointContact) -> list[str]:
     else:
         points = list(itertools.product(SPEEDS, FORCES))
     points = np.array(points, float)
-    found = answers(addresses(law)["force"], points, row_of(law, joint))
-    if not np.all(np.isfinite(found)):
-        first = points[~np.isfinite(found)][0]
+    forces = answers(addresses(law)["force"], points, row_of(law, joint))
+    if not np.all(np.isfinite(forces)):
+        first = points[~np.isfinite(forces)][0]
         at = ", ".join(f"{name} = {value:g}" for name, value in zip(law.slot.inputs, first, strict=True))
         return [f"it gives no finite number at {at}"]
     if isinstance(law, Damping):
-        return _of_damping(found.reshape(len(FORCES), -1, len(RATES), len(APPROACHES)))
+        return _of_damping(forces.reshape(len(FORCES), -1, len(RATES), len(APPROACHES)))
     if isinstance(law, Friction):
-        drives = found * points[:, 0] < 0.0
+        drives = forces * points[:, 0] < 0.0
         against = ["it drives the slip: its force is against the sign of the slip speed"] if np.any(drives) else []
-        return against + _of_friction(found.reshape(len(SPEEDS), len(FORCES)))
-    pulls = ["it pulls"] if np.any(found < 0.0) else []
-    touch = ["it has a force without indentation"] if abs(found[0]) > AT_TOUCH * abs(found[-1]) else []
-    return pulls + touch + _of_stiffness(found, joint)
+        return against + _of_friction(forces.reshape(len(SPEEDS), len(FORCES)))
+    pulls = ["it pulls"] if np.any(forces < 0.0) else []
+    touch = ["it has a force without indentation"] if abs(forces[0]) > AT_TOUCH * abs(forces[-1]) else []
+    return pulls + touch + _of_stiffness(forces, joint)
 
 
 @dataclass(frozen=True)
@@ -246,12 +246,12 @@ class UserFriction(ShortForm, Friction):
 
     def _forces(self) -> np.ndarray:
         """Tangential forces [N], shape (SPEEDS, FORCES), refused where they drive the slip."""
-        found = self.probe(
+        forces = self.probe(
             itertools.product(SPEEDS, FORCES),
             right=lambda point, force: force * point[0] >= 0.0,
             allowed="a force of the sign of the slip speed, or 0 N",
         )
-        return found.reshape(len(SPEEDS), len(FORCES))
+        return forces.reshape(len(SPEEDS), len(FORCES))
 
     def doubts(self, joint: JointContact) -> list[str]:
         """What is doubtful about the law, one clause each.

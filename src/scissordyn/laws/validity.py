@@ -44,24 +44,24 @@ def contact_warnings(
     indentation: float,
 ) -> list[str]:
     """Warnings about the laws of one joint after a run."""
-    found = []
+    warnings = []
     where = f"joint '{joint}': "
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))
     limit = FASTEST * slowest_wave
     fast = [speed for speed in approach_speed if speed > limit]
     if fast:
-        found.append(
+        warnings.append(
             f"{where}{len(fast)} of {len(approach_speed)} contacts start faster than {limit:.2g} m/s "
             f"(up to {max(fast):.3g} m/s); above that impacts are not elastic and contact forces are estimates"
         )
     what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
     if stiffness.small_contact and indentation > DEEPEST * size:
-        found.append(
+        warnings.append(
             f"{where}indentation reaches {indentation / size:.0%} of the {what}; "
             f"'{stiffness.name}' assumes a contact that is small against the radii, up to {DEEPEST:.0%}"
         )
     if is_a(stiffness, Continued) and indentation > stiffness.deepest(contact):
-        found.append(
+        warnings.append(
             f"{where}indentation reaches {1e3 * indentation:.3g} mm; '{stiffness.name}' describes up to "
             f"{1e3 * stiffness.deepest(contact):.3g} mm and is continued along its tangent"
         )
@@ -72,23 +72,23 @@ def contact_warnings(
             doubts = law.doubts(contact)
         elif law is not None and not is_ours(law):
             doubts = element_doubts(law, contact)
-        found += [f"{where}{kind} law: {doubt}" for doubt in doubts]
+        warnings += [f"{where}{kind} law: {doubt}" for doubt in doubts]
     if stiffness.caveat:
-        found.append(f"{where}'{stiffness.name}': {stiffness.caveat}")
+        warnings.append(f"{where}'{stiffness.name}': {stiffness.caveat}")
     if stiffness.materials == "same" and contact.journal.compliance != contact.bearing.compliance:
-        found.append(f"{where}'{stiffness.name}' is for two surfaces of one material")
+        warnings.append(f"{where}'{stiffness.name}' is for two surfaces of one material")
     if stiffness.materials == "steel" and not all("steel" in m.name for m in (contact.journal, contact.bearing)):
-        found.append(f"{where}'{stiffness.name}' has the constants of steel built in")
+        warnings.append(f"{where}'{stiffness.name}' has the constants of steel built in")
     if isinstance(damping, DampingFactor):
-        asked, returned = damping.restitution, returned_restitution(damping.factor)
+        wanted, returned = damping.restitution, returned_restitution(damping.factor)
         claimed = damping.restitution_range
-        if claimed is not None and not claimed[0] <= asked <= claimed[1]:
-            found.append(
-                f"{where}'{damping.name}' is for restitution coefficients from {claimed[0]:g} to {claimed[1]:g}, not {asked:g}"
+        if claimed is not None and not claimed[0] <= wanted <= claimed[1]:
+            warnings.append(
+                f"{where}'{damping.name}' is for restitution coefficients from {claimed[0]:g} to {claimed[1]:g}, not {wanted:g}"
             )
-        if abs(returned - asked) > OFF:
-            found.append(
-                f"{where}'{damping.name}' returns a restitution coefficient of {returned:.3f} for {asked:g}; "
+        if abs(returned - wanted) > OFF:
+            warnings.append(
+                f"{where}'{damping.name}' returns a restitution coefficient of {returned:.3f} for {wanted:g}; "
                 "the damping law 'exact' returns the given one"
             )
-    return found
+    return warnings

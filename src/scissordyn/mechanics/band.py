@@ -41,9 +41,9 @@ def factorize(band, lower, upper, pivots):
             factor = band[r, i + shift] * inverse
             band[r, i + shift] = factor
             if not vanishes(factor):
-                own = lower - i
+                above = lower - i
                 for j in range(i + 1, last_column + 1):
-                    band[r, j + shift] -= factor * band[i, j + own]
+                    band[r, j + shift] -= factor * band[i, j + above]
     return -1
 
 

@@ -169,14 +169,14 @@ def take_compliant(y, new, S, H):
         if H.compliant[i] == 0 or H.closed[i] == 0:
             continue
         j = H.which[i]
-        a, b, found = H.place[m + 2 * i], H.place[m + 2 * i + 1], S.work.contact[j]
+        a, b, contact = H.place[m + 2 * i], H.place[m + 2 * i + 1], S.work.contact[j]
         delta = law_depth(i, a, H)
         H.pressed[i] = max(delta, 0.0)
-        found.depth = delta
-        found.rate, found.slip = -0.5 * (H.before[a] + H.velocity[a]), -0.5 * (H.before[b] + H.velocity[b])
-        found.elastic = elastic_force(H.law[i], delta, H.elastic[i]) if delta > 0.0 else 0.0
-        found.normal, found.tangential = H.impulse[a] / h, H.impulse[b] / h
-        friction_at(i, slip_of(i, b, H.velocity[b], H), found.normal, y, S, H)
+        contact.depth = delta
+        contact.rate, contact.slip = -0.5 * (H.before[a] + H.velocity[a]), -0.5 * (H.before[b] + H.velocity[b])
+        contact.elastic = elastic_force(H.law[i], delta, H.elastic[i]) if delta > 0.0 else 0.0
+        contact.normal, contact.tangential = H.impulse[a] / h, H.impulse[b] / h
+        friction_at(i, slip_of(i, b, H.velocity[b], H), contact.normal, y, S, H)
         first = M.state_start[j]
         for k in range(M.state_start[j + 1] - first):
             new[2 * M.n + first + k] = H.bristle[k]

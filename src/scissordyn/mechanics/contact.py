@@ -35,20 +35,20 @@ def gap(j, S):
 def kinematics(j, S):
     """Write delta, delta', slip speed, n and |e| of contact j into Work.contact; returns the maps and their rates."""
     maps = map_values(j, S)
-    p, found = S.parameters.contact[j], S.work.contact[j]
+    p, contact = S.parameters.contact[j], S.work.contact[j]
     if p.plane == 1:
         plane_kinematics(j, S, maps)
         return maps
     ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = maps
     e = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-    found.depth = e - p.clearance
-    found.rate = ux * nx + uy * ny
+    contact.depth = e - p.clearance
+    contact.rate = ux * nx + uy * ny
     # v_t = e'.t + w_J R_J - w_B (R_J + e), t = (-n_y, n_x): both bodies at the same point, so that their moments balance
-    found.slip = uy * nx - ux * ny + (ax * py - ay * px) * p.radius - (bx * qy - by * qx) * (p.radius + e)
-    found.nx = nx
-    found.ny = ny
-    found.distance = e
+    contact.slip = uy * nx - ux * ny + (ax * py - ay * px) * p.radius - (bx * qy - by * qx) * (p.radius + e)
+    contact.nx = nx
+    contact.ny = ny
+    contact.distance = e
     return maps
 
 
@@ -57,21 +57,21 @@ def contact_laws(j, S, z, dz):
     """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; returns the maps."""
     P, W = S.parameters, S.work
     maps = kinematics(j, S)
-    law, found = P.law[j], W.contact[j]
+    law, contact = P.law[j], W.contact[j]
     elastic = normal = 0.0
     if law.stiffness == 0:  # a hard contact: its mean forces over a step
-        found.elastic = 0.0
-        found.normal = S.state.memory[j]
-        found.tangential = z[0]
+        contact.elastic = 0.0
+        contact.normal = S.state.memory[j]
+        contact.tangential = z[0]
         dz[:] = 0.0
         return maps
-    if found.depth > 0.0:
-        elastic = elastic_force(law.stiffness, found.depth, P.elastic[j])
-        normal = normal_force(law.damping, elastic, found.depth, found.rate, S.state.memory[j], P.damping[j])
-    tangential = friction_force(law.friction, found.slip, normal, z, dz, P.friction[j])
-    found.elastic = elastic
-    found.normal = normal
-    found.tangential = tangential
+    if contact.depth > 0.0:
+        elastic = elastic_force(law.stiffness, contact.depth, P.elastic[j])
+        normal = normal_force(law.damping, elastic, contact.depth, contact.rate, S.state.memory[j], P.damping[j])
+    tangential = friction_force(law.friction, contact.slip, normal, z, dz, P.friction[j])
+    contact.elastic = elastic
+    contact.normal = normal
+    contact.tangential = tangential
     return maps
 
 
@@ -80,15 +80,15 @@ def contact_forces(j, S, z, dz):
     """Evaluate the laws of contact j, add its forces to Work.force, write the rates of its states into dz."""
     maps = contact_laws(j, S, z, dz)
     W = S.work
-    p, found = S.parameters.contact[j], W.contact[j]
-    normal, tangential = found.normal, found.tangential
+    p, contact = S.parameters.contact[j], W.contact[j]
+    normal, tangential = contact.normal, contact.tangential
     if p.plane == 1:
         plane_forces(j, S, maps, normal, tangential)
         return
     _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
-    nx, ny = found.nx, found.ny
+    nx, ny = contact.nx, contact.ny
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
-    moment_j, moment_b = -p.radius * tangential, (p.radius + found.distance) * tangential
+    moment_j, moment_b = -p.radius * tangential, (p.radius + contact.distance) * tangential
     write_wrench(j, S, fx, fy, moment_j, moment_b)
     add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
 
@@ -105,10 +105,10 @@ def contact_at(t, y, j, S):
 @kernel
 def no_forces(j, S):
     """Forget the forces of the last evaluation of contact j."""
-    found = S.work.contact[j]
-    found.elastic = 0.0
-    found.normal = 0.0
-    found.tangential = 0.0
+    contact = S.work.contact[j]
+    contact.elastic = 0.0
+    contact.normal = 0.0
+    contact.tangential = 0.0
     write_wrench(j, S, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -121,15 +121,15 @@ def begin_contact(y, j, S, data, resting):
     M, C = S.model, S.state
     no_forces(j, S)
     kinematics(j, S)
-    found = S.work.contact[j]
-    if not (found.rate > 0.0 or resting):
+    contact = S.work.contact[j]
+    if not (contact.rate > 0.0 or resting):
         return False
     C.mode[j] = 1
-    C.memory[j] = max(found.rate, APPROACH_FLOOR)
-    data[0] = C.memory[j] if resting else found.rate
-    data[1] = math.atan2(found.ny, found.nx)
+    C.memory[j] = max(contact.rate, APPROACH_FLOOR)
+    data[0] = C.memory[j] if resting else contact.rate
+    data[1] = math.atan2(contact.ny, contact.nx)
     start, stop = 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
-    friction_states(S.parameters.law[j].start, found.slip, y[start:stop], S.parameters.friction[j])
+    friction_states(S.parameters.law[j].start, contact.slip, y[start:stop], S.parameters.friction[j])
     return True
 
 
@@ -138,8 +138,8 @@ def end_contact(j, S, data):
     """End the contact of j; `data` gets delta' and the angle of n."""
     no_forces(j, S)
     kinematics(j, S)
-    found = S.work.contact[j]
-    data[0] = found.rate
-    data[1] = math.atan2(found.ny, found.nx)
+    contact = S.work.contact[j]
+    data[0] = contact.rate
+    data[1] = math.atan2(contact.ny, contact.nx)
     S.state.mode[j] = 0
     return True

@@ -18,8 +18,8 @@ def law_slopes(j, S, z, dz, up, down, by_state):
     rows 0 .. s-1: d dz / d z, row s: d F_t / d z, row s+1: d dz / d v, row s+2: d dz / d F_n.
     """
     P, C = S.parameters, S.state
-    found, law = S.work.contact[j], P.law[j]
-    delta, rate, slip, normal = found.depth, found.rate, found.slip, found.normal
+    contact, law = S.work.contact[j], P.law[j]
+    delta, rate, slip, normal = contact.depth, contact.rate, contact.slip, contact.normal
     stiffness, damping, friction = law.stiffness, law.damping, law.friction
     n_by_delta = n_by_rate = t_by_slip = t_by_normal = 0.0
     if delta > 0.0 and stiffness != 0:
@@ -30,8 +30,8 @@ def law_slopes(j, S, z, dz, up, down, by_state):
         low = normal_force(damping, low, delta - h, rate, C.memory[j], P.damping[j])
         n_by_delta = (high - low) / (2.0 * h)
         h = 1e-5 * (abs(rate) + abs(C.memory[j]))
-        high = normal_force(damping, found.elastic, delta, rate + h, C.memory[j], P.damping[j])
-        low = normal_force(damping, found.elastic, delta, rate - h, C.memory[j], P.damping[j])
+        high = normal_force(damping, contact.elastic, delta, rate + h, C.memory[j], P.damping[j])
+        low = normal_force(damping, contact.elastic, delta, rate - h, C.memory[j], P.damping[j])
         n_by_rate = (high - low) / (2.0 * h)
     states = z.size
     if friction != 0:
@@ -65,9 +65,9 @@ def law_slopes(j, S, z, dz, up, down, by_state):
 def pin_slopes(j, S, n_d, n_r):
     """Write how force and motion of a journal change, in the columns of `linearise_contact`, and its turning forces."""
     M, W = S.model, S.work
-    p, found = S.parameters.contact[j], W.contact[j]
+    p, contact = S.parameters.contact[j], W.contact[j]
     _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = map_values(j, S)
-    normal, tangential, nx, ny, e = found.normal, found.tangential, found.nx, found.ny, found.distance
+    normal, tangential, nx, ny, e = contact.normal, contact.tangential, contact.nx, contact.ny, contact.distance
     rj = p.radius
     rb, bearing_speed = rj + e, bx * qy - by * qx
     tx, ty = -ny, nx

@@ -258,14 +258,14 @@ class Elimination:
         room = 64 + 8 * total + 4 * columns.size
         while True:
             self.solved_at[:] = -1
-            first, length, found = np.zeros(total, np.int64), np.zeros(total, np.int64), np.zeros(2, np.int64)
+            first, length, progress = np.zeros(total, np.int64), np.zeros(total, np.int64), np.zeros(2, np.int64)
             kept = np.zeros(room, np.int64), np.zeros(room)
             work = np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64)
             status = eliminate(
-                start, columns, values, self.preferred, self.solved_at, first, length, *kept, *work, found, round_off
+                start, columns, values, self.preferred, self.solved_at, first, length, *kept, *work, progress, round_off
             )
             if status == CONTRADICTS:
-                self._contradicted(int(found[0]))
+                self._contradicted(int(progress[0]))
             if status == DONE:
                 row_start, out = np.zeros(unknowns + 1, np.int64), (np.zeros(room, np.int64), np.zeros(room))
                 if expand_rows(unknowns, self.solved_at, first, length, *kept, *work, row_start, *out, round_off) == DONE:
@@ -318,8 +318,8 @@ def contradiction(names: list[str], consequence: str = "") -> InputError:
     drives = [name for name in names if name.startswith(DRIVE)]
     through = f" ({consequence})" if consequence else ""
     if len(drives) > 1:
-        held = [name for name in names if name not in drives]
-        by = f", tied to each other by {in_words(held)}" if held else ""
+        ties = [name for name in names if name not in drives]
+        by = f", tied to each other by {in_words(ties)}" if ties else ""
         return InputError(f"{in_words(drives)} act on one freedom{by}{through}", "one drive for each freedom")
     allowed = "joints and drives that leave at least one way to assemble and move the mechanism"
     if len(names) == 1:

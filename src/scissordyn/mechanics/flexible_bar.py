@@ -55,19 +55,19 @@ def whole_pairs(modes):
 def read_vectors(bar, S, source, x, y):
     """Write the vectors of a bar's shapes, from positions or velocities."""
     M = S.model
-    held, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
-    whole = whole_pairs(M.bar[bar, 1] - held)
-    part(source, column, scale, x, y, held, whole)
-    for k in range(held + whole, M.bar[bar, 1]):
-        at = column + 2 * (k - held)
+    fixed, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
+    whole = whole_pairs(M.bar[bar, 1] - fixed)
+    part(source, column, scale, x, y, fixed, whole)
+    for k in range(fixed + whole, M.bar[bar, 1]):
+        at = column + 2 * (k - fixed)
         x[k], y[k] = scale * source[at], scale * source[at + 1]
     held_of, table, columns, at = S.work.bar[HELD], M.bar[bar, 6], M.bar[bar, 7], M.bar[bar, 8]
-    read, wide = S.work.bar[READ], padded(2 * held)
+    read, wide = S.work.bar[READ], padded(2 * fixed)
     for c in range(columns):
         read[c] = source[M.bar_column[at + c]]
     read[columns] = 0.0
     transform(M.bar_table, table, even(columns), wide, read, held_of)
-    for k in range(held):
+    for k in range(fixed):
         x[k], y[k] = held_of[2 * k], held_of[2 * k + 1]
 
 
@@ -75,18 +75,18 @@ def read_vectors(bar, S, source, x, y):
 def add_vectors(bar, S, x, y, target):
     """Add forces on the vectors of a bar's shapes to those on all columns."""
     M = S.model
-    held, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
-    whole = whole_pairs(M.bar[bar, 1] - held)
-    join(target, column, scale, x, y, held, whole)
-    for k in range(held + whole, M.bar[bar, 1]):
-        at = column + 2 * (k - held)
+    fixed, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
+    whole = whole_pairs(M.bar[bar, 1] - fixed)
+    join(target, column, scale, x, y, fixed, whole)
+    for k in range(fixed + whole, M.bar[bar, 1]):
+        at = column + 2 * (k - fixed)
         target[at] += scale * x[k]
         target[at + 1] += scale * y[k]
     held_of, table, columns, at = S.work.bar[HELD], M.bar[bar, 6], M.bar[bar, 7], M.bar[bar, 8]
-    read, table = S.work.bar[READ], table + even(columns) * padded(2 * held)
-    for k in range(held):
+    read, table = S.work.bar[READ], table + even(columns) * padded(2 * fixed)
+    for k in range(fixed):
         held_of[2 * k], held_of[2 * k + 1] = x[k], y[k]
-    transform(M.bar_table, table, 2 * held, padded(columns), held_of, read)
+    transform(M.bar_table, table, 2 * fixed, padded(columns), held_of, read)
     for c in range(columns):
         target[M.bar_column[at + c]] += read[c]
 
@@ -174,11 +174,11 @@ def add_end_moments(bar, S, moment):
     turned = slopes_at_ends(bar, S)
     rx, ry, fx, fy = B[ENDX], B[ENDY], B[FX], B[FY]
     for end in range(2):
-        each = (2.0 * end - 1.0) * moment / (rx[end] * rx[end] + ry[end] * ry[end])
+        force = (2.0 * end - 1.0) * moment / (rx[end] * rx[end] + ry[end] * ry[end])
         for k in range(count):
             slope = table[slopes + count * across + k * LANES + end]
-            fx[k] -= each * slope * ry[end]
-            fy[k] += each * slope * rx[end]
+            fx[k] -= force * slope * ry[end]
+            fy[k] += force * slope * rx[end]
     return turned
 
 

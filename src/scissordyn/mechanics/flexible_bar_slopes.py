@@ -81,10 +81,10 @@ def add_stretching_slopes(g, bar, S, p, factor_rate):
     for l in range(count):
         ahead_x[l] = ahead_y[l] = 0.0
     for h in range(points):
-        each = p[EA] * table[row + h]
-        if each != 0.0:
-            warm += each
-            ux, uy = each * rx[h] * inverse[h], each * ry[h] * inverse[h]
+        tangent = p[EA] * table[row + h]
+        if tangent != 0.0:
+            warm += tangent
+            ux, uy = tangent * rx[h] * inverse[h], tangent * ry[h] * inverse[h]
             other = forces + (count + h) * wide
             for l in range(count):
                 ahead_x[l] += ux * table[other + l]
@@ -145,8 +145,8 @@ def add_thermal_slopes(bar, S, p, factor, factor_rate):
     curvature, rate, _, _ = warm_bending(p, factor, factor_rate)
     for end in range(2):
         square = rx[end] * rx[end] + ry[end] * ry[end]
-        each = (2.0 * end - 1.0) * p[EI] / square
-        moment, warm = each * curvature / square, each * rate
+        force = (2.0 * end - 1.0) * p[EI] / square
+        moment, warm = force * curvature / square, force * rate
         xx = 2.0 * moment * rx[end] * ry[end]
         xy = moment * (ry[end] * ry[end] - rx[end] * rx[end])
         for k in range(count):

@@ -191,7 +191,7 @@ def predict(h, y, S, H):
 @kernel
 def close_gaps(h, S, H):
     """Mark the contacts whose gap at the middle of the step has closed, with their rows; returns whether there are any."""
-    found = False
+    closes = False
     for i in range(H.which.size):
         j = H.which[i]
         depth, rate = gap(j, S)
@@ -208,7 +208,7 @@ def close_gaps(h, S, H):
                 kinematics(j, S)
                 contact_rows(i, S, H)
                 H.turn[i] = 0.5 * h * convective(j, S)
-                found = True
+                closes = True
             continue
         # beyond its surface, or so near that the forces of this step alone may close it
         least = -(STAYS if H.locate[0] == 1 else NEAR) * S.parameters.contact[j].clearance
@@ -222,16 +222,16 @@ def close_gaps(h, S, H):
             H.turn[i] = 0.5 * h * convective(j, S) if H.was[i] == 1 or depth < 0.0 else 0.0
             # U_N+ >= -2 g/h: it ends on the surface
             H.bias[i] = -2.0 * depth / h if depth < 0.0 and H.locate[0] == 0 else 0.0
-            found = True
+            closes = True
         else:
             H.mode[i], H.stuck[i] = OPEN, 0
-    return found
+    return closes
 
 
 @kernel
 def linearise_damping(t, S, H):
     """Write the rows s of the components whose forces depend on their speeds; returns whether there are any."""
-    M, found = S.model, False
+    M, damps = S.model, False
     for c in range(H.damped.size):
         if H.damped_axis[c] > 0:
             continue
@@ -247,8 +247,8 @@ def linearise_damping(t, S, H):
         linearise_component(t, i, S, H.middle[first : 2 * M.n + M.state_start[e + 1]], H.scratch, first)
         for k in range(write_damping(e, last - c, S, H)):
             H.damping[c + k] = 1
-            found = True
-    return found
+            damps = True
+    return damps
 
 
 @kernel
@@ -349,11 +349,11 @@ def turn_normals(h, m, S, H):
         if H.yields[i] == 0:
             H.turn[i] = min(H.turn[i], max(-H.before[at], 0.0))
         H.bias[i] = max(H.bias[i] - 0.5 * H.turn[i], 0.0) - H.turn[i]
-        found = S.work.contact[j]
-        if S.parameters.contact[j].plane == 1 or H.was[i] == 0 or not found.distance > 0.0:
+        contact = S.work.contact[j]
+        if S.parameters.contact[j].plane == 1 or H.was[i] == 0 or not contact.distance > 0.0:
             continue
         # (H3b): N h^2/c, and z from it
-        load = H.load[i] * h * h / found.distance
+        load = H.load[i] * h * h / contact.distance
         z = load * H.gram[other, H.reach[0]]
         f = z * z / (1.0 + z * z)
         H.turning_mass[i] = load * (0.25 + 0.75 * f)

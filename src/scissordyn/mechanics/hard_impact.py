@@ -93,7 +93,7 @@ def take_impacts(h, y, S, H):
     for i in range(H.which.size):
         if H.closed[i] == 0:
             continue
-        found, out = S.work.contact[H.which[i]], H.result[i]
+        contact, out = S.work.contact[H.which[i]], H.result[i]
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         p_n, before, after = H.impulse[a], H.before[a], H.velocity[a]
         out[REBOUND] = -after
@@ -101,7 +101,7 @@ def take_impacts(h, y, S, H):
             H.closed[i] = H.was[i]  # a closed contact that is not struck stays closed: the next step may open it
             out[CLOSED] = float(H.was[i])
             continue
-        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
+        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(contact.ny, contact.nx), max(-before, 0.0), p_n
         out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before)
         out[FRICTION_LOSS] = -0.5 * H.impulse[b] * (H.velocity[b] + H.before[b])
         together = -along(m + 2 * i, S.work.A, S, H)  # acceleration of the surfaces towards each other

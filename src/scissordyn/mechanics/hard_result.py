@@ -25,7 +25,7 @@ def take_results(h, S, H):
     for i in range(H.which.size):
         if H.closed[i] == 0 or H.compliant[i] == 1:
             continue
-        found, out = S.work.contact[H.which[i]], H.result[i]
+        contact, out = S.work.contact[H.which[i]], H.result[i]
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
         p_n, p_t = H.impulse[a], H.impulse[b]
         before, after = H.before[a], H.velocity[a]
@@ -33,7 +33,7 @@ def take_results(h, S, H):
         if not p_n > 0.0:
             H.closed[i], H.stuck[i], H.mode[i] = 0, 0, OPEN
             continue
-        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(found.ny, found.nx), max(-before, 0.0), p_n
+        out[ANGLE], out[APPROACH], out[IMPULSE] = math.atan2(contact.ny, contact.nx), max(-before, 0.0), p_n
         turned = H.lag[i] - H.turning_mass[i] * H.velocity[b]  # part of P_T that is the normal's
         out[RESTITUTION_LOSS] = -0.5 * p_n * (after + before) - 0.5 * turned * (H.velocity[b] + H.before[b])
         out[FRICTION_LOSS] = -0.5 * (p_t - turned) * (H.velocity[b] + H.before[b])
@@ -85,11 +85,11 @@ def lasting_part(i, a, H):
 @kernel
 def share_of_force(i, j, h, new, S, H):
     """Mean contact force over the step, without impacts, in the place of the contact's memory and of its state."""
-    m, found = S.work.multiplier.size, S.work.contact[j]
+    m, contact = S.work.multiplier.size, S.work.contact[j]
     a = H.place[m + 2 * i]
     share = 1.0 if H.yields[i] == 1 else lasting_part(i, a, H)
-    found.elastic = 0.0
-    found.normal = share * H.impulse[a] / h
-    found.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h
-    S.state.memory[j] = found.normal
-    new[2 * S.model.n + S.model.state_start[j]] = found.tangential
+    contact.elastic = 0.0
+    contact.normal = share * H.impulse[a] / h
+    contact.tangential = share * H.impulse[H.place[m + 2 * i + 1]] / h
+    S.state.memory[j] = contact.normal
+    new[2 * S.model.n + S.model.state_start[j]] = contact.tangential

@@ -118,13 +118,13 @@ def contact_rows(i, S, H):
     """Write generalized forces of unit forces along N and T of hard contact i; Work.contact has its normal."""
     M, j = S.model, H.which[i]
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
-    p, found = S.parameters.contact[j], S.work.contact[j]
-    nx, ny, radius = found.nx, found.ny, p.radius
+    p, contact = S.parameters.contact[j], S.work.contact[j]
+    nx, ny, radius = contact.nx, contact.ny, p.radius
     # forces on the journal or corner for F_n = 1, then for F_t = 1, as in `contact` and `plane_contact`
     if p.plane == 1:
         moment_n, moment_t = -(uy * nx - ux * ny), ux * nx + uy * ny + radius
     else:
-        moment_n, moment_t = 0.0, radius + found.distance
+        moment_n, moment_t = 0.0, radius + contact.distance
     for k in range(M.element_start[j], M.element_start[j + 1]):
         r0, r1, r2, r3, r4, r5 = (
             M.element_row[0, k],
@@ -134,30 +134,30 @@ def contact_rows(i, S, H):
             M.element_row[4, k],
             M.element_row[5, k],
         )
-        own, other = ax * r3 - ay * r2, bx * r5 - by * r4
+        first, other = ax * r3 - ay * r2, bx * r5 - by * r4
         H.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
-        H.normal[1, k] = ny * r0 - nx * r1 - radius * own + moment_t * other
+        H.normal[1, k] = ny * r0 - nx * r1 - radius * first + moment_t * other
 
 
 @kernel
 def convective(j, S):
     """Second derivative of the indentation without accelerations [m/s^2]; Work.contact has the normal."""
     ex, ey, _, _, bx, by, ux, uy, _, _, qx, qy = map_values(j, S)
-    found = S.work.contact[j]
-    nx, ny = found.nx, found.ny
+    contact = S.work.contact[j]
+    nx, ny = contact.nx, contact.ny
     along_t = uy * nx - ux * ny
     if S.parameters.contact[j].plane == 1:
         spin = bx * qy - by * qx
         return 2.0 * along_t * spin - (ex * nx + ey * ny) * spin * spin
-    return along_t * along_t / found.distance if found.distance > 0.0 else 0.0
+    return along_t * along_t / contact.distance if contact.distance > 0.0 else 0.0
 
 
 @kernel
 def speed_along(j, S):
     """Part of U_T [m/s] that is the motion of a journal's centre; Work.contact has the normal."""
     _, _, _, _, _, _, ux, uy, _, _, _, _ = map_values(j, S)
-    found = S.work.contact[j]
-    return ux * found.ny - uy * found.nx
+    contact = S.work.contact[j]
+    return ux * contact.ny - uy * contact.nx
 
 
 @kernel

@@ -52,12 +52,12 @@ def write_tangential(i, a, b, H):
         return
     sign = 1.0 if H.mode[i] == SLIP else -1.0
     # P_T + turning_mass U_T = lag + friction, times G_TT
-    own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
+    mass, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
     for k in range(2 * reach + 1):
         H.band[b, k] = turned * H.gram[b, k]
-    H.band[b, reach] += own
-    H.band[b, a - b + reach] -= sign * H.friction[i] * own
-    H.right[b] = own * H.lag[i] - turned * H.free[b]
+    H.band[b, reach] += mass
+    H.band[b, a - b + reach] -= sign * H.friction[i] * mass
+    H.right[b] = mass * H.lag[i] - turned * H.free[b]
 
 
 @kernel

@@ -44,9 +44,9 @@ def stretch(rx, ry, free, inverse, strain, width):
 def pull(factor, force, inverse, rx, ry, fx, fy, width):
     """Write forces along vectors with one over their sizes, times a factor; for whole lanes."""
     for g in range(width):
-        each = factor * force[g] * inverse[g]
-        fx[g] = each * rx[g]
-        fy[g] = each * ry[g]
+        tension = factor * force[g] * inverse[g]
+        fx[g] = tension * rx[g]
+        fy[g] = tension * ry[g]
 
 
 def part(source, first, factor, x, y, place, count):

@@ -68,9 +68,9 @@ def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
             return [column for column in columns if column < model.n]
         return []
 
-    found = [of_row(row) for row in range(model.guard_component.size + model.monitor.shape[0])]
-    start = np.cumsum([0, *map(len, found)], dtype=np.int64)
-    return start, np.array([entry for entries in found for entry in entries], np.int64)
+    entries_of_rows = [of_row(row) for row in range(model.guard_component.size + model.monitor.shape[0])]
+    start = np.cumsum([0, *map(len, entries_of_rows)], dtype=np.int64)
+    return start, np.array([entry for entries in entries_of_rows for entry in entries], np.int64)
 
 
 @kernel
@@ -125,11 +125,11 @@ def joint_force(which, S):
 @kernel
 def friction_ratio(j, S):
     """Friction of contact j over the largest that its law allows at rest and by viscosity."""
-    found, P = S.work.contact[j], S.parameters
-    if not found.normal > 0.0:
+    contact, P = S.work.contact[j], S.parameters
+    if not contact.normal > 0.0:
         return 0.0
-    limit = friction_limit(P.law[j].limit, found.slip, found.normal, P.friction[j])
-    return abs(found.tangential) / limit if limit > 0.0 else 0.0
+    limit = friction_limit(P.law[j].limit, contact.slip, contact.normal, P.friction[j])
+    return abs(contact.tangential) / limit if limit > 0.0 else 0.0
 
 
 @kernel
@@ -168,11 +168,11 @@ def write_row(t, row, S, out):
     """
     M, W, mode = S.model, S.work, S.state.mode
     if row < S.parameters.contact.size:
-        found = W.contact[row]
+        contact = W.contact[row]
         acts = mode[row] == 1
-        out[0] = found.normal if acts else 0.0
-        out[1] = (found.normal - found.elastic) * found.rate if acts else 0.0
-        out[2] = found.tangential * found.slip if acts else 0.0
+        out[0] = contact.normal if acts else 0.0
+        out[1] = (contact.normal - contact.elastic) * contact.rate if acts else 0.0
+        out[2] = contact.tangential * contact.slip if acts else 0.0
         return
     out[2] = 0.0
     if row < mode.size:

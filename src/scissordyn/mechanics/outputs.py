@@ -145,8 +145,8 @@ def write_loads(at, B, S, R):
             wrench[2] = wrench[3] = 0.0
     for latch in range(M.latch.shape[0]):
         e = S.parameters.contact.size + M.latch[latch, 2]
-        held = -W.multiplier[M.latch[latch, 0]] * (1.0 - W.inactive[M.latch[latch, 0]])
-        R.wrench[at, e, 2], R.wrench[at, e, 3] = held, -held
+        locking = -W.multiplier[M.latch[latch, 0]] * (1.0 - W.inactive[M.latch[latch, 0]])
+        R.wrench[at, e, 2], R.wrench[at, e, 3] = locking, -locking
     for e in range(B.body.shape[0]):
         w = R.wrench[at, e]
         push(at, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], w[0], w[1], w[2], R)
@@ -241,7 +241,7 @@ def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
     content = system.content
     nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
-    found = Record(
+    samples_record = Record(
         X=np.empty((nt, columns)),
         V=np.empty((nt, columns)),
         A=np.empty((nt, columns)),
@@ -267,5 +267,5 @@ def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
         length_error=np.zeros(1),
     )
     states = Sampled(*(getattr(samples, field) for field in Sampled._fields))
-    fill(states, system.address, maps, found, np.zeros(content.model.rotation_start.size - 1))
-    return found
+    fill(states, system.address, maps, samples_record, np.zeros(content.model.rotation_start.size - 1))
+    return samples_record

@@ -75,14 +75,14 @@ def unit_impulses(m, count, H):
     for c in range(count):
         i = H.active[c]
         a, b = H.place[m + 2 * i], H.place[m + 2 * i + 1]
-        own, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
+        mass, turned = H.gram[b, reach], H.turning_mass[i] * H.gram[b, reach]
         for k in range(2 * reach + 1):
             H.band[a, k] = 0.0
             H.band[b, k] = turned * H.gram[b, k]
         H.band[a, reach] = 1.0
-        H.band[b, reach] += own
-        H.units[2 * count, a], H.units[2 * count, b] = 0.0, own * H.lag[i] - turned * H.free[b]
-        H.units[c, a], H.units[count + c, b] = 1.0, own
+        H.band[b, reach] += mass
+        H.units[2 * count, a], H.units[2 * count, b] = 0.0, mass * H.lag[i] - turned * H.free[b]
+        H.units[c, a], H.units[count + c, b] = 1.0, mass
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     for c in range(2 * count + 1):

@@ -38,25 +38,25 @@ def plane_gap(j, S, maps):
 @kernel
 def plane_kinematics(j, S, maps):
     """Write delta, delta', slip speed, n and the way towards the surface into Work.contact."""
-    p, found = S.parameters.contact[j], S.work.contact[j]
+    p, contact = S.parameters.contact[j], S.work.contact[j]
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     radius = p.radius
     nx, ny = surface_normal(j, S, bx, by)
     depth, rate = plane_gap(j, S, maps)
-    found.depth = depth
-    found.rate = rate
-    found.slip = vy * nx - vx * ny + radius * (ax * py - ay * px) - (ux * nx + uy * ny + radius) * (bx * qy - by * qx)
-    found.nx = nx
-    found.ny = ny
-    found.distance = depth + p.clearance
+    contact.depth = depth
+    contact.rate = rate
+    contact.slip = vy * nx - vx * ny + radius * (ax * py - ay * px) - (ux * nx + uy * ny + radius) * (bx * qy - by * qx)
+    contact.nx = nx
+    contact.ny = ny
+    contact.distance = depth + p.clearance
 
 
 @kernel
 def plane_forces(j, S, maps, normal, tangential):
     """Add the forces of a corner to Work.force."""
-    p, found, target = S.parameters.contact[j], S.work.contact[j], S.work.force
+    p, contact, target = S.parameters.contact[j], S.work.contact[j], S.work.force
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = maps
-    nx, ny, radius = found.nx, found.ny, p.radius
+    nx, ny, radius = contact.nx, contact.ny, p.radius
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment = (ux * nx + uy * ny + radius) * tangential - (uy * nx - ux * ny) * normal
     write_wrench(j, S, fx, fy, -radius * tangential, moment)
@@ -67,9 +67,9 @@ def plane_forces(j, S, maps, normal, tangential):
 def plane_slopes(j, S, n_d, n_r):
     """Write how force and motion of a corner change, in the columns of `contact_slopes`, and its turning forces."""
     M, W = S.model, S.work
-    p, found = S.parameters.contact[j], W.contact[j]
+    p, contact = S.parameters.contact[j], W.contact[j]
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = map_values(j, S)
-    normal, tangential, nx, ny = found.normal, found.tangential, found.nx, found.ny
+    normal, tangential, nx, ny = contact.normal, contact.tangential, contact.nx, contact.ny
     cx, cy, radius = p.normal_x, p.normal_y, p.radius
     row, start, count = M.element_row, M.element_start[j], M.element_start[j + 1] - M.element_start[j]
     block, local = M.block_start[j], W.local

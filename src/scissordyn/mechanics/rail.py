@@ -126,13 +126,13 @@ def write_shapes(first, span, spans, place, count, size, table, value, slope, sh
     beyond, half = place - min(max(place, low), high), 0.5 * (high - low)
     coefficients = first + spans + 1
     for k in range(count):
-        one = other = 0.0
+        bent = sloped = 0.0
         for j in range(size):
             factor = table[coefficients + (span * count + k) * size + j]
-            one += factor * value[j]
-            other += factor * slope[j]
-        turn[k] = other / half
-        shape[k] = one + beyond * turn[k]
+            bent += factor * value[j]
+            sloped += factor * slope[j]
+        turn[k] = sloped / half
+        shape[k] = bent + beyond * turn[k]
 
 
 @kernel

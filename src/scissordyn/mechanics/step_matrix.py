@@ -204,9 +204,9 @@ def solve(r, S):
             work[place[n + m + s]] = r[2 * n + s]
     lower, upper, last = M.band_limits[0], M.band_limits[1], W.band.shape[0] - 1
     for q in range(M.pair.shape[0]):
-        column, given = place[M.pair[q, 1]], W.given[M.pair[q, 1]]
+        column, prescribed = place[M.pair[q, 1]], W.given[M.pair[q, 1]]
         for row in range(max(0, column - upper), min(last, column + lower) + 1):
-            work[row] -= W.aside[row, column - row + lower] * given
+            work[row] -= W.aside[row, column - row + lower] * prescribed
     _band_solve(W.band, lower, upper, W.pivots, work[: last + 1])
     for i in range(n):
         value = W.unknown_factor[i] * work[place[i]] + W.given_factor[i] * W.given[i]
@@ -287,22 +287,22 @@ def add_product(j, S):
     for a in range(0, whole, 4):
         k, l = M.element_column[first + a], M.element_column[first + a + 1]
         p, q = M.element_column[first + a + 2], M.element_column[first + a + 3]
-        one, two = W.load[k] if k < M.n else 0.0, W.load[l] if l < M.n else 0.0
-        three, four = W.load[p] if p < M.n else 0.0, W.load[q] if q < M.n else 0.0
+        first_row, second_row = W.load[k] if k < M.n else 0.0, W.load[l] if l < M.n else 0.0
+        third_row, fourth_row = W.load[p] if p < M.n else 0.0, W.load[q] if q < M.n else 0.0
         at = start + a * count
         for b in range(count):
-            one += W.block_x[at + b] * moved[b]
-            two += W.block_x[at + count + b] * moved[b]
-            three += W.block_x[at + 2 * count + b] * moved[b]
-            four += W.block_x[at + 3 * count + b] * moved[b]
+            first_row += W.block_x[at + b] * moved[b]
+            second_row += W.block_x[at + count + b] * moved[b]
+            third_row += W.block_x[at + 2 * count + b] * moved[b]
+            fourth_row += W.block_x[at + 3 * count + b] * moved[b]
         if k < M.n:
-            W.load[k] = one
+            W.load[k] = first_row
         if l < M.n:
-            W.load[l] = two
+            W.load[l] = second_row
         if p < M.n:
-            W.load[p] = three
+            W.load[p] = third_row
         if q < M.n:
-            W.load[q] = four
+            W.load[q] = fourth_row
     for a in range(whole, count):
         k = M.element_column[first + a]
         if k < M.n:

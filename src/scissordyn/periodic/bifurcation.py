@@ -137,11 +137,15 @@ def _cases(
     mechanisms: Sequence[Mechanism], options: Options, period: float | None, cycles: int, keep: int, phase: float
 ) -> list[CycleCase]:
     """A case for each value."""
-    if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
+    if len({tuple(joint.name for joint in mechanism.clearance_joints) for mechanism in mechanisms}) > 1:
         raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
-    own = [options if period is not None else replace(options, until=drive_period(one)) for one in mechanisms]
-    pairs = enumerate(zip(mechanisms, own, strict=True))
-    return [CycleCase(at, one, each, cycles, keep, phase, options.start) for at, (one, each) in pairs]
+    options_of = [
+        options if period is not None else replace(options, until=drive_period(mechanism)) for mechanism in mechanisms
+    ]
+    pairs = enumerate(zip(mechanisms, options_of, strict=True))
+    return [
+        CycleCase(at, mechanism, case_options, cycles, keep, phase, options.start) for at, (mechanism, case_options) in pairs
+    ]
 
 
 def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:

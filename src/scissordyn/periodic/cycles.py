@@ -87,7 +87,7 @@ def cycle(
     period = drive_period(mechanism) if period is None else period
     kind = start if isinstance(start, str) else _start_of(start)
     options = Options(period, kind, 2, rtol, atol, method, most_steps)
-    found = run_cycles(
+    run = run_cycles(
         mechanism,
         options,
         cycles=cycles,
@@ -96,7 +96,7 @@ def cycle(
         start=start if isinstance(start, str) else _state_of(start, mechanism, period),
         progress=progress,
     )
-    return _to_dataset(found, options, phase, cycles if keep is None else keep)
+    return _to_dataset(run, options, phase, cycles if keep is None else keep)
 
 
 def _start_of(run: xr.Dataset) -> StartKind:
@@ -125,8 +125,8 @@ def stroboscopic_samples(found: Cycles) -> dict[str, np.ndarray]:
     maps = [found.plan.eccentricity(j) for j in contacts]
     shape = (samples.time.size, len(contacts), 2)
     values = {
-        "eccentricity": np.stack([each.at(rows.X) for each in maps], axis=1) if maps else np.zeros(shape),
-        "eccentricity_rate": np.stack([each.at(rows.V) for each in maps], axis=1) if maps else np.zeros(shape),
+        "eccentricity": np.stack([map_of_joint.at(rows.X) for map_of_joint in maps], axis=1) if maps else np.zeros(shape),
+        "eccentricity_rate": np.stack([map_of_joint.at(rows.V) for map_of_joint in maps], axis=1) if maps else np.zeros(shape),
         "in_contact": samples.mode[:, : len(contacts)] == 1,
         "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
     }
@@ -186,9 +186,9 @@ def per_cycle(found: Cycles) -> dict[str, np.ndarray]:
 
 def _internal_states(plan: Plan) -> np.ndarray:
     """What each internal state is: "A: bristle_deflection"."""
-    found = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in friction_states(contact)]
-    found += [f"{part.name}: {state.name}" for part in plan.acting for state in part.states]
-    return np.array(found, dtype=str)
+    states = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in friction_states(contact)]
+    states += [f"{part.name}: {state.name}" for part in plan.acting for state in part.states]
+    return np.array(states, dtype=str)
 
 
 def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.Dataset:

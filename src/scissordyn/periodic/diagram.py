@@ -94,12 +94,12 @@ def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
     """Singular positions that the drives lead through; those of some values only with the first of these values."""
     first: dict[str, str] = {}
     count: dict[str, int] = {}
-    known: dict[str, list[str]] = {}
+    grouped: dict[str, list[str]] = {}
     for case, value in zip(cases, values, strict=True):
         key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
-        if key not in known:
-            known[key] = drive_warnings(plan(case.mechanism), case.options.until)
-        for text in known[key]:
+        if key not in grouped:
+            grouped[key] = drive_warnings(plan(case.mechanism), case.options.until)
+        for text in grouped[key]:
             first.setdefault(text, value)
             count[text] = count.get(text, 0) + 1
     return [text if count[text] == len(cases) else f"{value}: {text}" for text, value in first.items()]
@@ -183,8 +183,8 @@ def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
 
 def _of_values(diagram: xr.Dataset) -> list[str]:
     """The warnings about single values, each once with the first value that has it."""
-    values, found = diagram["value"].values, []
+    values, warnings = diagram["value"].values, []
     for text, at in grouped_lines(diagram["warnings"].values).items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""
-        found.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs)}{others}: {text}")
-    return found
+        warnings.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs)}{others}: {text}")
+    return warnings

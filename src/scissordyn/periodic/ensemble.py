@@ -100,11 +100,11 @@ def ensemble(
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     starts = _starts(mechanism, start, members, perturbation, seed)
-    cases = [CycleCase(at, mechanism, options, cycles, cycles, phase, one) for at, one in enumerate(starts)]
+    cases = [CycleCase(at, mechanism, options, cycles, cycles, phase, begin) for at, begin in enumerate(starts)]
     run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
         enter(run, "member", outcome)
-    said = grouped_lines(run["warnings"].values)
+    lines = grouped_lines(run["warnings"].values)
     run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
     if "energy" not in run:
         raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")
@@ -119,7 +119,7 @@ def ensemble(
         "seed": seed,
         "agreement": agreement,
         "configuration": write_configuration(mechanism, options),
-        "warnings": json.dumps([*said, *drive_warnings(plan(mechanism), period)]),
+        "warnings": json.dumps([*lines, *drive_warnings(plan(mechanism), period)]),
     }
     return run
 
@@ -142,11 +142,11 @@ def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: 
     first = start_state(mechanism, start)
     system = make_system(plan(mechanism))
     numbers = np.random.default_rng(seed)
-    found = [first]
+    starts = [first]
     for _ in range(members - 1):
         factor = 1.0 + perturbation * numbers.standard_normal(first.y.size)
-        found.append(consistent(system, first.changed(y=first.y * factor)))
-    return found
+        starts.append(consistent(system, first.changed(y=first.y * factor)))
+    return starts
 
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:

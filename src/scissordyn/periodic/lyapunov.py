@@ -122,9 +122,9 @@ class _Pair:
     """Two trajectories side by side, put back to their first distance after each interval."""
 
     def __init__(self, mechanism: Mechanism, options: Options, pulse: float, distance: float, seed: int) -> None:
-        made = plan(mechanism)
-        self.n, self.system, self.pulse, self.distance = made.coordinates.free, make_system(made), pulse, distance * pulse
-        self.drivers = [make_driver(made, options)[0] for _ in range(2)]
+        tables = plan(mechanism)
+        self.n, self.system, self.pulse, self.distance = tables.coordinates.free, make_system(tables), pulse, distance * pulse
+        self.drivers = [make_driver(tables, options)[0] for _ in range(2)]
         for driver in self.drivers:
             driver.monitor(False)
         self.growth: list[float] = []

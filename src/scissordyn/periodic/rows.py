@@ -45,21 +45,21 @@ class CycleRow:
 def run_case(case: CycleCase) -> CycleRow:
     """Compute one case."""
     began, worked = time.perf_counter(), time.thread_time()
-    found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
-    if found.status == "interrupted":
+    run = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
+    if run.status == "interrupted":
         raise KeyboardInterrupt
     about: dict[str, str | int | float] = {
-        "status": found.status,
-        "cause": found.cause,
-        "warnings": "\n".join(found.warnings),
-        "completed_cycles": found.samples.time.size,
-        "total_steps": int(found.statistics["steps"]),
-        "total_events": int(found.statistics["events"]),
+        "status": run.status,
+        "cause": run.cause,
+        "warnings": "\n".join(run.warnings),
+        "completed_cycles": run.samples.time.size,
+        "total_steps": int(run.statistics["steps"]),
+        "total_events": int(run.statistics["events"]),
         "seconds": time.perf_counter() - began,
         "processor_seconds": time.thread_time() - worked,
     }
-    values = {name: values[case.cycles - case.keep :] for name, values in per_cycle(found).items()}
-    return CycleRow(values, found.end, about)
+    values = {name: values[case.cycles - case.keep :] for name, values in per_cycle(run).items()}
+    return CycleRow(values, run.end, about)
 
 
 Column = tuple[str, np.ndarray, dict[str, str]]

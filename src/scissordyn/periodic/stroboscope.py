@@ -52,16 +52,16 @@ def drive_period(mechanism: Mechanism) -> float:
     """The period of a mechanism's only periodic drive."""
     # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
-    found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
+    periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
     every = [*(drive.motion for drive in mechanism.drives), *(rod.motion for rod in mechanism.rods)]
-    found |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
-    if len(found) != 1:
+    periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
+    if len(periods) != 1:
         raise InputError(
-            f"{len(found) or 'no'} periods among the drives of the mechanism",
+            f"{len(periods) or 'no'} periods among the drives of the mechanism",
             "the period [s]",
             "period=0.25, or a harmonic drive",
         )
-    return found.pop()
+    return periods.pop()
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
@@ -95,8 +95,8 @@ def run_cycles(
     warned = prepared.warnings if isinstance(start, str) else ()
     first = round(driver.time / period)
     check_tables(driver.plan, (first + cycles) * period)
-    found = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
-    return replace(found, warnings=(*warned, *found.warnings))
+    run = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
+    return replace(run, warnings=(*warned, *run.warnings))
 
 
 def _cycled(
@@ -183,12 +183,12 @@ def summarise(
 ) -> None:
     """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""
     for j in range(mode.size):
-        own = log[log["guard"] == j]
-        time, rises = own["time"], own["mode"] == RISE
+        contacts = log[log["guard"] == j]
+        time, rises = contacts["time"], contacts["mode"] == RISE
         impacts[j] = int(np.sum(rises))
         lasted = float(np.sum(time[~rises]) - np.sum(time[rises]))
         if mode[j] == 1:
             lasted -= begin
-        if (own["mode"][-1] if own.size else mode[j]) == 1:
+        if (contacts["mode"][-1] if contacts.size else mode[j]) == 1:
             lasted += begin + period
         fraction[j] = min(1.0, max(0.0, lasted / period))

@@ -30,8 +30,8 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
     def angle(body: str) -> float:
         return 0.0 if body == GROUND else mechanism.body(body).angle
 
-    found: tuple[float, ...] = component.declaration.port.start(component, mechanism.place, angle)
-    return found
+    coordinates: tuple[float, ...] = component.declaration.port.start(component, mechanism.place, angle)
+    return coordinates
 
 
 def friction_states(contact: Revolute | ContactPoint) -> tuple[State, ...]:

@@ -60,32 +60,32 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
 
 def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
     """Entries of a flexible bar: of the points, of directions and of amplitudes, which couple with nothing."""
-    per_length, spans, own = axis.bar.mass_per_length, np.diff(axis.shapes.places), np.zeros(axis.shapes.count)
+    per_length, spans, shape_mass = axis.bar.mass_per_length, np.diff(axis.shapes.places), np.zeros(axis.shapes.count)
     for k in range(len(axis.bar.sections)):
-        own[k] = 0.5 * per_length * float(np.sum(spans[max(0, k - 1) : k + 1]))
+        shape_mass[k] = 0.5 * per_length * float(np.sum(spans[max(0, k - 1) : k + 1]))
     for row, k in enumerate(axis.shapes.clamped, len(axis.bar.sections)):
         if k in axis.directed:
-            own[row] = sum(node_inertia(per_length, span) for span in spans[max(0, k - 1) : k + 1].tolist())
-    mass = per_length * axis.shapes.mass - np.diag(own)
-    found = []
+            shape_mass[row] = sum(node_inertia(per_length, span) for span in spans[max(0, k - 1) : k + 1].tolist())
+    mass = per_length * axis.shapes.mass - np.diag(shape_mass)
+    entries = []
     for i, p, first in axis.terms:
         for j, q, second in axis.terms:
             if mass[i, j] == 0.0:
                 continue
             along, across = mass[i, j] * math.cos(second - first), mass[i, j] * math.sin(second - first)
-            found += [(p, q, along), (p + 1, q + 1, along)]
+            entries += [(p, q, along), (p + 1, q + 1, along)]
             if across != 0.0:
-                found += [(p, q + 1, -across), (p + 1, q, across)]
-    return found
+                entries += [(p, q + 1, -across), (p + 1, q, across)]
+    return entries
 
 
 def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[PointMap]]]:
     """Of each flexible bar the columns that it reads, and the maps of the vectors of its shapes."""
-    found = []
+    shape_maps = []
     for axis in coordinates.natural.axes:
-        maps = [coordinates.vector(*axis.expression(one)) for one in np.eye(axis.shapes.count)]
-        found.append((np.unique(np.concatenate([each.columns for each in maps])), maps))
-    return found
+        maps = [coordinates.vector(*axis.expression(unit)) for unit in np.eye(axis.shapes.count)]
+        shape_maps.append((np.unique(np.concatenate([vector.columns for vector in maps])), maps))
+    return shape_maps
 
 
 def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
@@ -93,14 +93,14 @@ def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
 
     Modes are not mixed with anything; a bar without modes has none of them.
     """
-    held, count = axis.shapes.held, axis.shapes.count
-    if held == count:
-        return held, 0, 0.0
-    first, scale = int(maps[held].columns[0]), float(maps[held].rows[0, 0])
-    for k, each in enumerate(maps[held:count]):
-        assert each.columns.tolist() == [first + 2 * k, first + 2 * k + 1]
-        assert np.array_equal(each.rows, scale * np.eye(2))
-    return held, first, scale
+    fixed, count = axis.shapes.held, axis.shapes.count
+    if fixed == count:
+        return fixed, 0, 0.0
+    first, scale = int(maps[fixed].columns[0]), float(maps[fixed].rows[0, 0])
+    for k, vector in enumerate(maps[fixed:count]):
+        assert vector.columns.tolist() == [first + 2 * k, first + 2 * k + 1]
+        assert np.array_equal(vector.rows, scale * np.eye(2))
+    return fixed, first, scale
 
 
 def bar_table(axis: Axis) -> np.ndarray:
@@ -124,10 +124,10 @@ def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
     The first table has a row for each column, an even number of them, with x and y of one shape after the other; the second one
     a row for each of these, by columns.
     """
-    columns = np.unique(np.concatenate([each.columns for each in maps]))
+    columns = np.unique(np.concatenate([vector.columns for vector in maps]))
     table = np.zeros((even(columns.size), 2 * len(maps)))
-    for k, each in enumerate(maps):
-        table[np.searchsorted(columns, each.columns), 2 * k : 2 * k + 2] = each.rows.T
+    for k, vector in enumerate(maps):
+        table[np.searchsorted(columns, vector.columns), 2 * k : 2 * k + 2] = vector.rows.T
     return columns, np.concatenate([_padded(table).ravel(), _padded(table[: columns.size].T).ravel()])
 
 
@@ -161,8 +161,8 @@ def _levels(graph: sp.csr_array, first: int) -> np.ndarray:
     """Distance of each coordinate from one of them, in couplings."""
     order, before = breadth_first_order(graph, first, directed=False)
     level = np.zeros(graph.shape[0], int)
-    for each in order[1:]:
-        level[each] = level[before[each]] + 1
+    for further in order[1:]:
+        level[further] = level[before[further]] + 1
     return level
 
 
@@ -197,12 +197,12 @@ def is_straight(axis: Axis, natural: np.ndarray) -> bool:
 def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[PointMap, float]], Constraint]:
     """Vectors that vanish where a flexible bar is straight and evenly extended, with their scales [m]; its length."""
     shapes, length, sections = axis.shapes, axis.bar.length, len(axis.bar.sections)
-    one = np.eye(shapes.count)
-    chord = (one[sections - 1] - one[0]) / length
-    rows = [(one[k] - one[0] - shapes.places[k] * chord, length) for k in range(1, sections - 1)]
-    rows += [(one[k] - chord, 1.0) for k in range(sections, shapes.held)]
+    identity = np.eye(shapes.count)
+    chord = (identity[sections - 1] - identity[0]) / length
+    rows = [(identity[k] - identity[0] - shapes.places[k] * chord, length) for k in range(1, sections - 1)]
+    rows += [(identity[k] - chord, 1.0) for k in range(sections, shapes.held)]
     rows += [
-        (one[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
+        (identity[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
     ]
     vectors = [(coordinates.vector(*axis.expression(row)), scale) for row, scale in rows]
     along = coordinates.vector(*axis.expression(chord))

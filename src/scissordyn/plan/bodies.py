@@ -34,15 +34,15 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
             offset[b] = body.angle
     parts: tuple[Any, ...] = (*acting(mechanism), *mechanism.rods)
     ends = [contact.ends for contact in mechanism.contacts] + [part.declaration.port.ends(part) for part in parts]
-    acting_at = [_ends(mechanism, each) for each in ends]
+    acting_at = [_ends(mechanism, place) for place in ends]
     acted_on = np.array([[index.get(end[0], -1) for end in pair] for pair in acting_at], np.int64).reshape(-1, 2)
     arm = np.array([[end[1] for end in pair] for pair in acting_at], float).reshape(-1, 2, 2)
     names = [constraint.name for constraint in coordinates.constraints]
     rods = [names.index(rod.name) for rod in mechanism.rods]
     return BodyMaps(
-        start=np.cumsum([0, *(each.columns.size for each in maps)], dtype=np.int64),
-        column=np.concatenate([each.columns for each in maps]),
-        row=np.ascontiguousarray(np.hstack([each.rows for each in maps])),
+        start=np.cumsum([0, *(place.columns.size for place in maps)], dtype=np.int64),
+        column=np.concatenate([place.columns for place in maps]),
+        row=np.ascontiguousarray(np.hstack([place.rows for place in maps])),
         rotation=rotation,
         sense=sense,
         offset=offset,

@@ -49,11 +49,11 @@ def every_branch(mechanism: Mechanism) -> Branches:
     unit = np.zeros((total, total + 1))
     unit[:, :total] = np.diag(np.where(origins(natural), mechanism.size, 1.0))
     every = Coordinates(natural, total, 1, unit, None, mechanism.size)
-    constraints = tuple(each for each in quadratic_constraints(mechanism, every) if not each.latch)
+    constraints = tuple(entry for entry in quadratic_constraints(mechanism, every) if not entry.latch)
     parts = [part for constraint in constraints for part in constraint.parts]
     rows = np.zeros((len(parts), 2, total + 1))
-    for row, (_, each) in zip(rows, parts, strict=True):
-        row[:, each.columns] = each.rows
+    for row, (_, entry) in zip(rows, parts, strict=True):
+        row[:, entry.columns] = entry.rows
     free, maps, weight = expressed[:, stays], np.ascontiguousarray(rows[:, :, :total]), np.array([w for w, _ in parts], float)
     moving = maps @ free
     begin = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])[:-1]

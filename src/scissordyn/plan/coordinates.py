@@ -168,8 +168,10 @@ class Natural:
         """
         for axis in self.axes:
             for p in axis.slopes:
-                one, other = (int(axis.first[k]) for k in (0, len(axis.bar.sections) - 1))
-                position[p : p + 2] = (position[other : other + 2] - position[one : one + 2]) / axis.bar.length
+                first_end, last_end = (int(axis.first[k]) for k in (0, len(axis.bar.sections) - 1))
+                position[p : p + 2] = (
+                    position[last_end : last_end + 2] - position[first_end : first_end + 2]
+                ) / axis.bar.length
             amplitudes = axis.in_static_deflection(position)
             for q, p in zip(amplitudes, axis.first[axis.shapes.held :].tolist(), strict=True):
                 position[p : p + 2] = q
@@ -226,10 +228,10 @@ class Coordinates:
         self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = (), miss: float = 0.0
     ) -> Coordinates:
         """The same with these constraints; what is known of the coordinates is taken along."""
-        made = replace(self, constraints=constraints, redundant=redundant, miss=miss)
-        own = Coordinates.__dataclass_fields__
-        made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in own})
-        return made
+        changed = replace(self, constraints=constraints, redundant=redundant, miss=miss)
+        fields = Coordinates.__dataclass_fields__
+        changed.__dict__.update({name: value for name, value in self.__dict__.items() if name not in fields})
+        return changed
 
     def place(self, point: BodyPoint) -> PointMap:
         """Position of a point of a body."""
@@ -246,8 +248,8 @@ class Coordinates:
 
     def nearest(self, b: np.ndarray, natural: np.ndarray) -> np.ndarray:
         """Free coordinates (or their rates) nearest, in the sense of kinetic energy, to natural coordinates (or velocities)."""
-        moving, known = self.matrix[:, : self.free], self.matrix[:, self.free :]
-        return np.asarray(moving.T @ (self.mass @ (natural - known @ b)))
+        moving, driven = self.matrix[:, : self.free], self.matrix[:, self.free :]
+        return np.asarray(moving.T @ (self.mass @ (natural - driven @ b)))
 
     @cached_property
     def reach(self) -> np.ndarray:
@@ -281,8 +283,8 @@ class Coordinates:
 
     def direction(self, body: str) -> PointMap:
         """Direction vector of a body; nothing for the ground and for a body that does not rotate."""
-        found = self._directions.get(body)
-        return PointMap(np.empty(0, np.int64), np.empty((2, 0))) if found is None else found
+        vector = self._directions.get(body)
+        return PointMap(np.empty(0, np.int64), np.empty((2, 0))) if vector is None else vector
 
     def frame(self, body: str) -> PointMap:
         """Direction vector of a body's x axis, constant for the ground and for a body that does not rotate."""
@@ -294,11 +296,11 @@ class Coordinates:
     @cached_property
     def _directions(self) -> dict[str, PointMap]:
         """Direction vectors of the bodies that rotate."""
-        found = {}
+        vectors = {}
         for name, body in self.natural.bodies.items():
             if body.rotates:
-                found[name] = self._map(self.natural.direction(name))
-        return found
+                vectors[name] = self._map(self.natural.direction(name))
+        return vectors
 
     @cached_property
     def families(self) -> tuple[Family, ...]:
@@ -330,15 +332,15 @@ class Coordinates:
 
 def find_families(directions: dict[str, PointMap], free: int) -> tuple[Family, ...]:
     """Bodies by families, from their directions as maps of so many free coordinates and the basis."""
-    found: dict[tuple[bytes, ...], list[str]] = {}
+    families: dict[tuple[bytes, ...], list[str]] = {}
     for name, direction in directions.items():
         square = direction.rows.T @ direction.rows  # the same for directions that differ by a rotation or a reflection
         scale = float(square.diagonal().max(initial=0.0)) or 1.0
         row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
         values = np.round(square[row, column] / (scale * SAME)) * SAME + 0.0  # no negative zeros
         key = direction.columns[row].tobytes(), direction.columns[column].tobytes(), values.tobytes()
-        found.setdefault(key, []).append(name)
+        families.setdefault(key, []).append(name)
     return tuple(
         Family(tuple(names), tuple(map(directions.__getitem__, names)), bool((directions[names[0]].columns < free).any()))
-        for names in found.values()
+        for names in families.values()
     )

@@ -22,11 +22,11 @@ def same_tables(base: Mechanism, other: Mechanism) -> bool:
         and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
         and [(track.body, track.point) for track in base.tracks] == [(track.body, track.point) for track in other.tracks]
         and len(base.joints) == len(other.joints)
-        and all(one is another or _same_joint(one, another) for one, another in zip(base.joints, other.joints, strict=True))
+        and all(ours is theirs or _same_joint(ours, theirs) for ours, theirs in zip(base.joints, other.joints, strict=True))
         and len(base.components) == len(other.components)
         and all(
-            one is another or _same_component(one, another)
-            for one, another in zip(base.components, other.components, strict=True)
+            ours is theirs or _same_component(ours, theirs)
+            for ours, theirs in zip(base.components, other.components, strict=True)
         )
     )
 

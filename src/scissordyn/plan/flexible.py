@@ -39,14 +39,14 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
     """The bodies whose direction something acts on beside joints, or that have more than a cross-section."""
     bars = flexible_bars(mechanism)
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.latches)
-    found = {drive.body for drive in mechanism.drives}
-    found |= {body for weld in mechanism.welds for body, _ in (weld.start, weld.end)}
-    found |= {part.body for part in parts if part.declaration.motor}
+    clamped = {drive.body for drive in mechanism.drives}
+    clamped |= {body for weld in mechanism.welds for body, _ in (weld.start, weld.end)}
+    clamped |= {part.body for part in parts if part.declaration.motor}
     for part in parts:
         if part.declaration.port is not AXIS:
-            found |= {each.body for each in part.declaration.port.attachments(part) if each.what != "place"}
+            clamped |= {place.body for place in part.declaration.port.attachments(part) if place.what != "place"}
     for guide in mechanism.guides:
-        found |= {guide.body, *((guide.follower[0],) if guide.aligned or guide.clearance is not None else ())}
+        clamped |= {guide.body, *((guide.follower[0],) if guide.aligned or guide.clearance is not None else ())}
     inertia: dict[str, float] = {}
     times: dict[str, int] = {}
     for bar in bars:
@@ -54,12 +54,12 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
             spans = np.diff(bar.places)[max(0, k - 1) : k + 1].tolist()
             inertia[name] = inertia.get(name, 0.0) + sum(node_inertia(bar.mass_per_length, span) for span in spans)
             times[name] = times.get(name, 0) + 1
-    for name, own in inertia.items():
+    for name, local in inertia.items():
         body = mechanism.body(name)
         alone = times[name] == 1 and body.centre == (0.0, 0.0) and all(point == (0.0, 0.0) for point in body.points.values())
-        if not alone or abs((body.inertia or 0.0) - own) > SAME_INERTIA * own:
-            found.add(name)
-    return frozenset(found)
+        if not alone or abs((body.inertia or 0.0) - local) > SAME_INERTIA * local:
+            clamped.add(name)
+    return frozenset(clamped)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +91,8 @@ class Axis:
     @property
     def slopes(self) -> list[int]:
         """Natural vectors that are slopes at cross-sections without a direction of their own."""
-        own = self.first[len(self.bar.sections) : self.shapes.held]
-        return [p for p, k in zip(own.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
+        slopes = self.first[len(self.bar.sections) : self.shapes.held]
+        return [p for p, k in zip(slopes.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
 
     @property
     def terms(self) -> list[tuple[int, int, float]]:
@@ -134,8 +134,8 @@ def contact_frequency(mechanism: Mechanism, mass: float) -> float:
     The duration goes with the fifth root of mass squared over speed for a contact as that of spheres, so that neither has to be
     known well. A hard contact has the stiffness law of the impact that its impulse stands for.
     """
-    known = {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}
-    return max((1.0 / _impact_duration(each.stiffness, each.surfaces, mass) for each in known), default=0.0)
+    clearances = {contact.clearance for contact in mechanism.contacts if contact.clearance is not None}
+    return max((1.0 / _impact_duration(clearance.stiffness, clearance.surfaces, mass) for clearance in clearances), default=0.0)
 
 
 @lru_cache(256)
@@ -196,28 +196,28 @@ def modes_below(bar: FlexibleBar, frequency: float) -> int:
 
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:
     """The bars that bend, their further vectors from a natural coordinate on; and how many coordinates there are then."""
-    found = []
+    axes = []
     for bar in flexible_bars(mechanism):
-        held = tuple(k for k, name in enumerate(bar.sections) if name in clamped)
+        clamped_at = tuple(k for k, name in enumerate(bar.sections) if name in clamped)
         # a temperature difference is a moment on both ends: modes with none there would converge slowly
         bent = {0, len(bar.sections) - 1} if bar.temperature_difference else set()
-        sloped = tuple(sorted({*held, *bent}))
+        sloped = tuple(sorted({*clamped_at, *bent}))
         shapes = shapes_of(
             tuple(place - bar.places[0] for place in bar.places),
             sloped,
             mode_count(mechanism, bar),
-            len(sloped) == len(held) > 0,
+            len(sloped) == len(clamped_at) > 0,
         )
         points = [offsets[name] for name in bar.sections]
         directions, turned = [], np.zeros(shapes.count)
         for row, k in enumerate(sloped, len(points)):
-            if k in held:
+            if k in clamped_at:
                 directions.append(points[k] + 2)
                 turned[row] = bar.angles[k]
             else:
                 directions.append(first)
                 first += 2
         places = [*points, *directions, *range(first, first + 2 * shapes.modes, 2)]
-        found.append(Axis(bar, shapes, np.array(places, np.int64), turned, held))
+        axes.append(Axis(bar, shapes, np.array(places, np.int64), turned, clamped_at))
         first += 2 * shapes.modes
-    return tuple(found), first
+    return tuple(axes), first

@@ -31,14 +31,14 @@ class Gradients:
 
     def __init__(self, free: int, basis: int, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
         self.free, self.count = free, len(constraints)
-        parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
+        parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
         self.owner = np.array([k for k, _, _ in parts], int)
         self.weight = np.array([weight for _, weight, _ in parts], float)
         self.value = np.array([constraint.value for constraint in constraints], float)
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
         width = free + basis
         dense = 2 * max(len(parts), len(held)) * width <= LARGE
-        self.maps = _matrix([each for _, _, each in parts], width, dense)
+        self.maps = _matrix([part for _, _, part in parts], width, dense)
         self.held = _matrix(list(held), width, dense)
         moving = self.maps[:, : self.free]
         square = moving * moving if isinstance(moving, np.ndarray) else moving.multiply(moving)
@@ -47,8 +47,8 @@ class Gradients:
     def residual(self, full: np.ndarray) -> np.ndarray:
         """Errors of the constraints at [x; b]."""
         d = np.asarray(self.maps @ full).reshape(-1, 2)
-        found: np.ndarray = np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
-        return found
+        values: np.ndarray = np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
+        return values
 
     def rounding(self, full: np.ndarray) -> np.ndarray:
         """What a rounding of the coordinates at [x; b] moves the constraints by, then the held vectors."""
@@ -89,12 +89,12 @@ def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
     """The rows of some maps, one pair below the other."""
     if dense or not maps:
         full = np.zeros((2 * len(maps), width))
-        for k, each in enumerate(maps):
-            full[2 * k : 2 * k + 2, each.columns] = each.rows
+        for k, vector in enumerate(maps):
+            full[2 * k : 2 * k + 2, vector.columns] = vector.rows
         return full
-    rows = np.concatenate([np.repeat([2 * k, 2 * k + 1], each.columns.size) for k, each in enumerate(maps)])
-    columns = np.concatenate([np.tile(each.columns, 2) for each in maps])
-    values = np.concatenate([each.rows.ravel() for each in maps])
+    rows = np.concatenate([np.repeat([2 * k, 2 * k + 1], vector.columns.size) for k, vector in enumerate(maps)])
+    columns = np.concatenate([np.tile(vector.columns, 2) for vector in maps])
+    values = np.concatenate([vector.rows.ravel() for vector in maps])
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(maps), width))
 
 

@@ -66,7 +66,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
     place, pairs, reach = _ordering(n, entries)
     value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
-    made = HardContacts(
+    contacts_table = HardContacts(
         which=np.array(which, np.int64),
         compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
         elastic=np.zeros((count, PARAMETERS)),
@@ -104,8 +104,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
         **{name: np.zeros(rows) for name in OF_ROWS},
         **{name: np.zeros(states) for name in OF_STATES},
     )
-    put_hard_numbers(made, plan)
-    return made
+    put_hard_numbers(contacts_table, plan)
+    return contacts_table
 
 
 def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
@@ -131,14 +131,14 @@ def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Ent
     """Entries of the rows of constraints, of N and T of each contact, and of components whose forces depend on their speeds."""
     model = plan.model
     size = model.element_column.size
-    found = [
+    entries = [
         (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], AXES * size)
         for k in range(model.constraint_start.size - 1)
     ]
     acting = [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, axis) for j, axis in damped]
-    found += [(model.element_column, model.element_start[e], model.element_start[e + 1], axis * size) for e, axis in acting]
+    entries += [(model.element_column, model.element_start[e], model.element_start[e + 1], axis * size) for e, axis in acting]
     rows = []
-    for columns, start, end, shift in found:
+    for columns, start, end, shift in entries:
         at = np.arange(start, end)[columns[start:end] < model.n]
         at = at[np.argsort(columns[at], kind="stable")]
         rows.append((columns[at], at + shift))
@@ -147,22 +147,25 @@ def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Ent
 
 def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Entries that are multiplied for each pair of rows."""
-    starts, found = [0], []
+    starts, products = [0], []
     for a, b in pairs.tolist():
         same = [(i, k) for i in range(entries[a][0].size) for k in np.flatnonzero(entries[b][0] == entries[a][0][i])]
-        found += [(entries[a][1][i], entries[b][1][k]) for i, k in same]
-        starts.append(len(found))
-    return np.array(starts, np.int64), np.array(found, np.int64).reshape(-1, 2)
+        products += [(entries[a][1][i], entries[b][1][k]) for i, k in same]
+        starts.append(len(products))
+    return np.array(starts, np.int64), np.array(products, np.int64).reshape(-1, 2)
 
 
 def _ordering(n: int, entries: Entries) -> tuple[np.ndarray, np.ndarray, int]:
     """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
     groups = [np.unique(columns) for columns, _ in entries]
     size = len(groups)
-    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
+    used = np.concatenate(groups) if groups else np.zeros(0, np.int64)
     owner = np.repeat(np.arange(size), [group.size for group in groups])
-    own = csr_array((np.ones(held.size), (owner, held)), shape=(size, max(n, 1)))
-    graph = csr_array(own @ own.T + csr_array((np.ones(size), (np.arange(size), np.arange(size))), shape=(size, size)))
+    incidence_matrix = csr_array((np.ones(used.size), (owner, used)), shape=(size, max(n, 1)))
+    graph = csr_array(
+        incidence_matrix @ incidence_matrix.T
+        + csr_array((np.ones(size), (np.arange(size), np.arange(size))), shape=(size, size))
+    )
     graph.sort_indices()
     place = np.empty(size, np.int64)
     place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)

@@ -91,10 +91,10 @@ def eliminated(
 
 def origins(natural: Natural) -> np.ndarray:
     """Which natural coordinates are those of origins rather than of directions."""
-    found = np.zeros(natural.total, bool)
+    is_origin = np.zeros(natural.total, bool)
     for first in natural.offsets.values():
-        found[first : first + 2] = True
-    return found
+        is_origin[first : first + 2] = True
+    return is_origin
 
 
 def _lost_inertia(mechanism: Mechanism) -> InputError:
@@ -127,8 +127,8 @@ def _impose_all(
         d = natural.offsets[drive.body] + 2
         for axis in (0, 1):
             elimination.impose({d + axis: 1.0, ones + 1 + 2 * index + axis: -1.0}, f"the drive of body '{drive.body}'")
-    for one, other, angle in parallel:
-        _impose_angle(natural, elimination, one, other, angle, f"the parallelogram of {_between(one, other)}")
+    for body, other, angle in parallel:
+        _impose_angle(natural, elimination, body, other, angle, f"the parallelogram of {_between(body, other)}")
     for weld in mechanism.welds:
         _impose_weld(natural, size, elimination, weld)
     for joint in mechanism.ideal_joints:
@@ -198,8 +198,8 @@ def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
             if value != 0.0:
                 entries += [(row, column, value), (column, row, value)]
     rows, columns, values = zip(*entries, strict=True)
-    found = sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
-    return sp.csr_array(found + beam_mass(mechanism, natural)) if bends(mechanism) else found
+    matrix = sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
+    return sp.csr_array(matrix + beam_mass(mechanism, natural)) if bends(mechanism) else matrix
 
 
 def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_array], np.ndarray] | None = None) -> Any:

@@ -37,7 +37,7 @@ from scissordyn.plan.rail import Rails, rail_tables
 
 def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Starts, columns and rows of some maps, one after the other."""
-    start = offsets(each.columns.size for each in maps)
+    start = offsets(vector.columns.size for vector in maps)
     if not maps:
         return start, np.zeros(0, np.int64), np.zeros((height, 0))
     return start, np.concatenate([m.columns for m in maps]), np.ascontiguousarray(np.hstack([m.rows for m in maps]))
@@ -45,7 +45,7 @@ def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray,
 
 def _element_map(coordinates: Coordinates, attachments: Iterable[Attachment]) -> PointMap:
     """The six rows of a force element."""
-    return joined([(_attached(coordinates, each), each.row, each.sign) for each in attachments])
+    return joined([(_attached(coordinates, attachment), attachment.row, attachment.sign) for attachment in attachments])
 
 
 def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
@@ -55,11 +55,11 @@ def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
     if attachment.what == "direction":
         return coordinates.direction(attachment.body)
     body, point = attachment.body, attachment.point
-    found = coordinates.place((body, point)) if isinstance(point, str) else coordinates.at(body, point or (0.0, 0.0))
+    vector = coordinates.place((body, point)) if isinstance(point, str) else coordinates.at(body, point or (0.0, 0.0))
     if attachment.along is None:
-        return found
+        return vector
     along = np.array([[math.cos(attachment.along), math.sin(attachment.along)], [0.0, 0.0]])
-    return PointMap(found.columns, along @ found.rows)
+    return PointMap(vector.columns, along @ vector.rows)
 
 
 def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
@@ -71,10 +71,10 @@ def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
 def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     """Everything that follows from topology and lengths."""
     n = coordinates.free
-    moving, known = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
-    carried = coordinates.mass @ known
+    moving, driven = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
+    carried = coordinates.mass @ driven
     inertia, inertia_b = (
-        each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, known.T @ carried)
+        each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, driven.T @ carried)
     )
     contacts, components = mechanism.contacts, acting(mechanism)
     states = [len(friction_states(each)) for each in contacts] + [len(each.states) for each in components]
@@ -137,31 +137,31 @@ def _flexible(
     numbers[_bars(components)] = np.arange(len(bars))
     for i, bar in rails.bars.items():
         numbers[i] = bar
-    found = [each for _, maps in bars for each in maps]
-    shape_start, shape_column, shape_row = _stacked(found, 2)
+    vectors = [each for _, maps in bars for each in maps]
+    shape_start, shape_column, shape_row = _stacked(vectors, 2)
     tables, table_start = _shared([bar_table(axis) for axis in coordinates.natural.axes])
     first = offsets(len(maps) for _, maps in bars)
     rows = [
-        [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, found[at:])]
+        [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, vectors[at:])]
         for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start, strict=False)
     ]
-    held = [held_table(maps[: axis.shapes.held]) for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)]
+    fixed = [held_table(maps[: axis.shapes.held]) for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)]
     static = np.stack(
         [
-            tables.size + offsets(table.size for _, table in held)[:-1],
-            [columns.size for columns, _ in held],
-            offsets(columns.size for columns, _ in held)[:-1],
+            tables.size + offsets(table.size for _, table in fixed)[:-1],
+            [columns.size for columns, _ in fixed],
+            offsets(columns.size for columns, _ in fixed)[:-1],
         ],
         axis=1,
     )
     read = [columns for columns, maps in bars for _ in maps]
-    places = [np.searchsorted(columns, each.columns) for columns, each in zip(read, found, strict=True)]
+    places = [np.searchsorted(columns, each.columns) for columns, each in zip(read, vectors, strict=True)]
     return {
         "bar_of": numbers,
         "bar": np.hstack([np.array([row[:6] for row in rows], np.int64).reshape(-1, 6), static.astype(np.int64)]),
         "bar_scale": np.array([row[6] for row in rows], float),
-        "bar_column": np.concatenate([np.zeros(0, np.int64), *(columns for columns, _ in held)]),
-        "bar_table": np.concatenate([tables, *(table for _, table in held)]),
+        "bar_column": np.concatenate([np.zeros(0, np.int64), *(columns for columns, _ in fixed)]),
+        "bar_table": np.concatenate([tables, *(table for _, table in fixed)]),
         "shape_start": shape_start,
         "shape_column": shape_column,
         "shape_row": shape_row,
@@ -193,8 +193,8 @@ def _integers(values: Iterable[int]) -> np.ndarray:
 def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
     """The part of a model that describes its quadratic constraints."""
     constraints = coordinates.constraints
-    parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
-    part_start, column, row = _stacked([each for _, _, each in parts], 2)
+    parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
+    part_start, column, row = _stacked([part for _, _, part in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
     return {
@@ -223,9 +223,9 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
     recorded = [i for i, each in enumerate(components) if isinstance(each, Actuator) and each.controller.delay > 0.0]
 
     def numbered(chosen: list[int], first: int) -> np.ndarray:
-        found = np.full(len(components), -1, np.int64)
-        found[chosen] = first + np.arange(len(chosen))
-        return found
+        numbers = np.full(len(components), -1, np.int64)
+        numbers[chosen] = first + np.arange(len(chosen))
+        return numbers
 
     return {
         "component_port": _integers(each.port.code for each in declared),
@@ -298,8 +298,8 @@ def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.nd
     parts = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])
     names = [constraint.name for constraint in constraints]
     first = len(mechanism.exerting)
-    found = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in mechanism.latches]
-    return np.array([(k, p, first + i) for i, (k, p) in enumerate(found)], np.int64).reshape(-1, 3)
+    latches = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in mechanism.latches]
+    return np.array([(k, p, first + i) for i, (k, p) in enumerate(latches)], np.int64).reshape(-1, 3)
 
 
 def _overlaps(coordinates: Coordinates) -> np.ndarray:

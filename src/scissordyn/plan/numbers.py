@@ -105,11 +105,11 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
 
 def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
     """Declared scales of the states of friction laws, 0 for none."""
-    found: list[float] = []
+    scales: list[float] = []
     for contact in contacts:
         law: Any = contact.clearance and contact.clearance.friction
-        found += [0.0 if state.scale is None else state.size(law) for state in friction_states(contact)]
-    return found
+        scales += [0.0 if state.scale is None else state.size(law) for state in friction_states(contact)]
+    return scales
 
 
 def _of_components(components: Sequence[Component]) -> list[float]:

@@ -30,8 +30,8 @@ class Ordering(NamedTuple):
 def incidence(groups: Sequence[np.ndarray], columns: int) -> csr_array:
     """A matrix with a one wherever a group, its row, has a column."""
     rows = np.repeat(np.arange(len(groups)), [group.size for group in groups])
-    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
-    return csr_array((np.ones(rows.size), (rows, held)), shape=(len(groups), columns))
+    used = np.concatenate(groups) if groups else np.zeros(0, np.int64)
+    return csr_array((np.ones(rows.size), (rows, used)), shape=(len(groups), columns))
 
 
 def order_unknowns(

@@ -79,12 +79,12 @@ def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None])
     placed = {body.name: body.angle for body in mechanism.bodies}
     candidates = list(_quadrilaterals(mechanism))
     angles: Angles = placed
-    if any(each.gap(placed) > CLOSED for each in candidates):
+    if any(candidate.gap(placed) > CLOSED for candidate in candidates):
         angles = assemble() or placed
     pairs: dict[tuple[str, str], float] = {}
-    for each in candidates:
-        near, far = each.near, each.far
-        if (far.body, near.body) in pairs or (near.body, far.body) in pairs or not each.is_parallel(angles):
+    for candidate in candidates:
+        near, far = candidate.near, candidate.far
+        if (far.body, near.body) in pairs or (near.body, far.body) in pairs or not candidate.is_parallel(angles):
             continue
         first, second = (far, near) if far.body == GROUND else (near, far)
         (ax, ay), (bx, by) = first.at(placed), second.at(placed)

@@ -69,10 +69,10 @@ class Plan:
 
     def case(self, other: Mechanism) -> Plan:
         """The plan of another case that fits: the same tables, its own parts and numbers."""
-        made = replace(self, mechanism=other)
+        changed = replace(self, mechanism=other)
         if "branches" in self.__dict__:
-            made.__dict__["branches"] = self.branches
-        return made
+            changed.__dict__["branches"] = self.branches
+        return changed
 
     def numbers(self) -> Parameters:
         """The numbers of the case, in arrays of their own."""
@@ -165,7 +165,7 @@ class Plan:
         return self._places("compliant")
 
     def _places(self, kind: ContactKind) -> list[int]:
-        return [j for j, each in enumerate(self.contacts) if each.clearance and each.clearance.contact == kind]
+        return [j for j, contact in enumerate(self.contacts) if contact.clearance and contact.clearance.contact == kind]
 
     @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
@@ -274,13 +274,13 @@ def plan(mechanism: Mechanism) -> Plan:
     It takes a fifth of the time of a short run: it is kept with the mechanism, which never changes, and a mechanism that was
     made from another one by a change has the tables of that one's plan if it fits.
     """
-    known: Plan | None = mechanism.__dict__.get(PLAN)
-    if known is None:
+    stored: Plan | None = mechanism.__dict__.get(PLAN)
+    if stored is None:
         lent: Plan | None = mechanism.__dict__.pop(LENT, None)
         whole = with_mode_counts(mechanism)
-        known = lent.case(whole) if lent is not None and lent.fits(whole) else _compiled(whole)
-        mechanism.__dict__[PLAN] = known
-    return known
+        stored = lent.case(whole) if lent is not None and lent.fits(whole) else _compiled(whole)
+        mechanism.__dict__[PLAN] = stored
+    return stored
 
 
 def _compiled(mechanism: Mechanism) -> Plan:

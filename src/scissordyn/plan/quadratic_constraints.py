@@ -54,7 +54,7 @@ def order_constraints(unknowns: int, found: list[Constraint]) -> tuple[Constrain
 
 def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[Constraint]:
     """One constraint of unit length per family of parallel bars."""
-    found = []
+    constraints = []
     for family in coordinates.families:
         first = family.maps[0]
         if family.bodies[0] in coordinates.natural.tangents:  # as long as the strain makes it
@@ -70,8 +70,8 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
             length = math.sqrt(float(np.max(np.sum(direction.rows * direction.rows, axis=0))) / size)
             if abs(length - 1.0) > CONTRADICTION:
                 raise _wrong_length(coordinates, elimination, name, length, family.bodies[0])
-        found.append(Constraint(((1.0, first),), 0.5, subject=_bodies(family.bodies), bodies=family.bodies))
-    return found
+        constraints.append(Constraint(((1.0, first),), 0.5, subject=_bodies(family.bodies), bodies=family.bodies))
+    return constraints
 
 
 def _bodies(names: tuple[str, ...]) -> str:
@@ -123,7 +123,7 @@ def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Const
     With w from the body's origin to the follower, in units of the mechanism's size, and g the unit vector across the line,
     w . g is constant.
     """
-    found = []
+    constraints = []
     for guide in mechanism.ideal_guides:
         if guide.body == GROUND:
             continue
@@ -137,10 +137,10 @@ def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Const
         parts = _product(w, g)
         if any(_is_free(coordinates, part) for _, part in parts):
             bodies = guide.follower[0], guide.body
-            found.append(Constraint(parts, value, scale=coordinates.size, subject=subject, bodies=bodies))
+            constraints.append(Constraint(parts, value, scale=coordinates.size, subject=subject, bodies=bodies))
             continue
         raise InputError(f"{subject} lies between bodies that cannot move against each other", "leave it out")
-    return found
+    return constraints
 
 
 def _product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
@@ -150,7 +150,7 @@ def _product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
 
 def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
     """Rods: |end - start|^2 / 2 is constant, or follows a time function; in units of the length at the start."""
-    found = []
+    constraints = []
     for rod in mechanism.rods:
         length = function_start(rod.motion) if rod.motion else rod.length
         if length is None:
@@ -164,7 +164,7 @@ def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
         span = combined((coordinates.place(rod.end), unit), (coordinates.place(rod.start), -unit))
         if not _is_free(coordinates, span):
             raise InputError(f"rod '{rod.name}' between points that cannot move against each other", "leave it out")
-        found.append(
+        constraints.append(
             Constraint(
                 ((1.0, span),),
                 0.5,
@@ -175,12 +175,12 @@ def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
                 bodies=(rod.start[0], rod.end[0]),
             )
         )
-    return found
+    return constraints
 
 
 def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
     """Latches: with w the body's direction turned back by the angle and g the base's turned left, w . g = 0."""
-    found = []
+    constraints = []
     for latch in mechanism.latches:
         cos, sin = math.cos(latch.angle), math.sin(latch.angle)
         body, base = coordinates.direction(latch.body), coordinates.frame(latch.base)
@@ -188,9 +188,9 @@ def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]
         parts = _product(w, PointMap(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
         if not any(_is_free(coordinates, part) for _, part in parts):
             raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
-        found.append(
+        constraints.append(
             Constraint(
                 parts, 0.0, name=latch.name, latch=True, subject=f"latch '{latch.name}'", bodies=(latch.body, latch.base)
             )
         )
-    return found
+    return constraints

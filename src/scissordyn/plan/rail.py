@@ -54,21 +54,21 @@ def rail_tables(
 ) -> Rails:
     """What the kernels read of components that run along bars."""
     axes, rows = coordinates.natural.axes, np.zeros((len(components), 4), np.int64)
-    found: dict[int, int] = {}
-    tables, places, made = [np.zeros(0)], [np.zeros(0, np.int64)], list(maps)
+    first_of: dict[int, int] = {}
+    tables, places, element_maps = [np.zeros(0)], [np.zeros(0, np.int64)], list(maps)
     for i, component in enumerate(components):
         if component.declaration.port is not RAIL:
             continue
-        found[i] = k = axis_of(axes, component)
-        own, columns = made[i], np.union1d(made[i].columns, bars[k][0])
+        first_of[i] = k = axis_of(axes, component)
+        element_map, columns = element_maps[i], np.union1d(element_maps[i].columns, bars[k][0])
         read = np.zeros((6, columns.size))
-        read[:, np.searchsorted(columns, own.columns)] = own.rows
-        made[i] = PointMap(columns, read)
+        read[:, np.searchsorted(columns, element_map.columns)] = element_map.rows
+        element_maps[i] = PointMap(columns, read)
         table, size = _polynomials(axes[k])
         rows[i] = sum(map(len, tables)), len(axes[k].bar.sections) - 1, size, sum(map(len, places))
         tables.append(table)
-        places += [np.searchsorted(columns, each.columns) for each in bars[k][1]]
-    return Rails(made, found, rows, np.concatenate(tables), np.concatenate(places))
+        places += [np.searchsorted(columns, vector.columns) for vector in bars[k][1]]
+    return Rails(element_maps, first_of, rows, np.concatenate(tables), np.concatenate(places))
 
 
 def _polynomials(axis: Axis) -> tuple[np.ndarray, int]:

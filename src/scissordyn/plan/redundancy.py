@@ -162,9 +162,9 @@ def _pivots(rows: np.ndarray, order: np.ndarray, dependent: float) -> tuple[list
     left: list[int] = []
     basis = np.zeros(rows.shape)
     for k in order.tolist():
-        found = basis[: len(kept)]
-        rest = rows[k] - found.T @ (found @ rows[k])
-        rest -= found.T @ (found @ rest)
+        pivots = basis[: len(kept)]
+        rest = rows[k] - pivots.T @ (pivots @ rows[k])
+        rest -= pivots.T @ (pivots @ rest)
         size = float(np.linalg.norm(rest))
         if size > dependent:
             basis[len(kept)] = rest / size

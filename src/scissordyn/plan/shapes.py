@@ -53,16 +53,16 @@ class Shapes:
     def _bases(self) -> tuple[tuple[float, np.ndarray, np.ndarray], ...]:
         """Of each span its length, which of the once differentiable functions live there, and their Legendre coefficients."""
         sections, inner = len(self.places), self.degree - 3
-        bubble, found = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0]), []
+        bubble, bases = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0]), []
         for k, length in enumerate(np.diff(self.places).tolist()):
             rows = [legendre.poly2leg(power * (1.0 if j % 2 == 0 else 0.5 * length)) for j, power in enumerate(_HERMITE)]
             rows += [legendre.legmul(bubble, [0.0] * j + [1.0]) / (j + 1.0) ** 2 for j in range(inner)]
             table = np.zeros((len(rows), self.degree + 1))
             for row, coefficients in zip(table, rows, strict=True):
                 row[: len(coefficients)] = coefficients
-            own = [*range(2 * k, 2 * k + 4), *range(2 * sections + k * inner, 2 * sections + (k + 1) * inner)]
-            found.append((length, np.array(own), table))
-        return tuple(found)
+            functions = [*range(2 * k, 2 * k + 4), *range(2 * sections + k * inner, 2 * sections + (k + 1) * inner)]
+            bases.append((length, np.array(functions), table))
+        return tuple(bases)
 
     @cached_property
     def _forms(self) -> tuple[np.ndarray, np.ndarray]:
@@ -70,11 +70,11 @@ class Shapes:
         size = 2 * len(self.places) + (len(self.places) - 1) * (self.degree - 3)
         mass, bending = np.zeros((2, size, size))
         points, weights = legendre.leggauss(self.degree + 1)
-        for length, own, table in self._bases:
+        for length, functions, table in self._bases:
             value = legendre.legval(points, table.T)
             second = legendre.legval(points, legendre.legder(table.T, 2, axis=0)) * (2.0 / length) ** 2
-            mass[np.ix_(own, own)] += 0.5 * length * (value * weights) @ value.T
-            bending[np.ix_(own, own)] += 0.5 * length * (second * weights) @ second.T
+            mass[np.ix_(functions, functions)] += 0.5 * length * (value * weights) @ value.T
+            bending[np.ix_(functions, functions)] += 0.5 * length * (second * weights) @ second.T
         return mass, bending
 
     @cached_property
@@ -85,32 +85,32 @@ class Shapes:
         """
         mass, bending = self._forms
         sections = len(self.places)
-        held = np.array([2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped])
-        free = np.setdiff1d(np.arange(mass.shape[0]), held)
+        fixed = np.array([2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped])
+        free = np.setdiff1d(np.arange(mass.shape[0]), fixed)
         inside = np.ix_(free, free)
         squares, vectors = sl.eigh(bending[inside], mass[inside])
         table = np.zeros((mass.shape[0], self.count))
-        table[held, range(self.held)] = 1.0
-        table[free, : self.held] = -np.linalg.solve(bending[inside], bending[np.ix_(free, held)])
+        table[fixed, range(self.held)] = 1.0
+        table[free, : self.held] = -np.linalg.solve(bending[inside], bending[np.ix_(free, fixed)])
         table[free, self.held :] = vectors[:, : self.modes]
-        own = table[:, self.held :]
-        mean = own.T @ mass @ table[:, : self.held]
-        table[:, : self.held] -= own @ mean
+        free_part = table[:, self.held :]
+        mean = free_part.T @ mass @ table[:, : self.held]
+        table[:, : self.held] -= free_part @ mean
         return table, mean, squares
 
     @cached_property
     def mass(self) -> np.ndarray:
         """Int S_k S_l ds, shape (count, count) [m]: modes are orthonormal and coupled with nothing."""
-        found = self._solved[0].T @ self._forms[0] @ self._solved[0]
-        found[:, self.held :] = found[self.held :] = 0.0
-        found[range(self.held, self.count), range(self.held, self.count)] = 1.0
-        return np.asarray(found)
+        form = self._solved[0].T @ self._forms[0] @ self._solved[0]
+        form[:, self.held :] = form[self.held :] = 0.0
+        form[range(self.held, self.count), range(self.held, self.count)] = 1.0
+        return np.asarray(form)
 
     @cached_property
     def bending(self) -> np.ndarray:
         """Int S_k'' S_l'' ds, shape (count, count) [1/m^3]."""
-        found = self._solved[0].T @ self._forms[1] @ self._solved[0]
-        return np.asarray(0.5 * (found + found.T))
+        form = self._solved[0].T @ self._forms[1] @ self._solved[0]
+        return np.asarray(0.5 * (form + form.T))
 
     @property
     def mean(self) -> np.ndarray:
@@ -126,8 +126,8 @@ class Shapes:
     def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
         """Points [m] and weights [m] for the axial strain."""
         lengths = np.diff(self.places)
-        each, further = (1.0, 1) if self.unit else STRAINS
-        counts = [int(each * max(1, round(self.modes * float(part)))) + further for part in lengths / lengths.sum()]
+        per_span, further = (1.0, 1) if self.unit else STRAINS
+        counts = [int(per_span * max(1, round(self.modes * float(part)))) + further for part in lengths / lengths.sum()]
         rules = [legendre.leggauss(count) for count in counts]
         points = [first + 0.5 * l * (x + 1.0) for first, l, (x, _) in zip(self.places, lengths, rules, strict=False)]
         return np.concatenate(points), np.concatenate([0.5 * l * w for l, (_, w) in zip(lengths, rules, strict=True)])
@@ -140,7 +140,7 @@ class Shapes:
         little would be left keeps a positive energy: with x the part that is taken away, 1 - x up to x = 1/2, 1/(4 x) beyond.
         """
         points, weights = self.quadrature
-        found = np.zeros((points.size, points.size))
+        form = np.zeros((points.size, points.size))
         for first, last in zip(self.places, self.places[1:], strict=False):
             inside = np.flatnonzero((points > first) & (points < last))
             root = np.sqrt(weights[inside])
@@ -152,8 +152,8 @@ class Shapes:
             scaled = root[:, None] * np.linalg.solve(powers.T, derived.T).T / root
             parts, vectors = np.linalg.eigh(ratio * scaled.T @ scaled)
             left = np.where(parts <= 0.5, 1.0 - parts, 0.25 / np.maximum(parts, 0.5))
-            found[np.ix_(inside, inside)] = root[:, None] * (vectors * left) @ vectors.T * root
-        return found
+            form[np.ix_(inside, inside)] = root[:, None] * (vectors * left) @ vectors.T * root
+        return form
 
     def at(self, places: np.ndarray, derivative: int = 0) -> np.ndarray:
         """The shapes, or a derivative of them along the bar, at some places, shape (places, count); not to be written to."""
@@ -163,15 +163,17 @@ class Shapes:
 @lru_cache(1024)
 def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np.ndarray:
     """`Shapes.at`, once for all runs."""
-    found = np.zeros((len(places), shapes._forms[0].shape[0]))
+    values = np.zeros((len(places), shapes._forms[0].shape[0]))
     span = np.clip(np.searchsorted(shapes.places, places, side="right") - 1, 0, len(shapes.places) - 2)
-    for row, place, k in zip(found, places, span, strict=True):
-        length, own, table = shapes._bases[k]
+    for row, place, k in zip(values, places, span, strict=True):
+        length, functions, table = shapes._bases[k]
         derived = legendre.legder(table.T, derivative, axis=0) if derivative else table.T
-        row[own] = legendre.legval(2.0 * (place - shapes.places[k]) / length - 1.0, derived) * (2.0 / length) ** derivative
-    found = np.asarray(found @ shapes._solved[0])
-    found.setflags(write=False)
-    return found
+        row[functions] = (
+            legendre.legval(2.0 * (place - shapes.places[k]) / length - 1.0, derived) * (2.0 / length) ** derivative
+        )
+    values = np.asarray(values @ shapes._solved[0])
+    values.setflags(write=False)
+    return values
 
 
 @lru_cache(256)

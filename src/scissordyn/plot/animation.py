@@ -117,8 +117,8 @@ def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str]
     """What a film magnifies."""
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
-    known = [name for name in clearance_joints(pins) if name not in chosen]
+    others = [name for name in clearance_joints(pins) if name not in chosen]
     largest = largest_forces(pins)
     guides = [guide.name for guide in mechanism.guides if guide.clearance is not None] if joints is None else []
     shown = len(joints) if joints is not None else MOST_JOINTS
-    return shown, chosen + sorted(known, key=lambda name: -largest[name]), guides
+    return shown, chosen + sorted(others, key=lambda name: -largest[name]), guides

@@ -164,10 +164,10 @@ class Film:
             name.xy = tuple(magnified.joint.place[frame])
             name.set_position(tuple(aside))
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
-        said = f"{now}   ({scale_in_words(self.slower, scene.magnification)})"
+        caption = f"{now}   ({scale_in_words(self.slower, scene.magnification)})"
         if self.diagram is not None and not self.diagram.diagram.coloured:
-            said = f"{self.diagram.diagram.label}\n{said}"
-        self.axes.set_title(said, loc="left", fontsize=small())
+            caption = f"{self.diagram.diagram.label}\n{caption}"
+        self.axes.set_title(caption, loc="left", fontsize=small())
 
 
 class _OnBars:
@@ -175,7 +175,7 @@ class _OnBars:
 
     def __init__(self, axes: Axes, scene: Scene) -> None:
         self.bars = [shape for shape in scene.shapes if shape.parts]
-        self.diagram = next(each for each in scene.diagrams if each.quantity == scene.on_bars)
+        self.diagram = next(diagram for diagram in scene.diagrams if diagram.quantity == scene.on_bars)
         self.size = float(np.max(scene.high - scene.low))
         self.lines = LineCollection([], linewidths=3.0 if self.diagram.coloured else 0.9, zorder=2.2)
         self.areas = PolyCollection([], alpha=0.25, linewidths=0.0, zorder=1.5)
@@ -214,7 +214,7 @@ def _gain(axes: Axes, gain: float) -> None:
 
 def _name(axes: Axes, text: str) -> Annotation:
     """A name beside its joint, readable over bars."""
-    made = axes.annotate(
+    annotation = axes.annotate(
         literal(text),
         (0.0, 0.0),
         xytext=(0.0, 0.0),
@@ -223,11 +223,11 @@ def _name(axes: Axes, text: str) -> Annotation:
         zorder=6.0,
         arrowprops=LEADER,
     )
-    made.set(ha="center", va="center")
-    made.set_color(BLACK)
-    made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
-    made.set_in_layout(False)
-    return made
+    annotation.set(ha="center", va="center")
+    annotation.set_color(BLACK)
+    annotation.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+    annotation.set_in_layout(False)
+    return annotation
 
 
 class _Block:

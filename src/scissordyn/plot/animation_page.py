@@ -53,8 +53,8 @@ def page(scene: Scene, run: xr.Dataset, seconds: float) -> str:
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)
     slower = seconds / float(scene.time[-1] - scene.time[0])
-    said = scale_in_words(slower, scene.magnification)
-    about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {said}."
+    scale_text = scale_in_words(slower, scene.magnification)
+    about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {scale_text}."
     # "<" in a name could end the script
     data = packed(scene, run, seconds=seconds).replace("<", "\\u003c")
     return PAGE.format(about=about, scene=data, canvas=CANVAS.replace("export default { render };", ""))

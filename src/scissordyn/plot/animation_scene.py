@@ -56,9 +56,9 @@ class Shape:
     def places(self) -> np.ndarray:
         """The points of each part, shape (frames, parts, points, 2) [m]."""
         spans = self.points.reshape(len(self.points), -1, AXIS_POINTS, 2)
-        each = len(self.parts) // spans.shape[1]
-        step = (AXIS_POINTS - 1) // each
-        inside = step * np.arange(each)[:, None] + np.arange(step + 1)
+        per_span = len(self.parts) // spans.shape[1]
+        step = (AXIS_POINTS - 1) // per_span
+        inside = step * np.arange(per_span)[:, None] + np.arange(step + 1)
         return spans[:, :, inside].reshape(len(spans), len(self.parts), step + 1, 2)
 
 
@@ -129,14 +129,14 @@ class Scene:
 def _parts(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
     """Components as shapes; elements of a bar that bends are parts of a bar."""
     tones: dict[str, int] = {}
-    known = {name: k for k, name in enumerate(diagrams[0].parts)} if diagrams else {}
-    found = []
+    place_of = {name: k for k, name in enumerate(diagrams[0].parts)} if diagrams else {}
+    shapes = []
     for symbol in drawn:
         kind = "bar" if symbol.bar else "rod" if symbol.kind == "rod" else "component"
         tone = tones.setdefault(symbol.bar, len(tones) % 2) if symbol.bar else 0
-        parts = part_indices(symbol.name, known) if symbol.kind == "beam" else ()
-        found += [Shape(symbol.name, kind, stroke, tone, parts) for stroke in symbol.strokes]
-    return found
+        parts = part_indices(symbol.name, place_of) if symbol.kind == "beam" else ()
+        shapes += [Shape(symbol.name, kind, stroke, tone, parts) for stroke in symbol.strokes]
+    return shapes
 
 
 def newtons(force: float) -> str:

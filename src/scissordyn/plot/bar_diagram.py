@@ -153,13 +153,13 @@ def _lacking(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]]:
 def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
     """What a run says of a quantity along its bars."""
     check_quantity(quantity, mechanism)
-    one, parts = QUANTITIES[quantity], _parts(mechanism)
+    shown, parts = QUANTITIES[quantity], _parts(mechanism)
     if "beam" not in run:
         raise InputError(f"{quantity} of a run without bars that bend", "the run of this mechanism")
     ends = []
-    for name in (one.first, one.last):
-        value = run[name if name in run else one.whole]
-        value = value.fillna(run[one.whole]) if one.whole else value
+    for name in (shown.first, shown.last):
+        value = run[name if name in run else shown.whole]
+        value = value.fillna(run[shown.whole]) if shown.whole else value
         ends.append(value.sel(beam=parts).transpose("time", "beam").values)
     values = np.stack(ends, axis=-1)
     return Diagram(quantity, tuple(parts), values, float(np.max(np.abs(values))) or 1.0)
@@ -175,25 +175,25 @@ def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:
     """Where the parts of a component are among all: the element itself, or the parts of a flexible bar."""
     if name in known:
         return (known[name],)
-    found: list[int] = []
-    while (part := f"{name} {len(found) + 1}") in known:
-        found.append(known[part])
-    return tuple(found)
+    indices: list[int] = []
+    while (part := f"{name} {len(indices) + 1}") in known:
+        indices.append(known[part])
+    return tuple(indices)
 
 
 def stations(mechanism: Mechanism, placed: Placement) -> np.ndarray:
     """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
-    found = []
+    places = []
     for beam in beams_of(mechanism):
         angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
         ends = placed.place(beam.start), placed.place(beam.end)
-        found.append(bent(np.array([0.0, 0.5, 1.0]), *ends, beam.length, angles)[:, None])
+        places.append(bent(np.array([0.0, 0.5, 1.0]), *ends, beam.length, angles)[:, None])
     inside = 2 * np.arange(PARTS)[:, None] + np.arange(3)
     for bar in flexible_bars(mechanism):
         axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, 2 * PARTS + 1))
         spans = axis.reshape(len(axis), -1, 2 * PARTS + 1, 2)
-        found.append(spans[:, :, inside].reshape(len(axis), -1, 3, 2))
-    return np.concatenate(found, axis=1)
+        places.append(spans[:, :, inside].reshape(len(axis), -1, 3, 2))
+    return np.concatenate(places, axis=1)
 
 
 def draw_diagram(axes: Axes, diagram: Diagram, places: np.ndarray, size: float) -> None:

@@ -77,12 +77,12 @@ def bending(
         If no bar bends.
     """
     run, mechanism = window(run, start, end), mechanism or mechanism_of(run)
-    known = [quantity for quantity in (MOMENT, AXIAL, "stress") if is_known(quantity, mechanism)]
-    beams = list(diagram_of(run, mechanism, known[0]).parts)
+    quantities = [quantity for quantity in (MOMENT, AXIAL, "stress") if is_known(quantity, mechanism)]
+    beams = list(diagram_of(run, mechanism, quantities[0]).parts)
     strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
     when = int(np.argmax(strain.max(axis=1))) if time is None else int(np.argmin(np.abs(run["time"].values - time)))
     part = run if envelope else run.isel(time=[when])
-    shown = [diagram_of(part, mechanism, quantity) for quantity in known]
+    shown = [diagram_of(part, mechanism, quantity) for quantity in quantities]
     shown = [diagram.envelope() for diagram in shown] if envelope else shown
     placed = Placement.at(mechanism, run, [when], turns=upright(mechanism))
     corners = _room(corners_of(placed))
@@ -93,8 +93,8 @@ def bending(
     for axes, diagram in zip(drawn, shown, strict=True):
         _diagram(axes, mechanism, placed, diagram, corners)
         most, where = diagram.most()
-        said = f"{diagram.quantity}, {title}: {diagram.scale.said(most, 3)} in {where}"
-        axes.set_title(in_lines(said, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
+        caption = f"{diagram.quantity}, {title}: {diagram.scale.said(most, 3)} in {where}"
+        axes.set_title(in_lines(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
     figure = drawn[0].get_figure(root=True)
     assert isinstance(figure, Figure)
     drawn.append(figure.add_subplot(below))
@@ -147,9 +147,9 @@ def _over_time(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None
         unit = engineering("Pa", float(np.max(stress)))
         axes.plot(x, unit.factor * stress.max(axis=1), color=BLUE, linewidth=LINE)
         label = f"largest stress [{unit.unit}]"
-        known = used > 0.0
-        if np.any(known):
-            strength = unit.factor * float(np.min(stress[known] / used[known]))
+        any_time = used > 0.0
+        if np.any(any_time):
+            strength = unit.factor * float(np.min(stress[any_time] / used[any_time]))
             axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")
             axes.legend(loc="best", fontsize=small())
     else:

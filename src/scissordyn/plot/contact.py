@@ -57,12 +57,12 @@ def force_curve(run: xr.Dataset, joint: str) -> xr.DataArray:
     """
     sampled = run["normal_force"].sel(joint=joint)
     time, values = run["time"].values, sampled.values
-    found = contact_times(run, joint)
-    before, after = found.start[found.start > time[0]], found.end[~found.lasting & (found.end < time[-1])]
+    contacts = contact_times(run, joint)
+    before, after = contacts.start[contacts.start > time[0]], contacts.end[~contacts.lasting & (contacts.end < time[-1])]
     # without a force at its ends, except where a sample is
     zero = np.concatenate([before, after])
     time, values = with_instants(time, values, zero, np.zeros(zero.size))
-    time, values = with_instants(time, values, found.peak_time, found.peak)
+    time, values = with_instants(time, values, contacts.peak_time, contacts.peak)
     return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
 
 
@@ -72,11 +72,11 @@ def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.
     Shapes: `frames` (frames,) [s]; returns `touched` (frames,), `largest` (frames,) [N].
     """
     touched, largest = np.zeros(frames.size, bool), np.zeros(frames.size)
-    found = contact_times(run, joint)
-    first = np.searchsorted(frames, found.start)
-    last = np.minimum(np.searchsorted(frames, found.end), frames.size - 1)
+    contacts = contact_times(run, joint)
+    first = np.searchsorted(frames, contacts.start)
+    last = np.minimum(np.searchsorted(frames, contacts.end), frames.size - 1)
     for begin, end in zip(first.tolist(), last.tolist(), strict=True):
         touched[begin : end + 1] = True
-    inside = np.isfinite(found.peak) & (found.peak_time <= frames[-1])
-    np.maximum.at(largest, np.searchsorted(frames, found.peak_time[inside]), found.peak[inside])
+    inside = np.isfinite(contacts.peak) & (contacts.peak_time <= frames[-1])
+    np.maximum.at(largest, np.searchsorted(frames, contacts.peak_time[inside]), contacts.peak[inside])
     return touched, largest

@@ -69,13 +69,13 @@ def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = N
     ratios = [1.0 if name == "residual" else 1.8 for name, _ in shown]
     drawn = panels(axes, len(shown), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
-    for one, (name, lines) in zip(drawn, shown, strict=True):
+    for panel, (name, lines) in zip(drawn, shown, strict=True):
         scale = engineering("J", *(run[variable].values for variable, _, _ in lines))
         for variable, label, color in lines:
             values = scale.factor * run[variable].values
-            one.plot(time.factor * run["time"].values, values, color=color, linewidth=LINE, label=label)
-        one.set_ylabel(scale.label(name))
+            panel.plot(time.factor * run["time"].values, values, color=color, linewidth=LINE, label=label)
+        panel.set_ylabel(scale.label(name))
     finish(drawn, run, time)
-    for one in drawn:
-        legend([one])
+    for panel in drawn:
+        legend([panel])
     return drawn

@@ -48,13 +48,13 @@ def film(
         If no joint is lubricated, or a named one is not.
     """
     run = window(run, start, end)
-    known = [] if "film" not in run.dims else run["film"].values.astype(str).tolist()
-    if not known:
+    films = [] if "film" not in run.dims else run["film"].values.astype(str).tolist()
+    if not films:
         sample = "sd.Clearance(..., lubrication=sd.Lubrication(viscosity=0.05))"
         raise InputError("a run without oil", "a run with a lubricated joint", sample)
-    chosen = known[int(np.argmin(run["film_least_thickness"].values))] if joint is None else names_of(joint)[0]
-    if chosen not in known:
-        raise InputError(f"joint '{chosen}'{did_you_mean(chosen, known)}", "a lubricated joint: " + ", ".join(known))
+    chosen = films[int(np.argmin(run["film_least_thickness"].values))] if joint is None else names_of(joint)[0]
+    if chosen not in films:
+        raise InputError(f"joint '{chosen}'{did_you_mean(chosen, films)}", "a lubricated joint: " + ", ".join(films))
     described = {joint.name: joint for joint in read_configuration(run).mechanism.joints}
     rough, time = float(described[chosen].clearance.lubrication.roughness), time_scale(run)
     here, x = run.sel(film=chosen), time.factor * run["time"].values
@@ -69,15 +69,15 @@ def film(
     drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE, linestyle="--", label="three roughnesses")
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
-    for one, name, unit, text in (
+    for panel, name, unit, text in (
         (drawn[1], "film_pressure", "Pa", "largest pressure"),
         (drawn[2], "film_force", "N", "force of the film"),
     ):
         values = here[name].values
         values = np.linalg.norm(values, axis=-1) if values.ndim == 2 else values
         scale = engineering(unit, values)
-        one.plot(x, scale.factor * values, color=BLUE, linewidth=LINE)
-        one.set_ylabel(scale.label(text))
+        panel.plot(x, scale.factor * values, color=BLUE, linewidth=LINE)
+        panel.set_ylabel(scale.label(text))
     finish(drawn, run, time)
     drawn[0].set_yscale("log")
     legend(drawn, above=axes is None)

@@ -53,17 +53,17 @@ def fit_correlation(found: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """Correlation of the fitted numbers, one square for each pair."""
     names = [literal(str(name)) for name in found["parameter"].values]
     side = 1.6 + 0.55 * len(names)
-    (one,) = panels(axes, 1, size=(side + 1.6, side))
+    (panel,) = panels(axes, 1, size=(side + 1.6, side))
     values = found["correlation"].values
-    one.imshow(values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    panel.imshow(values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     for row in range(len(names)):
         for column in range(len(names)):
             strong = abs(values[row, column]) > 0.6
             color = "white" if strong else "black"
-            one.text(column, row, f"{values[row, column]:.2f}", ha="center", va="center", size=small(), color=color)
-    one.set_xticks(range(len(names)), names, rotation=35, ha="right")
-    one.set_yticks(range(len(names)), names)
-    dress(one)
-    one.grid(visible=False)
-    one.tick_params(length=0)
-    return [one]
+            panel.text(column, row, f"{values[row, column]:.2f}", ha="center", va="center", size=small(), color=color)
+    panel.set_xticks(range(len(names)), names, rotation=35, ha="right")
+    panel.set_yticks(range(len(names)), names)
+    dress(panel)
+    panel.grid(visible=False)
+    panel.tick_params(length=0)
+    return [panel]

@@ -70,9 +70,9 @@ def force(
     time = time_scale(run)
     following = iter(drawn)
     for name, has_friction in zip(chosen, frictional, strict=True):
-        _normal(one := next(following), run, ideal, name, time)
+        _normal(panel := next(following), run, ideal, name, time)
         if len(chosen) > 1:
-            one.set_title(f"joint {literal(name)}", loc="left", fontsize=normal())
+            panel.set_title(f"joint {literal(name)}", loc="left", fontsize=normal())
         if has_friction:
             values = run["friction_force"].sel(joint=name).values
             scale = engineering("N", values)

@@ -29,10 +29,10 @@ def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     _transmission(drawn[1], ideal, t)
     _drive(drawn[2], ideal, t)
     _reactions(drawn[3], ideal, t)
-    for one in drawn:
+    for panel in drawn:
         for kind, at in zip(ideal["singular_kind"].values, ideal["singular_time"].values, strict=True):
-            one.axvline(time.factor * at, color=BLACK, linewidth=0.8, linestyle=MARKS[str(kind)], label=str(kind))
-        legend([one])
+            panel.axvline(time.factor * at, color=BLACK, linewidth=0.8, linestyle=MARKS[str(kind)], label=str(kind))
+        legend([panel])
     drawn[-1].set_xlabel(f"time [{time.unit}]")
     return drawn
 
@@ -83,7 +83,7 @@ def _drive(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
     for variable, name, unit in (("drive_torque", "drive", "N m"), ("rod_force", "rod", "N")):
         if variable in ideal and ideal[variable].size:
             array = ideal[variable]
-            names = [str(each) for each in ideal[name].values] if name in array.dims else [variable.replace("_", " ")]
+            names = [str(driven) for driven in ideal[name].values] if name in array.dims else [variable.replace("_", " ")]
             values = array.values.reshape(len(t), -1)
             _scaled(axes, ideal, t, values, names, unit, variable.replace("_", " "))
             return
@@ -94,12 +94,12 @@ def _drive(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
 def _reactions(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
     """Reactions, the largest first."""
     force = np.linalg.norm(ideal["reaction"].transpose("time", "joint", "axis").values, axis=2)
-    known = np.flatnonzero(np.isfinite(force).any(axis=0))
-    if not known.size:
+    determined = np.flatnonzero(np.isfinite(force).any(axis=0))
+    if not determined.size:
         axes.text(0.5, 0.5, "not determined: redundant joints", transform=axes.transAxes, ha="center", color=GREY)
         axes.set_ylabel("reaction")
         return
-    order = known[np.argsort(-np.nanmax(force[:, known], axis=0), kind="stable")]
+    order = determined[np.argsort(-np.nanmax(force[:, determined], axis=0), kind="stable")]
     _scaled(axes, ideal, t, force[:, order], [str(name) for name in ideal["joint"].values[order]], "N", "reaction")
 
 

@@ -148,19 +148,19 @@ def _drawn(axes: Axes) -> list[np.ndarray]:
     """The lines and outlines in a drawing, in dots."""
     paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
     paths += [patch.get_transform().transform_path(patch.get_path()) for patch in axes.patches]
-    found = [np.asarray(points) for path in paths for points in path.to_polygons(closed_only=False)]
-    return [points[np.all(np.isfinite(points), axis=1)] for points in found if len(points)]
+    polygons = [np.asarray(points) for path in paths for points in path.to_polygons(closed_only=False)]
+    return [points[np.all(np.isfinite(points), axis=1)] for points in polygons if len(points)]
 
 
 def _rings(axes: Axes, dot: float) -> np.ndarray:
     """Centres and radii of the joints in a drawing, shape (joints, 3), in dots."""
-    found = [np.empty((0, 3))]
+    rings = [np.empty((0, 3))]
     for line in axes.lines:
         if line.get_marker() not in (None, "", " ", "None", "none"):
             centres = line.get_transform().transform(np.column_stack([line.get_xdata(), line.get_ydata()]))
             radius = (0.5 * line.get_markersize() + line.get_markeredgewidth()) * dot
-            found.append(np.column_stack([centres, np.full(len(centres), radius)]))
-    return np.concatenate(found)
+            rings.append(np.column_stack([centres, np.full(len(centres), radius)]))
+    return np.concatenate(rings)
 
 
 def _sampled(line: np.ndarray, step: float) -> np.ndarray:

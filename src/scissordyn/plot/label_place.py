@@ -62,15 +62,15 @@ def asides(
         for look in chosen
     ]
     edges = scale * np.stack(region)
-    found = np.empty((len(chosen), len(names), 2))
+    chosen_places = np.empty((len(chosen), len(names), 2))
     halves = np.array([(0.5 * LETTER * len(name) + ROUND, 0.5 * LINE + ROUND) for name in names]).reshape(-1, 2)
     for k, half in enumerate(halves):
         tries, distance = _tried(half)
         cost = FAR * np.tile(distance, (len(chosen), 1))
-        for here, points, before, paid in zip(places, ink, found, cost, strict=True):
+        for here, points, before, paid in zip(places, ink, chosen_places, cost, strict=True):
             paid += _hidden(here, k, tries, half, points, edges) + _covered(here, k, tries, half, before, halves)
-        found[:, k] = tries[_calmest(cost, JUMP * len(chosen))]
-    return found
+        chosen_places[:, k] = tries[_calmest(cost, JUMP * len(chosen))]
+    return chosen_places
 
 
 def _tried(half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -29,9 +29,9 @@ def frequencies(found: xr.Dataset, *, axes: Canvas = None) -> Axes:
     if "time" not in found.dims or found.sizes["time"] < 2:
         raise InputError("frequencies of one position", "modes along the motion", "sd.modes(mechanism, times=[0.0, 0.1, 0.2])")
     drawn = panels(axes, 1, size=(7.0, 4.5))[0]
-    held = found["input"].values[:, 0]
+    inputs = found["input"].values[:, 0]
     angle = str(found["unit"].values[0]) == "rad"
-    x = np.degrees(held) if angle else held
+    x = np.degrees(inputs) if angle else inputs
     for mode in found["mode"].values.tolist():
         drawn.plot(x, found["frequency"].sel(mode=mode).values, marker=".", ms=3.0, linewidth=1.1, label=f"mode {mode}")
     drawn.set_xlabel(f"{found['drive'].values[0]} [{'deg' if angle else 'm'}]")
@@ -49,18 +49,18 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
     here, still = found.isel(time=0) if "time" in found.dims else found, mechanism.ideal()
     modes = here["mode"].values[:count].tolist()
     drawn = [oscillation(here, still, mode, frames=5, periods=1) for mode in modes]
-    placed = [Placement.at(still, one, slice(None), turns=upright(still)) for one in drawn]
-    bounds = [corners_of(one) for one in placed]
+    placed = [Placement.at(still, mode_run, slice(None), turns=upright(still)) for mode_run in drawn]
+    bounds = [corners_of(mode_run) for mode_run in placed]
     corners = np.min([low for low, _ in bounds], axis=0), np.max([high for _, high in bounds], axis=0)
     aspect = float((corners[1] - corners[0])[1] / (corners[1] - corners[0])[0])
     columns = min(3, len(modes))
     rows = math.ceil(len(modes) / columns)
     figure = Figure(figsize=figure_size(3.8 * columns, (0.6 + 3.2 * min(1.5, max(0.3, aspect))) * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, mode, one in zip(grid, modes, drawn, strict=False):
+    for axes, mode, mode_run in zip(grid, modes, drawn, strict=False):
         dress(axes)
         for sample in (1, 3):
-            draw_mechanism(one, still, sample, axes=axes, corners=corners)
+            draw_mechanism(mode_run, still, sample, axes=axes, corners=corners)
             for artist in axes.lines + axes.patches if sample == 1 else ():
                 artist.set_alpha(0.3)
         value = float(here["frequency"].sel(mode=mode))
@@ -78,18 +78,18 @@ def oscillation(
     """A mode as a motion: what pictures and films need of a run."""
     if mode not in found["mode"].values:
         raise InputError(f"mode {mode}", f"1 to {found.sizes['mode']}", "count=20")
-    one = found.sel(mode=mode)
+    shape = found.sel(mode=mode)
     placed = found[["position", "angle"]].expand_dims(time=[0.0])
     low, high = corners_of(Placement.at(mechanism, placed, [0]))
     size = AMPLITUDE * float(np.max(high - low))
     phase = np.sin(2.0 * np.pi * periods * np.linspace(0.0, 1.0, frames))
-    frequency = abs(float(one["frequency"])) or 1.0
+    frequency = abs(float(shape["frequency"])) or 1.0
     time = xr.DataArray(periods / frequency * np.linspace(0.0, 1.0, frames), dims="time", attrs={"units": "s"})
     wave = xr.DataArray(size * phase, dims="time", coords={"time": time})
     return xr.Dataset(
         {
-            "position": (found["position"] + wave * one["shape"]).transpose("time", "body", "axis"),
-            "angle": (found["angle"] + wave * one["rotation"]).transpose("time", "body"),
+            "position": (found["position"] + wave * shape["shape"]).transpose("time", "body", "axis"),
+            "angle": (found["angle"] + wave * shape["rotation"]).transpose("time", "body"),
         },
         attrs={"title": "scissordyn mode"},
     )

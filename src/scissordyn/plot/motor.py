@@ -25,21 +25,21 @@ def torque_speed(
     axes: Canvas = None,
 ) -> list[Axes]:
     """Torque over speed of a drive, an actuator or a motor."""
-    (one,) = panels(axes, 1, size=(5.4, 4.2))
+    (panel,) = panels(axes, 1, size=(5.4, 4.2))
     scale = engineering("N m", needed["torque"].values, *(() if torques is None else (torques,)))
     speed, torque = RPM.factor * needed["speed"].values, scale.factor * needed["torque"].values
-    one.plot(speed, torque, color=BLUE, linewidth=0.7 * LINE, label=literal(f"torque of {needed.attrs['of']}"))
+    panel.plot(speed, torque, color=BLUE, linewidth=0.7 * LINE, label=literal(f"torque of {needed.attrs['of']}"))
     k = int(np.argmax(np.abs(torque)))
-    one.plot(speed[k], torque[k], linestyle="", marker="o", markersize=3.0, color=BLACK, label="largest")
+    panel.plot(speed[k], torque[k], linestyle="", marker="o", markersize=3.0, color=BLACK, label="largest")
     if speeds is not None and torques is not None:
         at, most = RPM.factor * speeds, scale.factor * torques
         for sense in (1.0, -1.0):
             for side in (1.0, -1.0):
                 label = "motor" if sense == side == 1.0 else None
-                one.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE, label=label)
+                panel.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE, label=label)
         wide = ROUND * max(float(np.max(np.abs(speed))), float(at[-1]))
-        one.set_xlim(-wide if speed.min() < -0.02 * wide else -0.02 * wide, wide)
-    one.set_xlabel(RPM.label("speed"))
-    one.set_ylabel(scale.label("torque"))
-    legend([one], above=axes is None)
-    return [one]
+        panel.set_xlim(-wide if speed.min() < -0.02 * wide else -0.02 * wide, wide)
+    panel.set_xlabel(RPM.label("speed"))
+    panel.set_ylabel(scale.label("torque"))
+    legend([panel], above=axes is None)
+    return [panel]

@@ -79,8 +79,8 @@ def orbit(
     else:
         drawn = panels(axes, len(chosen), size=(width, width))
     room = min(figure_width(), width) / columns - 0.5
-    for one, name in zip(drawn, chosen, strict=True):
-        _orbit(one, run, name, exaggeration, room)
+    for panel, name in zip(drawn, chosen, strict=True):
+        _orbit(panel, run, name, exaggeration, room)
     legend(drawn, above=axes is None)
     if joint is None and axes is None:
         note_more(drawn, pins, chosen)

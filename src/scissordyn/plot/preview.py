@@ -123,8 +123,8 @@ class _Drawing:
 
     def points(self, body: str) -> np.ndarray:
         """All points of a body, or its mass centre, shape (points, 2) [m]."""
-        found = [self.place(body, point) for point in self.mechanism.body(body).points]
-        return np.array(found or [self.centre(body)])
+        points = [self.place(body, point) for point in self.mechanism.body(body).points]
+        return np.array(points or [self.centre(body)])
 
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower left and upper right corner of the region to show [m]."""
@@ -142,21 +142,25 @@ class _Drawing:
     def names(self) -> list[Label]:
         """All names, the most important ones first."""
         mechanism = self.mechanism
-        found: list[Label] = []
+        labels: list[Label] = []
         loose: list[tuple[Any, Any]]
         parts: list[Any] = [*mechanism.components, *mechanism.rods, *mechanism.latches]
         loose = [(joint, joint.bearing) for joint in mechanism.joints if joint.clearance is not None]
         loose += [(guide, guide.follower) for guide in mechanism.guides if guide.clearance is not None]
-        found += [Label(self._loose(joint), self.place(*end), VERMILION) for joint, end in loose]
-        found += [Label(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
-        found += [Label(part.name, self._of(part), PURPLE) for part in parts]
+        labels += [Label(self._loose(joint), self.place(*end), VERMILION) for joint, end in loose]
+        labels += [Label(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
+        labels += [Label(part.name, self._of(part), PURPLE) for part in parts]
         bars = [body for body in mechanism.bodies if len(set(body.points.values())) > 1]
         for body in mechanism.bodies:
             color = (BLUE, GREEN)[bars.index(body) % 2] if body in bars else GREY
-            found.append(Label(body.name, self._middle(body.name), color))
-        found += [Label(joint.name, self.place(*joint.bearing), BLACK) for joint in mechanism.joints if joint.clearance is None]
-        found += [Label(guide.name, self.place(*guide.follower), GREY) for guide in mechanism.guides if guide.clearance is None]
-        return found
+            labels.append(Label(body.name, self._middle(body.name), color))
+        labels += [
+            Label(joint.name, self.place(*joint.bearing), BLACK) for joint in mechanism.joints if joint.clearance is None
+        ]
+        labels += [
+            Label(guide.name, self.place(*guide.follower), GREY) for guide in mechanism.guides if guide.clearance is None
+        ]
+        return labels
 
     def _loose(self, joint: Any) -> str:
         """The name of a clearance joint or guide with its clearance, unless that is said for all."""
@@ -165,8 +169,8 @@ class _Drawing:
     def shared(self) -> str:
         """The clearance of all clearance joints, if it is that of many; "" otherwise."""
         joints: list[Any] = [*self.mechanism.joints, *self.mechanism.guides]
-        said = [_clearance(joint) for joint in joints if joint.clearance is not None]
-        return said[0] if len(said) > MANY and len(set(said)) == 1 else ""
+        texts = [_clearance(joint) for joint in joints if joint.clearance is not None]
+        return texts[0] if len(texts) > MANY and len(set(texts)) == 1 else ""
 
     def _middle(self, body: str) -> np.ndarray:
         """Where the name of a body belongs: on it, away from its joints [m]."""
@@ -195,8 +199,8 @@ class _Drawing:
         for joint in self.mechanism.joints:
             if {body, base} == set(joint.bodies):
                 return self.place(*joint.bearing)
-        known = [described.name for described in self.mechanism.bodies]
-        return self._pivot(body) if body in known else np.mean([self.centre(name) for name in known], axis=0)
+        names = [described.name for described in self.mechanism.bodies]
+        return self._pivot(body) if body in names else np.mean([self.centre(name) for name in names], axis=0)
 
     def drives(self, axes: Axes, radius: float) -> None:
         """Arrows around the pivots of driven bodies, in the direction in which they turn at first."""

@@ -60,11 +60,13 @@ def style(name: str = "screen", **parameters: Any) -> _Applied:
     """
     if name not in STYLES:
         raise InputError(f"style '{name}'{did_you_mean(name, STYLES)}", ", ".join(STYLES), 'sd.style("single-column")')
-    known: dict[str, str] = {parameter.replace(".", "_"): parameter for parameter in mpl.rcParams}
-    for given in parameters:
-        if given not in known:
-            raise InputError(f"style: {given}{did_you_mean(given, known)}", "rcParams of matplotlib", 'font_family="serif"')
-    chosen: dict[str, Any] = {**STYLES[name], **{known[given]: value for given, value in parameters.items()}}
+    parameters_by_word: dict[str, str] = {parameter.replace(".", "_"): parameter for parameter in mpl.rcParams}
+    for word in parameters:
+        if word not in parameters_by_word:
+            raise InputError(
+                f"style: {word}{did_you_mean(word, parameters_by_word)}", "rcParams of matplotlib", 'font_family="serif"'
+            )
+    chosen: dict[str, Any] = {**STYLES[name], **{parameters_by_word[word]: value for word, value in parameters.items()}}
     try:
         mpl.RcParams(chosen)
     except ValueError as error:

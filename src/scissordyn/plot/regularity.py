@@ -206,19 +206,19 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
             f"a bifurcation diagram of '{chosen}'{did_you_mean(chosen, usable)}", "one of " + (", ".join(usable) or "none")
         )
     (drawn,) = panels(axes, 1, size=(7.2, 4.6))
-    found = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
+    values = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
-    across, up = scale_of(value), scale_of(found)
+    across, up = scale_of(value), scale_of(values)
     drawn.plot(
-        np.repeat(across.factor * value.values, found.shape[1]),
-        up.factor * found.values.ravel(),
+        np.repeat(across.factor * value.values, values.shape[1]),
+        up.factor * values.values.ravel(),
         color=BLUE,
-        markersize=_dot(found.size, 0.8, 4.0),
-        rasterized=found.size > 20_000,
+        markersize=_dot(values.size, 0.8, 4.0),
+        rasterized=values.size > 20_000,
         **DOTS,
     )
     drawn.set_xlabel(across.label(_long_name(value, "parameter")))
-    drawn.set_ylabel(up.label(_long_name(found, chosen)))
+    drawn.set_ylabel(up.label(_long_name(values, chosen)))
     drawn.ticklabel_format(style="plain", useOffset=False)
     return [drawn]
 
@@ -244,13 +244,13 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     plane.set_ylabel("q")
     plane.set_title(f"translation at c = {test.attrs['shown_angle']:.3f}", loc="left", fontsize=normal())
     spread.hist(test["correlation"].values, bins=np.linspace(-1.0, 1.0, 41).tolist(), color=BLUE)
-    known = bool(np.isfinite(test["K"]))
-    if known:
+    finite = bool(np.isfinite(test["K"]))
+    if finite:
         spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
     spread.set_xlim(-1.0, 1.05)
     spread.set_xlabel("growth at one angle")
     spread.set_ylabel("angles")
-    title = f"median K = {float(test['K']):.3f}" if known else "K undecided: nothing but errors varies"
+    title = f"median K = {float(test['K']):.3f}" if finite else "K undecided: nothing but errors varies"
     spread.set_title(title, loc="left", fontsize=normal(), color=VERMILION)
     return [plane, spread]
 
@@ -347,22 +347,22 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
 def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
     """One series of a map or diagram."""
     if name not in data:
-        known = [str(other) for other in data]
-        raise InputError(f"variable '{name}'{did_you_mean(name, known)}", "one of " + ", ".join(known))
-    found = data[name]
-    if "joint" in found.dims:
-        names = [str(other) for other in found["joint"].values]
+        variables = [str(other) for other in data]
+        raise InputError(f"variable '{name}'{did_you_mean(name, variables)}", "one of " + ", ".join(variables))
+    values = data[name]
+    if "joint" in values.dims:
+        names = [str(other) for other in values["joint"].values]
         if "clearance" in data:
             names = [other for other in names if np.isfinite(float(data["clearance"].sel(joint=other)))]
         chosen = joint or names[0]
         if chosen not in names:
             raise InputError(f"joint '{chosen}'{did_you_mean(chosen, names)}", "one of " + ", ".join(names))
-        found = found.sel(joint=chosen)
-    if "axis" in found.dims:
-        letter = str(found["axis"].values[side])
-        found = found.isel(axis=side)
-        found.attrs["long_name"] = f"{letter} of the journal" if name == "eccentricity" else f"{letter} of the {name}"
-    return found
+        values = values.sel(joint=chosen)
+    if "axis" in values.dims:
+        letter = str(values["axis"].values[side])
+        values = values.isel(axis=side)
+        values.attrs["long_name"] = f"{letter} of the journal" if name == "eccentricity" else f"{letter} of the {name}"
+    return values
 
 
 def _long_name(data: xr.DataArray, otherwise: str) -> str:

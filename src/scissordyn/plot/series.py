@@ -74,15 +74,15 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
 def largest_forces(run: xr.Dataset) -> dict[str, float]:
     """The largest normal force of each clearance joint [N], of oiled ones with the film, between samples too."""
     names = clearance_joints(run)
-    found = {name: float(np.max(run["normal_force"].sel(joint=name).values)) for name in names}
+    forces = {name: float(np.max(run["normal_force"].sel(joint=name).values)) for name in names}
     if "contact_joint" in run:
         peaks = zip(run["contact_joint"].values.astype(str), np.nan_to_num(run["peak_force"].values).tolist(), strict=True)
         for name, peak in peaks:
-            if name in found:
-                found[name] = max(found[name], peak)
+            if name in forces:
+                forces[name] = max(forces[name], peak)
     for name in run["film"].values.tolist() if "joint_peak_force" in run else ():
-        found[name] = float(run["joint_peak_force"].sel(joint=name))
-    return found
+        forces[name] = float(run["joint_peak_force"].sel(joint=name))
+    return forces
 
 
 def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> None:
@@ -95,8 +95,8 @@ def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> N
 def write_more(figure: Figure, more: int) -> None:
     """Say below a figure that so many more clearance joints have smaller forces; nothing if there are none."""
     if more:
-        said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
-        figure.supxlabel(said, fontsize=small(), color=GREY)
+        note = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
+        figure.supxlabel(note, fontsize=small(), color=GREY)
 
 
 def compare(
@@ -127,21 +127,21 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
     """
     first, last = time.factor * run["time"].values[[0, -1]]
     until = predictability_horizon(run)
-    for k, one in enumerate(axes):
+    for k, panel in enumerate(axes):
         if last > first:
-            one.set_xlim(first, last)
+            panel.set_xlim(first, last)
         if until is not None:
             label = BEYOND if k == 0 else None
-            one.axvspan(time.factor * until, last, facecolor=LIGHT, alpha=0.7, linewidth=0.0, zorder=0.0, label=label)
-        one.ticklabel_format(axis="y", style="plain", useOffset=False)
-        _keep_constants_flat(one)
-    for one in axes[-1:] if bottom is None else bottom:
-        one.set_xlabel(time.label("time"))
+            panel.axvspan(time.factor * until, last, facecolor=LIGHT, alpha=0.7, linewidth=0.0, zorder=0.0, label=label)
+        panel.ticklabel_format(axis="y", style="plain", useOffset=False)
+        _keep_constants_flat(panel)
+    for panel in axes[-1:] if bottom is None else bottom:
+        panel.set_xlabel(time.label("time"))
     figure = axes[0].get_figure(root=True)
     if figure is not None:
-        for one in axes:
-            height = figure.get_figheight() * one.get_position().height
-            one.set_ylabel(in_lines(one.get_ylabel(), 1.1 * height, normal()))
+        for panel in axes:
+            height = figure.get_figheight() * panel.get_position().height
+            panel.set_ylabel(in_lines(panel.get_ylabel(), 1.1 * height, normal()))
         figure.align_ylabels(axes)
 
 

@@ -29,13 +29,13 @@ class TorqueSource:
 
 def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
     """The torques of drives, actuators and motors, in this order."""
-    found = []
+    sources = []
     drives = run.sizes.get("drive", 1) if "drive_torque" in run else 0
     for k in range(drives):
         sampled = run["drive_torques"].isel(drive=k) if "drive_torques" in run else run["drive_torque"]
         name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
         peak = _peak(run, sampled.values, "peak_drive_torque", "drive", k)
-        found.append(TorqueSource(name, "drive_torque", k, _with_peak(sampled, peak), peak))
+        sources.append(TorqueSource(name, "drive_torque", k, _with_peak(sampled, peak), peak))
     limits = actuator_limits(run) if any(variable in run for variable, _, _ in OF_COMPONENTS) else {}
     for variable, along, largest in OF_COMPONENTS:
         if variable in run and along in run[variable].dims:
@@ -43,8 +43,8 @@ def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
                 sampled = run[variable].isel({along: k})
                 peak = _peak(run, sampled.values, largest, along, k)
                 curve = _with_peak(sampled, peak)
-                found.append(TorqueSource(f"torque of {name}", variable, k, curve, peak, limits.get(name)))
-    return found
+                sources.append(TorqueSource(f"torque of {name}", variable, k, curve, peak, limits.get(name)))
+    return sources
 
 
 def _with_peak(sampled: xr.DataArray, peak: tuple[float, float] | None) -> xr.DataArray:

@@ -143,10 +143,10 @@ def structure(
         if not tall and k < len(samples) - 1:
             row[0].set_xlabel("")
             row[0].tick_params(labelbottom=False)
-        for name, one in zip(chosen, row[1:], strict=True):
-            magnified(run, mechanism, sample, name, axes=one)
+        for name, panel in zip(chosen, row[1:], strict=True):
+            magnified(run, mechanism, sample, name, axes=panel)
             if len(chosen) > CLOSE:
-                one.set_title(one.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
+                panel.set_title(panel.get_title().replace("magnified ", "magnified\n"), fontsize=small(), color=BLACK)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
     if diagram is not None and diagram.coloured:
@@ -283,8 +283,8 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     figure = axes.get_figure(root=True)
     assert figure is not None
     width, letters = figure.get_figwidth() * axes.get_position(original=True).width, small()
-    said = (f"{literal(joint)}: {state}", f"clearance magnified {gain:.2g} times")
-    axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in said), fontsize=letters, color=BLACK)
+    caption = (f"{literal(joint)}: {state}", f"clearance magnified {gain:.2g} times")
+    axes.set_title("\n".join(in_lines(line, 1.35 * width, letters) for line in caption), fontsize=letters, color=BLACK)
     return axes
 
 
@@ -309,7 +309,7 @@ def fit_rings(drawn: Sequence[Axes]) -> None:
         return
     figure.draw_without_rendering()
     scale = 72.0 / figure.dpi * drawn[0].bbox.width / float(np.diff(drawn[0].get_xlim())[0])
-    size = ring_size(np.array([[np.asarray(line.get_xydata())[0] for line in each] for each in rings]), scale, RING)
+    size = ring_size(np.array([[np.asarray(line.get_xydata())[0] for line in lines] for lines in rings]), scale, RING)
     for line in itertools.chain.from_iterable(rings):
         line.set(markersize=size, markeredgewidth=1.2 * math.sqrt(size / RING))
 

@@ -70,10 +70,10 @@ def _legend(axes: Sequence[Axes]) -> None:
 
 def _is_logarithmic(values: np.ndarray) -> bool:
     """Whether values are spaced by ratios over more than a decade."""
-    found = np.unique(values[np.isfinite(values)])
-    if found.size < 3 or found[0] <= 0.0 or found[-1] < 10.0 * found[0]:
+    levels = np.unique(values[np.isfinite(values)])
+    if levels.size < 3 or levels[0] <= 0.0 or levels[-1] < 10.0 * levels[0]:
         return False
-    return bool(np.median(found) < 0.35 * (found[0] + found[-1]))
+    return bool(np.median(levels) < 0.35 * (levels[0] + levels[-1]))
 
 
 def feasibility_map(
@@ -92,7 +92,7 @@ def feasibility_map(
     if len(names) < 2:
         raise InputError(f"a map over {len(names)} factors", "two factors or more")
     x, y = x or names[0], y or next(name for name in names if name != (x or names[0]))
-    (one,) = panels(axes, 1, size=(5.4, 4.2))
+    (panel,) = panels(axes, 1, size=(5.4, 4.2))
     sx, sy = scale_of(points[x]), scale_of(points[y])
     a, b, c = points[x].values * sx.factor, points[y].values * sy.factor, points[colour].values
     sc = Scale(1.0, "") if colour == "met" else scale_of(points[colour])
@@ -105,32 +105,32 @@ def feasibility_map(
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
     if on_grid:
         table = _means(a, b, c, ua, ub)
-        drawn: Any = one.pcolormesh(ua, ub, table, shading="nearest", **look)
+        drawn: Any = panel.pcolormesh(ua, ub, table, shading="nearest", **look)
         if limit is not None and not (sx.labels or sy.labels) and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
-            lines = one.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
-            one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
+            lines = panel.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
+            panel.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
     else:
-        drawn = _scattered(one, (a, b, c), (sx, sy, sc), look, field, bounds)
-    _without_number(one, a, b, np.isinf(c))
-    _disagreement(one, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
+        drawn = _scattered(panel, (a, b, c), (sx, sy, sc), look, field, bounds)
+    _without_number(panel, a, b, np.isinf(c))
+    _disagreement(panel, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
     if _is_logarithmic(points[x].values):
-        one.set_xscale("log")
+        panel.set_xscale("log")
     if _is_logarithmic(points[y].values):
-        one.set_yscale("log")
-    one.set_xlabel(sx.label(literal(x)))
-    one.set_ylabel(sy.label(literal(y)))
-    _named_ticks(one.xaxis, sx)
-    _named_ticks(one.yaxis, sy)
-    figure = one.get_figure(root=True)
+        panel.set_yscale("log")
+    panel.set_xlabel(sx.label(literal(x)))
+    panel.set_ylabel(sy.label(literal(y)))
+    _named_ticks(panel.xaxis, sx)
+    _named_ticks(panel.yaxis, sy)
+    figure = panel.get_figure(root=True)
     assert figure is not None
     label = "fraction that meets the requirements" if colour == "met" else sc.label(literal(colour))
-    bar = figure.colorbar(drawn, ax=one)
+    bar = figure.colorbar(drawn, ax=panel)
     bar.set_label(label, fontsize=small())
     bar.ax.tick_params(labelsize=small())
     if colour != "met" and _is_whole(finite):
         bar.locator = MaxNLocator(integer=True)
-    one.grid(visible=False)
-    return [one]
+    panel.grid(visible=False)
+    return [panel]
 
 
 def _few_ticks(axis: Axis) -> None:
@@ -195,10 +195,10 @@ def _is_whole(values: np.ndarray) -> bool:
 
 def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.ndarray) -> np.ndarray:
     """Means of c over a grid, shape (len(ub), len(ua))."""
-    ia, ib, known = np.searchsorted(ua, a), np.searchsorted(ub, b), np.isfinite(c)
+    ia, ib, finite = np.searchsorted(ua, a), np.searchsorted(ub, b), np.isfinite(c)
     total, count = np.zeros((ub.size, ua.size)), np.zeros((ub.size, ua.size))
-    np.add.at(total, (ib[known], ia[known]), c[known])
-    np.add.at(count, (ib[known], ia[known]), 1.0)
+    np.add.at(total, (ib[finite], ia[finite]), c[finite])
+    np.add.at(count, (ib[finite], ia[finite]), 1.0)
     return np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
 
 
@@ -209,47 +209,47 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
     if not factors or not names:
         raise InputError("response curves without a factor or a response", "at least one of each")
     size = (1.2 + 2.6 * len(factors), 0.8 + 2.0 * len(names))
-    found = panels(axes, len(names), len(factors), size=size, share=True)
+    panels_drawn = panels(axes, len(names), len(factors), size=size, share=True)
     for row, name in enumerate(names):
         sy = scale_of(points[name])
         values = points[name].values * sy.factor
         for place, factor in enumerate(factors):
-            one, sx = found[row * len(factors) + place], scale_of(points[factor])
+            panel, sx = panels_drawn[row * len(factors) + place], scale_of(points[factor])
             x = points[factor].values * sx.factor
             dot = float(np.clip(200.0 / np.sqrt(x.size), 1.0, 6.0))
-            one.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
+            panel.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
             middle, low, high, at = _binned(x, values, each=bool(sx.labels))
             if sx.labels:
-                one.vlines(at, low, high, color=BLUE, alpha=0.4, linewidth=4.0 * LINE, label=literal("middle 80 %"))
-                one.plot(at, middle, linestyle="", marker="_", markersize=12.0, color=BLUE, label="median")
+                panel.vlines(at, low, high, color=BLUE, alpha=0.4, linewidth=4.0 * LINE, label=literal("middle 80 %"))
+                panel.plot(at, middle, linestyle="", marker="_", markersize=12.0, color=BLUE, label="median")
             elif len(factors) == 1 and np.unique(x).size == x.size:
                 order = np.argsort(x)
-                one.plot(x[order], values[order], color=BLUE, linewidth=LINE)
+                panel.plot(x[order], values[order], color=BLUE, linewidth=LINE)
             elif at.size > 1:
-                one.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label=literal("middle 80 %"))
-                one.plot(at, middle, color=BLUE, linewidth=1.5 * LINE, label="median")
+                panel.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label=literal("middle 80 %"))
+                panel.plot(at, middle, color=BLUE, linewidth=1.5 * LINE, label="median")
             marked = points["disagrees"].values
             if marked.any():
                 larger = max(dot, 4.0 if np.count_nonzero(marked) <= FEW else 1.0)
-                one.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
+                panel.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
             if limits and name in limits:
-                one.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
+                panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
             if _is_logarithmic(points[factor].values):
-                one.set_xscale("log")
+                panel.set_xscale("log")
             finite = values[np.isfinite(values)]
             if finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES:
-                one.set_yscale("log")
+                panel.set_yscale("log")
                 if finite.max() / finite.min() < SHORT:
-                    _few_ticks(one.yaxis)
+                    _few_ticks(panel.yaxis)
             elif _is_whole(finite):
-                one.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
-            _named_ticks(one.xaxis, sx)
+                panel.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
+            _named_ticks(panel.xaxis, sx)
             if row == len(names) - 1:
-                one.set_xlabel(sx.label(literal(factor)))
+                panel.set_xlabel(sx.label(literal(factor)))
             if place == 0:
-                one.set_ylabel(sy.label(literal(name)))
-    _legend(found)
-    return found
+                panel.set_ylabel(sy.label(literal(name)))
+    _legend(panels_drawn)
+    return panels_drawn
 
 
 def _named_ticks(axis: Axis, scale: Scale) -> None:
@@ -267,8 +267,8 @@ def _named_ticks(axis: Axis, scale: Scale) -> None:
 
 def _binned(x: np.ndarray, values: np.ndarray, *, each: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Median, 10 % and 90 % quantile for each level or part of x, or `each` level, and where; linear between sorted values."""
-    known = np.isfinite(values)
-    x, values = x[known], values[known]
+    finite = np.isfinite(values)
+    x, values = x[finite], values[finite]
     levels = np.unique(x)
     if each or (levels.size <= MOST_LEVELS and x.size >= EACH * levels.size):
         parts, at = [values[x == level] for level in levels], levels
@@ -289,8 +289,8 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
     if not indices:
         raise InputError("no indices", "a Saltelli or Morris design")
     factors = next(iter(indices.values()))["factor"].values
-    found = panels(axes, len(indices), size=(5.4, 0.9 + len(indices) * (0.6 + 0.34 * len(factors))), share=False)
-    for one, (name, table) in zip(found, indices.items(), strict=True):
+    panels_drawn = panels(axes, len(indices), size=(5.4, 0.9 + len(indices) * (0.6 + 0.34 * len(factors))), share=False)
+    for panel, (name, table) in zip(panels_drawn, indices.items(), strict=True):
         places = np.arange(len(factors), dtype=float)
         if table.attrs["method"] == "morris":
             shown = [("effect", "mean absolute effect", BLUE, 0.0, 0.5)]
@@ -301,13 +301,13 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
         for key, label, colour, shift, height in shown:
             values, width = table[key].values * scale.factor, table[f"{key}_interval"].values * scale.factor
             error = {"elinewidth": LINE, "ecolor": BLACK, "capsize": 2.0}
-            one.barh(places + shift, values, height, xerr=width, color=colour, label=label, error_kw=error)
-        one.set_yticks(places, [literal(str(factor)) for factor in factors])
-        one.invert_yaxis()
+            panel.barh(places + shift, values, height, xerr=width, color=colour, label=label, error_kw=error)
+        panel.set_yticks(places, [literal(str(factor)) for factor in factors])
+        panel.invert_yaxis()
         what = "mean absolute effect on" if table.attrs["method"] == "morris" else "Sobol index of"
-        one.set_xlabel(scale.label(f"{what} {literal(name)}"))
-    _legend(found)
-    return found
+        panel.set_xlabel(scale.label(f"{what} {literal(name)}"))
+    _legend(panels_drawn)
+    return panels_drawn
 
 
 def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np.ndarray, *, axes: Canvas = None) -> list[Axes]:
@@ -319,35 +319,35 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     # inches of the bars, and of the characters beside them
     width = 3.6 + 0.062 * max((len(line) for label in lines for line in label), default=0)
     high = max(0.24, 0.02 + 0.14 * max(map(len, lines), default=0))
-    (one,) = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
+    (panel,) = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
     places = np.arange(len(labels), dtype=float)
-    one.barh(places, 100.0 * fractions, 0.62, color=BLUE, alpha=0.75)
-    known = np.isfinite(intervals).all(axis=1)
-    one.hlines(places[known], *(100.0 * intervals[known]).T, color=BLACK, linewidth=2.0 * LINE)
-    one.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
-    one.set_ylim(len(labels) - 0.4, -0.6)
-    one.set_xlim(0.0, 100.0)
-    one.set_xlabel(literal("met by [%]" + (", line: 95 % interval" if known.any() else "")))
-    return [one]
+    panel.barh(places, 100.0 * fractions, 0.62, color=BLUE, alpha=0.75)
+    finite = np.isfinite(intervals).all(axis=1)
+    panel.hlines(places[finite], *(100.0 * intervals[finite]).T, color=BLACK, linewidth=2.0 * LINE)
+    panel.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
+    panel.set_ylim(len(labels) - 0.4, -0.6)
+    panel.set_xlim(0.0, 100.0)
+    panel.set_xlabel(literal("met by [%]" + (", line: 95 % interval" if finite.any() else "")))
+    return [panel]
 
 
 def pareto_front(
     tried: xr.Dataset, goals: tuple[str, str], *, confirmed: pd.DataFrame | None = None, axes: Canvas = None
 ) -> list[Axes]:
     """All points that were tried, and the front of those that no other point beats in both goals."""
-    (one,) = panels(axes, 1, size=(5.0, 3.8))
+    (panel,) = panels(axes, 1, size=(5.0, 3.8))
     signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
     scales = [scale_of(tried[goal]) for goal in goals]
     shown = [sign * scale.factor for sign, scale in zip(signs, scales, strict=True)]
     x, y = (tried[goal].values * factor for goal, factor in zip(goals, shown, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
     if not meets.all():
-        one.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=MARK, label="does not meet the requirements")
+        panel.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=MARK, label="does not meet the requirements")
     tried_only = meets & ~front
-    one.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
+    panel.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
     order = np.argsort(x[front])
     cheap = "" if confirmed is None else " of cheap runs"
-    one.plot(
+    panel.plot(
         x[front][order],
         y[front][order],
         color=VERMILION,
@@ -357,11 +357,11 @@ def pareto_front(
         label=f"Pareto front{cheap}",
     )
     if confirmed is not None:
-        _draw_confirmed(one, confirmed, goals, shown)
-    one.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
-    one.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
-    _legend([one])
-    return [one]
+        _draw_confirmed(panel, confirmed, goals, shown)
+    panel.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
+    panel.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
+    _legend([panel])
+    return [panel]
 
 
 def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str], shown: Sequence[float]) -> None:
@@ -370,11 +370,11 @@ def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str],
         np.stack([factor * confirmed[f"{kind}{goal}"].to_numpy() for goal, factor in zip(goals, shown, strict=True)], axis=1)
         for kind in ("", "accurate ")
     )
-    known = np.isfinite(here).all(axis=1)
-    meets = known & (confirmed["accurate violation"].to_numpy() <= 0.0)
-    for start, end in zip(there[known], here[known], strict=True):
+    finite = np.isfinite(here).all(axis=1)
+    meets = finite & (confirmed["accurate violation"].to_numpy() <= 0.0)
+    for start, end in zip(there[finite], here[finite], strict=True):
         axes.plot(*np.stack([start, end]).T, color=BLACK, linewidth=0.6, zorder=2.5)
-    for chosen, fill, said in ((meets, ORANGE, "meets"), (known & ~meets, "white", "does not meet")):
+    for chosen, fill, label in ((meets, ORANGE, "meets"), (finite & ~meets, "white", "does not meet")):
         if chosen.any():
             look: dict[str, Any] = {
                 "marker": "D",
@@ -383,4 +383,4 @@ def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str],
                 "color": BLACK,
                 "markerfacecolor": fill,
             }
-            axes.plot(*here[chosen].T, linestyle="", zorder=3.0, label=f"accurate run {said} them", **look)
+            axes.plot(*here[chosen].T, linestyle="", zorder=3.0, label=f"accurate run {label} them", **look)

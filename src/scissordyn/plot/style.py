@@ -86,10 +86,10 @@ def _letters(parameter: str, fraction: float) -> float:
 
     chosen: Any = rcParams  # its keys are annotated one by one
     usual: Any = rcParamsDefault
-    given = chosen[parameter]
-    if given == usual[parameter]:
+    value = chosen[parameter]
+    if value == usual[parameter]:
         return float(fraction * rcParams["font.size"])
-    return float(FontProperties(size=given).get_size_in_points())
+    return float(FontProperties(size=value).get_size_in_points())
 
 
 def in_lines(text: str, inches: float, letters: float) -> str:
@@ -102,10 +102,10 @@ def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, floa
     """Width and height of a new figure: those of matplotlib's rcParams, where the user has changed them."""
     from matplotlib import rcParams, rcParamsDefault
 
-    given = list(rcParams["figure.figsize"])
-    if given == list(rcParamsDefault["figure.figsize"]):
+    size = list(rcParams["figure.figsize"])
+    if size == list(rcParamsDefault["figure.figsize"]):
         return width, height
-    return (given[0], given[1]) if rows == 1 else (given[0], height * (given[0] / width) ** 0.6)
+    return (size[0], size[1]) if rows == 1 else (size[0], height * (size[0] / width) ** 0.6)
 
 
 def figure_width() -> float:
@@ -168,19 +168,19 @@ def panels(
 
 def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
     """A legend of all labelled artists, each label once."""
-    found: dict[str, Artist] = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    if not found:
+    entries: dict[str, Artist] = {}
+    for panel in axes:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    if not entries:
         return None
     letters = small()
     look: dict[str, Any] = {"fontsize": letters, "frameon": False, "handlelength": 2.2}
-    handles, labels = list(found.values()), list(found)
+    handles, labels = list(entries.values()), list(entries)
     figure = axes[0].get_figure(root=True)
     assert figure is not None
     narrow = figure.get_figwidth() * axes[0].get_position().width < NARROW
-    alone = {id(one) for one in figure.axes} <= {id(one) for each in axes for one in (each, *each.child_axes)}
+    alone = {id(panel) for panel in figure.axes} <= {id(panel) for parent in axes for panel in (parent, *parent.child_axes)}
     if narrow and not alone and figure.get_layout_engine():  # its room is taken from the panel, not from the curves
         columns = int(figure.get_figwidth() * axes[0].get_position().width / (ENTRY * letters)) or 1
         look |= {"borderaxespad": 0.2, "columnspacing": 1.2}

@@ -82,8 +82,8 @@ def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples
     """The symbols of all components of a mechanism."""
     scene = _Scene(run, mechanism, placement, samples, size)
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.latches, *mechanism.rods)
-    found: list[Symbol] = []
+    drawn: list[Symbol] = []
     for part in components:
         port, kind = part.declaration.port, part.declaration.symbol
-        found.append(Symbol(part.name, kind, *port.drawn(part, port.symbols[kind], scene)))
-    return found
+        drawn.append(Symbol(part.name, kind, *port.drawn(part, port.symbols[kind], scene)))
+    return drawn

@@ -55,14 +55,14 @@ def torque(
     beside = {} if ideal is None else {source.name: source.curve for source in torque_sources(ideal)}
     drawn = panels(axes, len(sources), size=(8.0, 0.7 + 2.6 * len(sources)))
     time = time_scale(run)
-    for one, source in zip(drawn, sources, strict=True):
+    for panel, source in zip(drawn, sources, strict=True):
         other = beside.get(source.name)
         scale = engineering("N m", source.curve.values, *(() if other is None else (other.values,)))
-        compare(one, literal(source.name), source.curve, other, scale=scale, time=time)
+        compare(panel, literal(source.name), source.curve, other, scale=scale, time=time)
         if source.peak is not None:
             when, largest = time.factor * source.peak[0], scale.factor * source.peak[1]
-            one.plot(when, largest, label="largest", linestyle="", marker="o", markersize=2.5, color=BLACK)
-        _limit(one, source, scale, time)
+            panel.plot(when, largest, label="largest", linestyle="", marker="o", markersize=2.5, color=BLACK)
+        _limit(panel, source, scale, time)
     finish(drawn, run, time)
     legend(drawn, above=axes is None)
     return drawn

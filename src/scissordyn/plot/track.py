@@ -55,22 +55,22 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
     names = run["track"].values.astype(str).tolist()
     drawn = panels(axes, len(names), size=(8.0, 0.7 + 2.4 * len(names)))
     time = time_scale(run)
-    for one, name in zip(drawn, names, strict=True):
+    for panel, name in zip(drawn, names, strict=True):
         sampled = run["track_deviation"].sel(track=name).values
         point = answers.get(name)
         tolerance = None if point is None else point.tolerance
         peak = [] if point is None else [point.when], [] if point is None else [point.deviation]
         instants, values = with_instants(run["time"].values, sampled, np.array(peak[0]), np.array(peak[1]))
         scale = engineering("m", values, *(() if tolerance is None else (tolerance,)))
-        one.plot(time.factor * instants, scale.factor * values, color=BLUE, linewidth=LINE, label="deviation")
+        panel.plot(time.factor * instants, scale.factor * values, color=BLUE, linewidth=LINE, label="deviation")
         if point is not None and instants[0] <= point.when <= instants[-1]:
             when, largest = time.factor * point.when, scale.factor * point.deviation
-            one.plot(when, largest, linestyle="", marker="o", markersize=2.5, color=BLACK, label="largest")
+            panel.plot(when, largest, linestyle="", marker="o", markersize=2.5, color=BLACK, label="largest")
         if tolerance is not None:
             look: dict[str, Any] = {"color": VERMILION, "linewidth": 0.8, "linestyle": (0, (1, 1.5)), "label": "tolerance"}
-            one.axhline(scale.factor * tolerance, **look)
+            panel.axhline(scale.factor * tolerance, **look)
             outside = values > tolerance
-            one.fill_between(
+            panel.fill_between(
                 time.factor * instants,
                 scale.factor * tolerance,
                 scale.factor * values,
@@ -81,9 +81,9 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
                 interpolate=True,
                 label="outside" if outside.any() else None,
             )
-        one.set_ylim(bottom=0.0)
-        one.set_ylabel(scale.label("deviation"))
-        one.set_title(f"tracked point {literal(name)}", loc="left", fontsize=small())
+        panel.set_ylim(bottom=0.0)
+        panel.set_ylabel(scale.label("deviation"))
+        panel.set_title(f"tracked point {literal(name)}", loc="left", fontsize=small())
     finish(drawn, run, time)
     legend(drawn)
     return drawn

@@ -114,14 +114,14 @@ def element(
     """
 
     def declare(described: Any) -> Any:
-        base: Any = next((each for each in described.__mro__ if each in SLOTS.values()), SLOTS.get(slot))
+        base: Any = next((base_class for base_class in described.__mro__ if base_class in SLOTS.values()), SLOTS.get(slot))
         if base is None:
             raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
         if not issubclass(described, base):
-            inherited = tuple(each for each in described.__bases__ if each is not object)
-            own = {key: value for key, value in vars(described).items() if key not in ("__dict__", "__weakref__")}
-            own["__qualname__"] = described.__qualname__
-            described = type(described)(described.__name__, (*inherited, base), own)
+            inherited = tuple(base_class for base_class in described.__bases__ if base_class is not object)
+            content = {key: value for key, value in vars(described).items() if key not in ("__dict__", "__weakref__")}
+            content["__qualname__"] = described.__qualname__
+            described = type(described)(described.__name__, (*inherited, base), content)
         kinds = base.slot.kernels
         facts = {key: value for key, value in vars(base).items() if key in base.__annotations__ and key != "states"}
         for key in declared:
@@ -131,25 +131,25 @@ def element(
                 )
         if not hasattr(described, "__post_init__"):
             described.__post_init__ = check_quantities
-        made: Any = dataclass(frozen=True)(described)
+        cls: Any = dataclass(frozen=True)(described)
         kernels = {key: declared[key] for key in kinds if declared.get(key) is not None}
         main = kernels.get(next(iter(kinds)))
-        given = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
-        named = tuple(quantities(made))
-        if made.parameters is not Part.parameters:  # the class says itself what its kernels read
-            named = () if main is None else tuple(each for each in arguments_of(main) if each not in given)
-        spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", made.__name__).lower()
+        taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
+        named = tuple(quantities(cls))
+        if cls.parameters is not Part.parameters:  # the class says itself what its kernels read
+            named = () if main is None else tuple(base_class for base_class in arguments_of(main) if base_class not in taken)
+        spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
         chosen = {key: declared[key] for key in facts if key in declared}
-        fields = made.__dataclass_fields__
+        fields = cls.__dataclass_fields__
         chosen |= {key: value for key, value in base.slot.defaults.items() if key not in fields}
         for key, value in {"name": name or spelled, "source": source, **chosen}.items():
-            setattr(made, key, value)
-        if states and not isinstance(getattr(made, "states", ()), property):
-            made.states = states
-        made.declaration = Element(base.slot, MappingProxyType(kernels), states, named)
-        _check(made)
-        note_origin(made, described)
-        return made
+            setattr(cls, key, value)
+        if states and not isinstance(getattr(cls, "states", ()), property):
+            cls.states = states
+        cls.declaration = Element(base.slot, MappingProxyType(kernels), states, named)
+        _check(cls)
+        note_origin(cls, described)
+        return cls
 
     return declare
 
@@ -157,14 +157,14 @@ def element(
 def element_class(slot: str, reference: str, folder: Path) -> tuple[Any, str]:
     """The class of elements that ``"file.py:Class"`` names, or None for a function, and its absolute name."""
     base = SLOTS[slot]
-    found, name = class_in(base.slot.title, reference, folder)
-    if found is not None and not (issubclass(found, base) and "declaration" in vars(found)):
+    cls, name = class_in(base.slot.title, reference, folder)
+    if cls is not None and not (issubclass(cls, base) and "declaration" in vars(cls)):
         raise InputError(
             f"the class '{name}' is no {base.slot.title}",
             "a class under sd.element, or a function of numbers",
             f'@sd.element(slot="{slot}", ...)',
         )
-    return found, name
+    return cls, name
 
 
 def numbers(part: Any, **derived: float) -> tuple[float, ...]:
@@ -228,13 +228,13 @@ def addresses(part: Any) -> Mapping[str, int]:
 
 def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
     """What its kernels are made into, by their names, for a part with some of the declared states."""
-    made = {}
+    table = {}
     for key, kernel in declared.kernels.items():
         places = _places(declared, key, present)
         names = (*declared.leading, *declared.numbers) if declared.leading else arguments_of(kernel)
         handed = tuple(places[name] for name in names)
-        made[key] = Recipe(kernel, handed, _targets(declared, key, present), bool(declared.leading))
-    return made
+        table[key] = Recipe(kernel, handed, _targets(declared, key, present), bool(declared.leading))
+    return table
 
 
 @cache

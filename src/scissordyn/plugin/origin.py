@@ -13,23 +13,23 @@ _KNOWN: dict[tuple[str, str], type] = {}
 
 def note_origin(made: Any, described: type) -> None:
     """Keep where a class is from, if it is in a file, also for pickles of its instances, which other processes get."""
-    made.origin = found = made_in(described)  # also None, lest that of a base is inherited
-    if found is not None:
+    made.origin = origin = made_in(described)  # also None, lest that of a base is inherited
+    if origin is not None:
         made.__reduce__ = _reduced
-        _KNOWN[found] = made
+        _KNOWN[origin] = made
 
 
 def origin_of(described: type) -> tuple[str, str] | None:
     """File and name, and the digest of the file; None for a class of the package, or of no file."""
-    found: tuple[str, str] | None = vars(described).get("origin")
-    return found
+    origin: tuple[str, str] | None = vars(described).get("origin")
+    return origin
 
 
 def class_in(kind: str, reference: str, folder: Path) -> tuple[Any, str]:
     """What ``"file.py:name"`` names, if it is a class, or None, and its absolute name; the file is executed."""
     path, name = split_reference(kind, reference, folder)
-    found = load_function(kind, f"{path}:{name}")
-    return found if isinstance(found, type) else None, f"{path}:{name}"
+    loaded = load_function(kind, f"{path}:{name}")
+    return loaded if isinstance(loaded, type) else None, f"{path}:{name}"
 
 
 def _reduced(part: Any) -> Any:

@@ -47,10 +47,10 @@ class ShortForm:
     @property
     def loaded(self) -> tuple[Function, str]:
         """The function itself, and what an error message calls it."""
-        given = self.function
-        loaded = load_function(self.slot.title, given, self.digest) if isinstance(given, str) else given
+        function = self.function
+        loaded = load_function(self.slot.title, function, self.digest) if isinstance(function, str) else function
         if not callable(loaded):
-            raise InputError(f"{given!r} as a {self.slot.title}", "a function or 'file.py:function'")
+            raise InputError(f"{function!r} as a {self.slot.title}", "a function or 'file.py:function'")
         return loaded, f"{self.slot.title} '{getattr(loaded, '__name__', loaded)}'"
 
     @property
@@ -108,15 +108,15 @@ class ShortForm:
         """
         function, label = self.loaded
         grid = np.array(list(points), float)
-        found = answers(
+        results = answers(
             self._address(), grid, np.array([*self.constants, 0.0]), context=len(self.leading) - len(self.slot.inputs)
         )
-        for point, value in zip(grid.tolist(), found.tolist(), strict=True):
+        for point, value in zip(grid.tolist(), results.tolist(), strict=True):
             if not math.isfinite(value) or (right is not None and not right(tuple(point), value)):
                 what = _answer(function, (*point, *self.constants))
                 where = ", ".join(f"{name} = {number:g}" for name, number in zip(self.leading, point, strict=True))
                 raise InputError(f"{label} {what} at {where}", allowed)
-        return found
+        return results
 
     def _address(self) -> int:
         (function, label), _ = self.loaded, self.declaration  # which says what is wrong with the constants
@@ -132,9 +132,9 @@ class ShortForm:
 
 def answers(address: int, points: np.ndarray, numbers: np.ndarray, *, context: int = 0) -> np.ndarray:
     """What a kernel without states gives at some points: in each row so many numbers of its context, then its inputs."""
-    found = np.empty(len(points))
-    _answers(address, context, points, numbers, found)
-    return found
+    results = np.empty(len(points))
+    _answers(address, context, points, numbers, results)
+    return results
 
 
 @entry

@@ -83,5 +83,5 @@ def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., 
     if not callable(getattr(module, name, None)):
         functions = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
         raise InputError(f"no {kind} '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))
-    found: Callable[..., Any] = getattr(module, name)
-    return found
+    function: Callable[..., Any] = getattr(module, name)
+    return function

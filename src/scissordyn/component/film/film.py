@@ -153,8 +153,8 @@ class Film:
         ratio, model = 0.5 * self.length / self.radius, MODELS.index(self.model)
         table = pressure_table(self.model, ratio) if model else finite_table(ratio)
         thinnest = self.roughness / self.clearance
-        own = (self.viscosity, self.clearance, self.radius, self.length, thinnest, float(model), float(self.full))
-        return (*own, *padded(table).ravel().tolist())
+        parameters = (self.viscosity, self.clearance, self.radius, self.length, thinnest, float(model), float(self.full))
+        return (*parameters, *padded(table).ravel().tolist())
 
 
 def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:

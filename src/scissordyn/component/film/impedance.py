@@ -216,8 +216,8 @@ def finite_table(ratio: float) -> np.ndarray:
         return np.asarray(x**2 / (1.0 + x**2))
 
     relative = values / scale(ratios)[:, None, None, None]
-    found: np.ndarray = CubicSpline(np.log(ratios), relative)(math.log(ratio)) * scale(np.array(ratio))
-    return found
+    relative_impedance: np.ndarray = CubicSpline(np.log(ratios), relative)(math.log(ratio)) * scale(np.array(ratio))
+    return relative_impedance
 
 
 @cache

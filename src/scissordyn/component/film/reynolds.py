@@ -72,7 +72,7 @@ def impedance(
     mesh = _Mesh(eccentricity, around, along)
     matrix = _operator(mesh, eccentricity, ratio)
     area = np.outer(mesh.width, mesh.height)
-    found, film = [], np.ones(area.size, bool)
+    pressures, film = [], np.ones(area.size, bool)
     for psi in directions:
         # cell means of the cosine
         source = 6.0 * np.outer(np.diff(np.sin(mesh.edge - psi)), mesh.height).ravel()
@@ -89,5 +89,5 @@ def impedance(
         pressure = np.maximum(pressure, 0.0).reshape(area.shape)
         mean = pressure @ mesh.height
         radial, tangential = (float(np.sum(mean * np.diff(part))) for part in (np.sin(mesh.edge), -np.cos(mesh.edge)))
-        found.append(Impedance(radial, tangential, float(pressure.max())))
-    return found
+        pressures.append(Impedance(radial, tangential, float(pressure.max())))
+    return pressures

@@ -10,12 +10,12 @@ from scissordyn.component.port.declaration import Attachment, Output, Port, plac
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
     """The directions of both bodies, then where the sensor is from its origin."""
-    found = hinge.attachments(component)
+    places = hinge.attachments(component)
     if component.sensor is not None:
-        found = (*found, place(component.sensor))
+        places = (*places, place(component.sensor))
         if component.sensor_origin is not None:
-            found = (*found, place(component.sensor_origin, -1.0))
-    return found
+            places = (*places, place(component.sensor_origin, -1.0))
+    return places
 
 
 ACTUATOR = Port(

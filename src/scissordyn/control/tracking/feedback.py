@@ -35,5 +35,5 @@ def feedback_numbers(described: Any) -> dict[str, float]:
 def settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation):
     """Torque [N m] of a command with its integral part within the limit, and z' [N m/s]."""
     command += integral_torque
-    given = limited(command, limit if ramp == 0.0 else limit * ramped(time, 0.0, ramp))
-    return given, integral * error + back_calculation * (given - command)
+    torque = limited(command, limit if ramp == 0.0 else limit * ramped(time, 0.0, ramp))
+    return torque, integral * error + back_calculation * (torque - command)

@@ -59,8 +59,8 @@ def model_description(
         ("InitialUnknown", (*found.states, *found.rates, *found.outputs)),
         ("EventIndicator", found.guards),
     ):
-        for each in rows:
-            ET.SubElement(structure, tag, valueReference=str(each.reference))
+        for row in rows:
+            ET.SubElement(structure, tag, valueReference=str(row.reference))
     ET.indent(root)
     return bytes(ET.tostring(root, encoding="utf-8", xml_declaration=True))
 
@@ -68,20 +68,20 @@ def model_description(
 def _add_variables(parent: ET.Element, found: Variables) -> None:
     time = Variable("time", 0, "s", "time")
     _float(parent, time, causality="independent", variability="continuous")
-    for each in found.states:
-        _float(parent, each, causality="local", variability="continuous", initial="calculated")
-    for each, state in zip(found.rates, found.states, strict=True):
+    for entry in found.states:
+        _float(parent, entry, causality="local", variability="continuous", initial="calculated")
+    for entry, state in zip(found.rates, found.states, strict=True):
         rate = {"derivative": str(state.reference)}
-        _float(parent, each, causality="local", variability="continuous", initial="calculated", **rate)
-    for each in found.guards:
-        _float(parent, each, causality="local", variability="continuous", initial="calculated")
-    for each in found.flags:
-        element = _element(parent, "Boolean", each)
+        _float(parent, entry, causality="local", variability="continuous", initial="calculated", **rate)
+    for entry in found.guards:
+        _float(parent, entry, causality="local", variability="continuous", initial="calculated")
+    for entry in found.flags:
+        element = _element(parent, "Boolean", entry)
         element.attrib.update(causality="parameter", variability="fixed", initial="exact", start="false")
-    for each in found.inputs:
-        _float(parent, each, causality="input", variability="continuous", start=repr(each.start))
-    for each in found.outputs:
-        _float(parent, each, causality="output", variability="continuous", initial="calculated")
+    for entry in found.inputs:
+        _float(parent, entry, causality="input", variability="continuous", start=repr(entry.start))
+    for entry in found.outputs:
+        _float(parent, entry, causality="output", variability="continuous", initial="calculated")
 
 
 def _element(parent: ET.Element, tag: str, each: Variable) -> ET.Element:

@@ -41,15 +41,15 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
             raise InputError(
                 f"an FMU needs a C compiler: {error.what}", f"{error.allowed}, or the sources alone", sample
             ) from None
-    found = plan(mechanism)
-    if found.hard_places:
-        name = found.contacts[found.hard_places[0]].name
+    tables = plan(mechanism)
+    if tables.hard_places:
+        name = tables.contacts[tables.hard_places[0]].name
         raise InputError(f"joint '{name}' with hard contact, for which an FMU has no equations", "compliant contact", SAMPLE)
-    driver, _, _ = make_driver(found, run)
+    driver, _, _ = make_driver(tables, run)
     identifier = re.sub(r"\W", "_", name) or "mechanism"
     identifier = identifier if identifier[0].isalpha() else f"m_{identifier}"
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"scissordyn {name} {mechanism!r} {run!r}")) + "}"
-    source = Source(found, driver, tolerance=float(run.rtol), token=token)
+    source = Source(tables, driver, tolerance=float(run.rtol), token=token)
     description = model_description(
         name,
         identifier,
@@ -59,8 +59,8 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
         tolerance=float(run.rtol),
         exchange=source.looks_back == 0,
     )
-    held = io.BytesIO()
-    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description)
         archive.writestr("sources/model.c", source.text)
         archive.writestr("sources/buildDescription.xml", build_description(identifier))
@@ -69,7 +69,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
             machine = platform.machine().lower()
             folder = f"{ARCHITECTURES.get(machine, machine)}-{system}"
             archive.writestr(f"binaries/{folder}/{identifier}{ending}", compiled_library(source.text))
-    return held.getvalue()
+    return buffer.getvalue()
 
 
 def compiled_library(source: str, flags: tuple[str, ...] = FLAGS) -> bytes:

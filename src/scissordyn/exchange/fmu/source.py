@@ -126,7 +126,7 @@ class Source:
         scale = [max(abs(float(y)), float(a / r)) for y, a, r in zip(state.y, weights.atol, weights.rtol, strict=True)]
         motions = prescribed(self.plan, self.driver)
         first = {name: rows[0].reference if rows else 0 for name, rows in vars(v).items()}
-        start = [number for each in motions for number in each.start]
+        start = [number for motion in motions for number in motion.start]
         guards = first["guards"] or first["flags"] or first["inputs"] or first["outputs"]
         return "\n".join(
             (
@@ -139,14 +139,14 @@ class Source:
                 f'static const char TOKEN[] = "{self.token}";',
                 f"static const double TOLERANCE = {written(self.tolerance)};",
                 f"static const double NOMINAL[STATES + 1] = {{{', '.join(map(written, [*scale, 1.0]))}}};",
-                f"static const int FUNCTION[INPUTS + 1] = {{{', '.join(str(each.function) for each in motions) or '0'}}};",
+                f"static const int FUNCTION[INPUTS + 1] = {{{', '.join(str(motion.function) for motion in motions) or '0'}}};",
                 f"static const double START[3 * INPUTS + 1] = {{{', '.join(map(written, [*start, 0.0]))}}};",
                 INSTANCE,
             )
         )
 
     def _places(self) -> str:
-        cases = [f"        case {each.reference}: return {each.place};" for each in self.variables.outputs]
+        cases = [f"        case {output.reference}: return {output.place};" for output in self.variables.outputs]
         return "\n".join((PLACE, *cases, "        default: return NULL;", "    }", "}\n"))
 
 

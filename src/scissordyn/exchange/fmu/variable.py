@@ -50,12 +50,12 @@ class Variables:
 def prescribed(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
     """The drives, and the references of actuators."""
     model, parameters = driver.system.content.model, driver.system.content.parameters
-    found = [(f"drives.{drive.body}", k) for k, drive in enumerate(plan.drives)]
+    motions = [(f"drives.{drive.body}", k) for k, drive in enumerate(plan.drives)]
     for i, component in enumerate(plan.acting):
         if isinstance(component, Actuator) and model.function[i] >= 0:
-            found.append((f"references.{component.name}", int(model.function[i])))
+            motions.append((f"references.{component.name}", int(model.function[i])))
     rows = []
-    for name, function in found:
+    for name, function in motions:
         value = np.zeros(4)
         start, stop = parameters.motion_start[function : function + 2].tolist()
         function_at(0.0, np.ascontiguousarray(parameters.motion[start:stop]), value)
@@ -70,9 +70,9 @@ class _Numbers:
         self.next = 1
 
     def take(self, rows: Iterable[tuple[str, str, str, float | bool | None, str]]) -> tuple[Variable, ...]:
-        made = [Variable(name, self.next + k, *rest) for k, (name, rest) in enumerate((row[0], row[1:]) for row in rows)]
-        self.next += len(made)
-        return tuple(made)
+        variables = [Variable(name, self.next + k, *rest) for k, (name, rest) in enumerate((row[0], row[1:]) for row in rows)]
+        self.next += len(variables)
+        return tuple(variables)
 
 
 def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
@@ -89,11 +89,11 @@ def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
             (f"guards.{k + 1}", "", f"changes its sign at an event of {name}", None, "") for k, name in enumerate(guards)
         ),
         flags=numbers.take(
-            (f"{each.name}.external", "", "whether the inputs prescribe the motion", False, "") for each in motions
+            (f"{motion.name}.external", "", "whether the inputs prescribe the motion", False, "") for motion in motions
         ),
         inputs=numbers.take(
-            (f"{each.name}.{name}", unit, f"prescribed {name}", each.start[k], "")
-            for each in motions
+            (f"{motion.name}.{name}", unit, f"prescribed {name}", motion.start[k], "")
+            for motion in motions
             for k, (name, unit) in enumerate(orders)
         ),
         outputs=numbers.take(_outputs(plan, record)),

@@ -46,9 +46,9 @@ def _pieces() -> np.ndarray:
     for _ in range(10):
         rest -= (rest - np.log1p(rest) - s * s) * (1.0 + rest) / rest
     fits = np.polynomial.chebyshev.chebfit(nodes, rest.T.astype(float), DEGREE)
-    found = np.array([np.polynomial.chebyshev.cheb2poly(column) for column in fits.T])
-    found[:, 0] += 1.0
-    return found
+    pieces = np.array([np.polynomial.chebyshev.cheb2poly(column) for column in fits.T])
+    pieces[:, 0] += 1.0
+    return pieces
 
 
 _PIECES = _pieces()

@@ -13,6 +13,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from types import SimpleNamespace
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
@@ -246,7 +247,11 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 
 @cache
 def _hints(described: Any) -> Mapping[str, Any]:
-    return get_type_hints(described, include_extras=True)
+    """Of what is given; the type of a result may be one that only type checkers import."""
+    if isinstance(described, type):
+        return get_type_hints(described, include_extras=True)
+    given = {name: hint for name, hint in described.__annotations__.items() if name != "return"}
+    return get_type_hints(SimpleNamespace(__annotations__=given), described.__globals__, include_extras=True)
 
 
 @cache

@@ -166,7 +166,7 @@ def test_places_that_cannot_be_written_are_found_before_the_run(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, output: tuple[str, str], says: str
 ) -> None:
     """Identity: refused although no run is possible here: the place is looked at first."""
-    monkeypatch.setattr("scissordyn.run.simulate.simulate", None)
+    monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
     (folder / "case.toml").write_text(PAPER.read_text())
     (folder / "taken").write_text("")
     assert says in refused(capsys, "run", "case.toml", *output)
@@ -296,13 +296,21 @@ def test_heavy_libraries_are_imported_when_needed() -> None:
     assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib"} & set(loaded)
 
 
-def test_matplotlib_is_left_alone_without_plots(folder: Path) -> None:
-    """Identity: a run without --plot does not load it."""
+def test_a_run_is_shown_without_heavy_libraries(folder: Path) -> None:
+    """Identity: what is loaded by a run that writes no file."""
     code = "import sys; from scissordyn.cli.main import status_of; status_of(sys.argv[1:]); print(*sys.modules)"
     command = [sys.executable, "-c", code, "run", str(PAPER), *SHORT]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout.split()
-    assert "xarray" in loaded
-    assert "matplotlib" not in loaded
+    assert "numpy" in loaded
+    assert not {"xarray", "pandas", "dask", "h5py", "matplotlib"} & set(loaded)
+
+
+def test_simulate_imports_no_heavy_libraries() -> None:
+    """Identity: what is loaded before a run has been computed, from which a Dataset is made."""
+    code = "import sys; from scissordyn import simulate, Mechanism, read_case; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
+    assert "numpy" in loaded
+    assert not {"xarray", "pandas", "h5py", "matplotlib"} & set(loaded)
 
 
 def test_pictures_are_drawn_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,10 +15,10 @@ from scissordyn.run.summary import joint_summaries, summary_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import xarray as xr
+    from scissordyn.run.results import Run
 
 
-def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, Any]:
+def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
     """A run in plain data."""
     trusted = float(run.attrs.get("trusted_until", math.nan))
     residual = float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else math.nan

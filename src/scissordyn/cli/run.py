@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.checkpoint import Checkpoint
+    from scissordyn.run.results import Results
 
 PATIENCE = 20.0
 """Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
@@ -102,12 +103,12 @@ def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Pat
         check_file(film, case, "--animate film.html")
 
 
-def _save(result: xr.Dataset, output: Path, kept: Checkpoint | None) -> bool:
+def _save(result: Results, output: Path, kept: Checkpoint | None) -> bool:
     """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
     from scissordyn.run.store import save
 
     try:
-        save(result, output)
+        save(result.dataset(), output)
         if kept is not None and result.attrs["status"] != "interrupted":
             kept.remove()
     except KeyboardInterrupt:
@@ -115,16 +116,16 @@ def _save(result: xr.Dataset, output: Path, kept: Checkpoint | None) -> bool:
     return False
 
 
-def _pictures(result: xr.Dataset, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
+def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
     """Draw and film what is asked for."""
     if plot is None and film is None:
         return []
-    result = _refined(result, mechanism)
-    files = [] if plot is None else list(_draw(result, mechanism, plot))
+    run = _refined(result.dataset(), mechanism)
+    files = [] if plot is None else list(_draw(run, mechanism, plot))
     if film is not None:
         from scissordyn.plot.animation import animate
 
-        files.append(animate(result, mechanism, film))
+        files.append(animate(run, mechanism, film))
     return files
 
 
@@ -160,25 +161,23 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     return Checkpoint(path, seconds, keep=True)
 
 
-def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) -> tuple[Mechanism, xr.Dataset]:
+def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) -> tuple[Mechanism, Results]:
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
-    from scissordyn.run.simulate import simulate
+    from scissordyn.run.simulate import results_of
 
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
-        return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)
+        return case.mechanism, results_of(case.mechanism, case.run, progress, checkpoint)
 
 
-def _again(
-    path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None
-) -> tuple[Mechanism, xr.Dataset]:
+def _again(path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None) -> tuple[Mechanism, Results]:
     from scissordyn.cli.progress import progress_bar
     from scissordyn.run.configuration import read_configuration
-    from scissordyn.run.simulate import replay
+    from scissordyn.run.simulate import replayed
     from scissordyn.run.store import load
 
     if changes:
@@ -189,11 +188,11 @@ def _again(
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
-        result = replay(saved, allow_code=allow_code, progress=progress, checkpoint=checkpoint)
+        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=checkpoint)
     return configuration.build_mechanism(allow_code), result
 
 
-def _show(result: xr.Dataset, mechanism: Mechanism, rows: int) -> None:
+def _show(result: Results, mechanism: Mechanism, rows: int) -> None:
     from scissordyn.cli.show import console, show_answer, show_events, show_summary
 
     to = console()

@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import xarray as xr
 from rich import box
 from rich.console import Console, HighlighterType, JustifyMethod, OverflowMethod
 from rich.style import Style
@@ -20,6 +19,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
 from scissordyn.run.force_answer import ESTIMATE, parts_of_oiled
+from scissordyn.run.results import Run
 from scissordyn.run.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
@@ -82,25 +82,24 @@ def console() -> Console:
     return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
 
 
-def show_answer(run: xr.Dataset, to: Console) -> None:
+def show_answer(run: Run, to: Console) -> None:
     """Print what a designer asks of a run, one sentence a line."""
     for line in summary_of(run).lines:
         to.print(line, markup=False)
 
 
-def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
+def show_events(run: Run, rows: int, to: Console) -> None:
     """Print the first contacts of a run."""
     found = run.sizes["contact"]
     if not found or rows <= 0:
         return
-    shown = run.isel(contact=slice(0, rows))
-    count = shown.sizes["contact"]
-    columns = [("contact", list(map(str, range(1, count + 1)))), ("joint", shown["contact_joint"].values.tolist())]
+    joints = run["contact_joint"].values[:rows].tolist()
+    columns = [("contact", list(map(str, range(1, len(joints) + 1)))), ("joint", joints)]
     left_out = kinds_left_out(run)
     for title, name, unit, factor in HEADINGS:
         if name in left_out:
             continue
-        unit, texts = column(shown[name].values * factor, unit)
+        unit, texts = column(run[name].values[:rows] * factor, unit)
         columns.append((f"{title}\n[{unit}]", texts))
     left = _print_columns(columns, to)
     if left:
@@ -133,7 +132,7 @@ def _print_columns(columns: Sequence[tuple[str, Sequence[str]]], to: Console) ->
     return [title.split("\n")[0] for title, _ in columns if title not in kept]
 
 
-def _locked_and_stopped(run: xr.Dataset) -> list[str]:
+def _locked_and_stopped(run: Run) -> list[str]:
     """Sentences on latches that locked and on end stops."""
     if "event_kind" not in run:
         return []
@@ -179,7 +178,7 @@ def _largest(joint: JointSummary) -> str:
     return f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}{parts}{estimated}"
 
 
-def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = None) -> None:
+def show_summary(run: Run, to: Console, mechanism: Mechanism | None = None) -> None:
     """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean."""
     attributes = run.attrs
     statistics = json.loads(attributes["statistics"])

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-import xarray as xr
 from pydantic import Field, PlainValidator
 
 from scissordyn.bibliography.reference import Reference, references
@@ -21,6 +20,9 @@ from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DECLARATION, CASE = "zoo.toml", "case.toml"
 """Files of an entry's folder."""

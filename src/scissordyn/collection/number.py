@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.annotation import is_number
 from scissordyn.config.quantity import read_quantity
 from scissordyn.config.table import located
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Origin = Literal["closed form", "published", "second formulation", "this program"]
 """Who says how large a number is."""

@@ -6,9 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.analysis.measured import Measured
 from scissordyn.config.case import Case
@@ -22,6 +20,9 @@ from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 from scissordyn.study.distribution import Interval, Normal
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Data = Measured | str | os.PathLike[str]
 

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 EXPORTS = (".csv", ".mat", ".parquet")
 

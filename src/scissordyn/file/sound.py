@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 POINTS, TURNS = ("time", "body", "axis"), ("time", "body")
 

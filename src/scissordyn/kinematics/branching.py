@@ -6,10 +6,10 @@ The equations of motion go through a change point on the branch on which they ca
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
@@ -44,6 +44,20 @@ APART = 0.1
 """A position of the ideal mechanism so far from a sample, in lengths as a fraction of the size or in rad, is not its own."""
 
 
+class Run(Protocol):
+    """What is asked of a run: its arrays and its status."""
+
+    @property
+    def attrs(self) -> dict[Any, Any]:
+        """Its status is "complete", "interrupted" or "failed"."""
+        ...
+
+    @property
+    def variables(self) -> Mapping[Any, Any]:
+        """Arrays by name."""
+        ...
+
+
 class Said(NamedTuple):
     """A singular position in words."""
 
@@ -56,7 +70,7 @@ class Said(NamedTuple):
 CHANCE = "which one is taken there is a matter of chance in the real structure"
 
 
-def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
+def passing_warnings(plan: Plan, run: Run, until: float) -> list[str]:
     """The singular positions that a run passes, in words.
 
     Recorded samples say where one may be, at little cost. Where the drives determine the motion, the ideal mechanism then says
@@ -100,7 +114,7 @@ def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
     return [_passed_in_words(closure, singular, z) for singular, z in warnings]
 
 
-def _pressed(plan: Plan, run: xr.Dataset) -> bool:
+def _pressed(plan: Plan, run: Run) -> bool:
     """Whether a journal is pressed in far."""
     if not plan.contacts:
         return False
@@ -126,13 +140,13 @@ def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
     return bool(np.all(side == side[0])) and not suspects(measure(closure, closed[: time.size]))
 
 
-def _driven(closure: Closure, run: xr.Dataset, until: float) -> list[str]:
+def _driven(closure: Closure, run: Run, until: float) -> list[str]:
     """What the drives lead to, and how far clearances have let them go beyond a locking position."""
     plan, sentences = closure.plan, _said(closure, until)
     found = [text for _, _, text in sentences]
     lock = min((time for time, kind, _ in sentences if kind == LOCKING), default=math.inf)
     joints = plan.contacts
-    if not joints or not run.sizes["time"] or not float(run.variables["time"].values[-1]) > lock:
+    if not joints or not run.variables["time"].values.size or not float(run.variables["time"].values[-1]) > lock:
         return found
     at = plan.places(joint.name for joint in joints)
     force = run.variables["normal_force"].values[:, at]

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels, small
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def agreement_curves(found: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:

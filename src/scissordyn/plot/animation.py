@@ -6,9 +6,9 @@ import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
@@ -20,6 +20,9 @@ from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, l
 from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.joints import clearance_joints
 from scissordyn.run.spacing import spread_samples
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Frames per second by format. A GIF is composed in memory before it is written."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from scissordyn.plot.animation_scene import Scene, scale_in_words
 from scissordyn.plot.canvas import CANVAS, packed
 from scissordyn.plot.scale import engineering
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PAGE = """<!DOCTYPE html>
 <html lang="en">

@@ -6,9 +6,9 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.stroke import AXIS_POINTS
@@ -25,6 +25,9 @@ from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols
 from scissordyn.run.placement import Placement
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TRAIL = 12
 """Number of frames over which the journal's path stays visible in a GIF or MP4."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -25,6 +25,9 @@ from scissordyn.plot.style import BLACK, BLUE, VERMILION, dress, small
 from scissordyn.run.bars import PARTS, part_names
 from scissordyn.run.internal_forces import bars_of
 from scissordyn.run.placement import Placement
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COLOURS = colormaps["cividis_r"]
 """Perceptually uniform, for readers without red or green too: the larger the darker, in print without colour as well."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
@@ -38,6 +39,9 @@ from scissordyn.plot.style import (
 )
 from scissordyn.plot.window import window
 from scissordyn.run.placement import Placement
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def bending(

@@ -5,10 +5,9 @@ from __future__ import annotations
 import base64
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.colors import to_hex
 
 from scissordyn.model.mechanism import Mechanism
@@ -17,6 +16,9 @@ from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
 from scissordyn.run.spacing import spread_samples
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PARTS = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel_scene import EDGE, Channel, channel_of
 from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, VERMILION, literal, small
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width."""

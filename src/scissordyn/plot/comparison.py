@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import force_curve
@@ -15,6 +14,9 @@ from scissordyn.plot.series import finish, largest_forces, time_scale
 from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
 from scissordyn.run.joints import clearance_joints
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 JOINTS = 3
 """Most joints whose forces are compared, those with the largest forces."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, LINE, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, panels
 from scissordyn.plot.window import window
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PANELS = (
     (

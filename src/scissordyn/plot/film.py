@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
@@ -13,6 +14,9 @@ from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, l
 from scissordyn.plot.window import window
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.film import MIXED
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DRY = 0.1
 """Films are drawn down to this part of the roughness; contacts are drawn there."""

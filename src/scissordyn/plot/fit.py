@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, dress, legend, literal, panels, small
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST = 4
 """Segments that are drawn, from the first on: curves of more cannot be distinguished from each other."""

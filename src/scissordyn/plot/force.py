@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import contact_times, force_curve
@@ -25,6 +26,9 @@ from scissordyn.plot.style import (
     small,
 )
 from scissordyn.plot.window import window
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STRIP = 0.06
 """Height of the strip of contacts, as a fraction of the panel."""

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.series import time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, literal, panels
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)
 

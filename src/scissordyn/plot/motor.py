@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RPM = Scale(30.0 / math.pi, "rpm")
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
@@ -25,6 +25,9 @@ from scissordyn.plot.style import (
     panels,
 )
 from scissordyn.plot.window import window
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COLUMNS, LEAST = 3, 1.7
 """Orbits in a row, and their least width in a figure of a width that the user has chosen [inch]."""

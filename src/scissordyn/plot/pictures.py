@@ -6,9 +6,8 @@ import functools
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Concatenate, ParamSpec
+from typing import TYPE_CHECKING, Concatenate, ParamSpec
 
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.bending import bending
@@ -23,6 +22,9 @@ from scissordyn.plot.series import mechanism_of
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import track
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Arguments = ParamSpec("Arguments")
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -23,6 +22,9 @@ from scissordyn.plot.structure import draw_mechanism, fit_rings
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
 from scissordyn.run.placement import Placement
 from scissordyn.run.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 INSTANT = 1e-9
 """A run of this length gives the assembled position [s]."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
@@ -13,6 +12,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.series import BEYOND, chosen_joints
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "bifurcation",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
@@ -24,6 +24,9 @@ from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import has_tracks, track
 from scissordyn.run.joints import clearance_joints
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 KINDS = ("response", "track", "force", "torque", "orbit", "film", "energy", "structure", "bending")
 """All pictures, in order."""

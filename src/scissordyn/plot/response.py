@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import xarray as xr
+from typing import TYPE_CHECKING
+
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
@@ -11,6 +12,9 @@ from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.style import Canvas, legend, literal, normal, panels
 from scissordyn.plot.window import window
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DEFAULT_BODY = "unit 1/bar 2"
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -57,6 +56,9 @@ from scissordyn.plot.window import window
 from scissordyn.run.deflection import magnified_deflection
 from scissordyn.run.joints import clearance_joints
 from scissordyn.run.placement import Placement
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""

@@ -7,7 +7,6 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis
@@ -22,6 +21,7 @@ from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, Ca
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 LONGEST = 84
 """Characters of a line of a label beside a bar; longer labels take several lines."""

@@ -6,15 +6,17 @@ A component is drawn by the symbol that its class declares, whose strokes and pl
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.port import AXIS
 from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.placement import Placement
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RING = 0.4
 """By how much of the first one's radius each further symbol at the same hinge is larger."""

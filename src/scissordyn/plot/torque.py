@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError
@@ -15,6 +14,9 @@ from scissordyn.plot.source import TorqueSource, torque_sources
 from scissordyn.plot.style import BLACK, ORANGE, VERMILION, Canvas, legend, literal, panels
 from scissordyn.plot.window import window
 from scissordyn.run.summary import at_limit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def torque(

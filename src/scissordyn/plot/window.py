@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def window(run: xr.Dataset, first: float | None = None, last: float | None = None) -> xr.Dataset:

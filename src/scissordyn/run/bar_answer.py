@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import printable
+from scissordyn.run.results import Run
 from scissordyn.run.words import Words
 from scissordyn.units import short
 
@@ -42,7 +42,7 @@ class BarAnswer(Words):
         return f"{said}."
 
 
-def bar_answer(run: xr.Dataset) -> BarAnswer | None:
+def bar_answer(run: Run) -> BarAnswer | None:
     """The bar that carries most, or None if no bar bends or there are no samples."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return None

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.beam import Beam
 from scissordyn.component.elastic import thermal_loads
@@ -18,6 +17,7 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
+from scissordyn.run.results import Run, Variable, Variables
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
@@ -185,7 +185,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
     return Resultants(*zip(first, second, strict=True))
 
 
-def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, Variable]) -> Variables:
     """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have.
 
     Shapes: `time` (nt,).
@@ -197,18 +197,18 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
     motions = bar_motions(plan, found, time)
     tables = [_table(axis, motion) for axis, motion in zip(axes, motions, strict=True)]
     names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis.bar)]
-    variables = {"beam": xr.Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
+    variables = {"beam": Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
     further = len(names) - len(elements)
     for name, variable in known.items():
         if "beam" in variable.dims and name != "beam":
-            missing = {"beam": (0, further)}
-            variables[name] = variable.pad(missing, constant_values=np.nan)
+            missing = [(0, further if dim == "beam" else 0) for dim in variable.dims]
+            variables[name] = variable._replace(values=np.pad(variable.values, missing, constant_values=np.nan))
     for name, unit, text in VARIABLES:
         parts = [table[name] for table in tables]
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
             parts.insert(0, known[f"beam_{name}"].values if f"beam_{name}" in known else none)
-        variables[f"beam_{name}"] = xr.Variable(
+        variables[f"beam_{name}"] = Variable(
             ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
         )
     hard = "; hard contacts have the frequency of their stiffness law" if plan.hard_places else ""
@@ -223,7 +223,7 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
             {"units": "Hz", "long_name": "frequency of the highest of them, with the cross-sections held"},
         ),
     }
-    return variables | {name: xr.Variable(("flexible_bar",), values, attributes) for name, (values, attributes) in bars.items()}
+    return variables | {name: Variable(("flexible_bar",), values, attributes) for name, (values, attributes) in bars.items()}
 
 
 def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
@@ -291,10 +291,10 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     return np.asarray(force)
 
 
-def mode_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
+def mode_warnings(plan: Plan, run: Run) -> list[str]:
     """Whether a contact was so short that it excites bending modes which bars were left without."""
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
-    if not axes or not run["contact_start"].size:
+    if not axes or not run["contact_start"].values.size:
         return []
     force, lasting = run["peak_force"].values, run["contact_duration"].values
     counts = np.isfinite(lasting) & (lasting > 0.0) & (force >= SHARE * np.max(force, initial=0.0))

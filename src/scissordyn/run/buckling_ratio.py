@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
@@ -18,6 +17,7 @@ from scissordyn.run.driver import make_system
 from scissordyn.run.geometric_stiffness import element_form, stiffness_of_bar, stiffness_of_element
 from scissordyn.run.internal_forces import Bar, bars_of
 from scissordyn.run.rest import count_turns, touch_closed
+from scissordyn.run.results import Variable
 from scissordyn.run.stiffness import INDEPENDENT, At, constraint_slopes, force_slopes
 
 INSTANTS = 5
@@ -48,7 +48,7 @@ class Forces(NamedTuple):
         return self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
 
 
-def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapping[str, xr.Variable]) -> np.ndarray:
+def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapping[str, Variable]) -> np.ndarray:
     """The largest ratio of each bar's compression to that at which the mechanism would buckle if all axial forces grew alike.
 
     The samples are divided into parts. At the position of each part where bars are compressed most, drives and free motions
@@ -72,7 +72,7 @@ def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapp
     return ratio
 
 
-def _forces(bar: Bar, variables: Mapping[str, xr.Variable]) -> Forces:
+def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
     names = {name: k for k, name in enumerate(variables["beam"].values.astype(str).tolist())}
     if bar.whole:
         own = [names[name] for name in part_names(bar.whole)]

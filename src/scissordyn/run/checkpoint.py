@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import check_target
@@ -123,7 +122,9 @@ class Keeper:
             DIGEST: _digest(content, layout),
             "reached": driver.time,
         }
-        from scissordyn.run.store import save  # the libraries of files take a tenth of a second to load
+        import xarray as xr  # takes longer to import than most runs
+
+        from scissordyn.run.store import save
 
         stored = xr.Dataset({"content": (("word",), content, {"long_name": "states of the run, as words of eight bytes"})})
         self.last = clocks.monotonic()

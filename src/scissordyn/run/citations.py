@@ -8,9 +8,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.bibliography.reference import Reference, bibliography, references
 from scissordyn.component.film.film import Film
@@ -22,6 +20,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.element import Part
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.options import TIME_STEPPING
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 METHODS = {
     "dop853": "hairer1993",

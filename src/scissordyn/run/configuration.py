@@ -10,14 +10,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import xarray as xr
-
 from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
 from scissordyn.model.description import Description, build, from_plain, parse
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.run.options import Options
+from scissordyn.run.results import Run
 
 ATTRIBUTE = "configuration"
 
@@ -43,12 +42,12 @@ class Configuration:
         return mechanism
 
 
-def is_run(data: xr.Dataset) -> bool:
+def is_run(data: Run) -> bool:
     """Whether `simulate` made it."""
     return data.attrs.get("title") == TITLE
 
 
-def read_configuration(run: xr.Dataset) -> Configuration:
+def read_configuration(run: Run) -> Configuration:
     """What a saved run says of itself."""
     text = run.attrs.get(ATTRIBUTE)
     if not isinstance(text, str):
@@ -73,7 +72,7 @@ def read_configuration(run: xr.Dataset) -> Configuration:
     )
 
 
-def number_attribute(run: xr.Dataset, name: str) -> float:
+def number_attribute(run: Run, name: str) -> float:
     """An attribute of a run that is a number."""
     value = run.attrs.get(name)
     if not is_number(value):

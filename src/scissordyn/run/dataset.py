@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import math
 import platform
-from functools import cache, lru_cache
+from functools import cache
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
-import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import AXIS
@@ -41,11 +39,13 @@ from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
 from scissordyn.run.internal_forces import largest_variables
 from scissordyn.run.peak_estimate import peak_forces
+from scissordyn.run.results import Results, Variable, Variables
 from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
 
-Variables = dict[str, xr.Variable]
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @cache
@@ -54,15 +54,20 @@ def _versions() -> str:
     return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 
-def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> xr.Variable:
-    return xr.Variable(dims, values, {"units": units, "long_name": long_name}, fastpath=True)
+def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
+    return Variable(dims, values, {"units": units, "long_name": long_name})
 
 
-def _named(dim: str, names: list[str]) -> xr.Variable:
-    return xr.Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
+def _named(dim: str, names: list[str]) -> Variable:
+    return Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
 
 
 def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) -> xr.Dataset:
+    """All results of a run as a Dataset."""
+    return results(plan, configuration, path, found).dataset()
+
+
+def results(plan: Plan, configuration: str, path: Trajectory, found: Record) -> Results:
     """All results of a run; nothing is simulated here."""
     variables = {
         "time": _described(("time",), path.samples.time, "s", "time"),
@@ -78,7 +83,7 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
         **_contact_variables(plan, path),
         **track_variables(path, found),
         **synchronisation_variables(plan, found),
-        **{name: xr.Variable(*parts) for name, parts in event_variables(plan, path.log).items()},
+        **event_variables(plan, path.log),
     }
     components = _component_variables(plan, path, found)
     for name in components.keys() & variables.keys():
@@ -97,7 +102,7 @@ def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) 
         "versions": _versions(),
         "length_error": float(found.length_error[0]),
     }
-    return _assembled(variables, attributes)
+    return Results(variables, attributes)
 
 
 def largest_along_bars(path: Trajectory, found: Record) -> Variables:
@@ -110,30 +115,6 @@ def largest_along_bars(path: Trajectory, found: Record) -> Variables:
     }
     ratios = buckling_ratios(plan, path.samples, found, variables)
     return largest_variables(plan.mechanism, variables, path.samples.time, ratios)
-
-
-@lru_cache(256)
-def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
-    """The index of a dimension of names, which runs of the same mechanism share; pandas takes long for texts."""
-    return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)
-
-
-def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
-    """A Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
-    made_of = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
-    indexes: dict[Any, xr.Index] = {
-        name: _index_of_names(name, tuple(variable.values.tolist()))
-        if variable.dtype.kind == "U"
-        else xr.indexes.PandasIndex(variable.values, name)
-        for name, variable in made_of.items()
-    }
-    coordinates = {name: index.create_variables({name: made_of[name]})[name] for name, index in indexes.items()}
-    direct = getattr(xr.Dataset, "_construct_direct", None)
-    if direct is None:
-        return xr.Dataset(variables, attrs=attributes)
-    sizes = {dim: size for part in variables.values() for dim, size in zip(part.dims, part.shape, strict=True)}
-    made: xr.Dataset = direct({**variables, **coordinates}, set(coordinates), dims=sizes, attrs=attributes, indexes=indexes)
-    return made
 
 
 def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
@@ -433,7 +414,7 @@ def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
     along = ("contact",)
     return {
         **_impact_variables(plan, table),
-        "contact_joint": xr.Variable(along, joint.astype(str), {"long_name": "joint"}),
+        "contact_joint": Variable(along, joint.astype(str), {"long_name": "joint"}),
         "contact_start": _described(along, table["start"], "s", "start of the contact"),
         "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
         "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),

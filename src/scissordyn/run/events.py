@@ -6,12 +6,13 @@ import numpy as np
 
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.plan.plan import Plan
+from scissordyn.run.results import Variable, Variables
 
 ACCOUNTS = (*POWERS, "switching_loss")
 """The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
 
 
-def event_variables(plan: Plan, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
+def event_variables(plan: Plan, log: np.ndarray) -> Variables:
     """Table of the events of components, for the Dataset.
 
     Shapes: `log` (events,).
@@ -27,16 +28,16 @@ def event_variables(plan: Plan, log: np.ndarray) -> dict[str, tuple[tuple[str, .
     coordinates = [output.unit for part in guarded for output in part.declaration.port.outputs if output.coordinate]
     rates = " or ".join(dict.fromkeys(f"{unit}/s" for unit in coordinates)) or "1/s"
     return {
-        "event_time": (
+        "event_time": Variable(
             along,
             rows["time"],
             {"units": "s", "long_name": "instant of the event, 0 of what acts from the start on"},
         ),
-        "event_name": (along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
-        "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
-        "event_speed": (along, rows["rate"], {"units": rates, "long_name": "rate of approach"}),
-        "event_loss": (along, rows["loss"], {"units": "J", "long_name": "energy dissipated by the event"}),
-        "event_drive_work": (
+        "event_name": Variable(along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
+        "event_kind": Variable(along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
+        "event_speed": Variable(along, rows["rate"], {"units": rates, "long_name": "rate of approach"}),
+        "event_loss": Variable(along, rows["loss"], {"units": "J", "long_name": "energy dissipated by the event"}),
+        "event_drive_work": Variable(
             along,
             rows["drive_work"],
             {"units": "J", "long_name": "work of the drives' impulses in the event"},

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.plan.plan import Plan
+from scissordyn.run.results import Variable, Variables
 from scissordyn.run.spacing import time_mean
 
 MIXED = 3.0
@@ -18,7 +18,7 @@ HEAT_CAPACITY = 2000.0
 """Of mineral oils, typical [J/(kg K)]."""
 
 
-def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variable]) -> Variables:
     """Least thickness, when and where, shares of time, Reynolds numbers and warming.
 
     Shapes: `time` (samples,) [s].
@@ -58,8 +58,8 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Vari
         direction = np.arctan2(*values["displacement"][at, np.arange(len(joints))].T[::-1])
     sliding, squeezing = (np.max(np.abs(values[f"{name}_speed"]), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
 
-    def described(values: np.ndarray, unit: str, text: str) -> xr.Variable:
-        return xr.Variable(("film",), values, {"units": unit, "long_name": text})
+    def described(values: np.ndarray, unit: str, text: str) -> Variable:
+        return Variable(("film",), values, {"units": unit, "long_name": text})
 
     return {
         "film_least_thickness": described(

@@ -6,13 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.laws.oil import RANGE
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.plan.plan import Plan
 from scissordyn.run.film import MIXED
+from scissordyn.run.results import Run
 
 THICKENS = 1e8
 """Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film."""
@@ -30,7 +30,7 @@ WARMED = 0.8
 """Viscosity after heating over that before, below which the given temperature is no longer meant."""
 
 
-def film_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
+def film_warnings(plan: Plan, run: Run) -> list[str]:
     """Films that were too thin, torn, boiling, too hot or turbulent, or under too high a pressure."""
     found = list[str]()
     for k, (joint, gap, oil) in enumerate(plan.lubricated):

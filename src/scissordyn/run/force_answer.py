@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import printable
+from scissordyn.run.results import Run, along
 from scissordyn.run.words import Words
 from scissordyn.units import short
 
@@ -54,7 +54,7 @@ class ForceAnswer(Words):
         return f"Largest force: {short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}.{more}"
 
 
-def force_after_start(run: xr.Dataset, start: str, force: float, when: float) -> tuple[float, float] | None:
+def force_after_start(run: Run, start: str, force: float, when: float) -> tuple[float, float] | None:
     """End of the start [s] and the largest force after it [N], at the contacts that begin then and the samples.
 
     None where journals do not start concentric, the largest force is not of the start, or the run ends in it.
@@ -68,8 +68,9 @@ def force_after_start(run: xr.Dataset, start: str, force: float, when: float) ->
         return None
     peaks = [run[name].values[begun >= end] for name in ("peak_force", "peak_force_estimate") if name in run]
     after = np.concatenate([*peaks, run["normal_force"].values[time >= end].ravel()])
-    if "film" in run.dims:
-        oiled = run["reaction"].sel(joint=run["film"].values.tolist()).transpose("time", "joint", "axis").values[time >= end]
+    if "film" in run.sizes:
+        of_films = np.isin(run["joint"].values, run["film"].values)
+        oiled = along(run["reaction"], "time", "joint", "axis")[time >= end][:, of_films]
         after = np.concatenate([after, np.linalg.norm(oiled, axis=2).ravel()])
     largest = float(np.nanmax(after)) if np.isfinite(after).any() else 0.0
     return (end, largest) if largest < LESS * force else None

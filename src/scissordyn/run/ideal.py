@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.kinematics.branching import path_warnings
 from scissordyn.kinematics.closure import Closure
@@ -17,6 +17,9 @@ from scissordyn.kinematics.transmission import dyads, transmission_angle
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SAMPLES = 501
 

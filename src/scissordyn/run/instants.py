@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.options import EQUALLY_SPACED
 from scissordyn.run.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_INSTANTS = 20_001
 """Most samples of ``samples = "auto"``: ten times the equally spaced ones."""

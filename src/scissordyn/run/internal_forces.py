@@ -5,10 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.component.beam import Beam
@@ -20,6 +19,10 @@ from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.run.bars import PARTS, marks_of, part_names
 from scissordyn.run.configuration import read_configuration
+from scissordyn.run.results import Variable, Variables
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 NODES = 0.5 * (1.0 + POINTS)
@@ -130,6 +133,8 @@ def internal_forces(
         "axis": ["x", "y"],
         "distance": (("bar", "place"), distance, {"units": "m", "long_name": "from the first end, unstrained"}),
     }
+    import xarray as xr  # takes longer to import than most runs
+
     return xr.Dataset(variables, coordinates, {"title": "scissordyn internal forces"})
 
 
@@ -137,9 +142,7 @@ def _compression(found: dict[str, np.ndarray]) -> np.ndarray:
     return np.asarray(np.maximum(-found["axial_force"], 0.0))
 
 
-def largest_variables(
-    mechanism: Mechanism, variables: dict[str, xr.Variable], time: np.ndarray, ratios: np.ndarray
-) -> dict[str, xr.Variable]:
+def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
     """The largest size of each quantity along each bar, with instant and distance from its first end.
 
     Among the samples, at the quarters of each element. `bar_buckling_load` is the largest compression of each bar over its
@@ -167,8 +170,8 @@ def largest_variables(
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
             kept[:, b] = found[name][row, column], time[row], at[column] * ends[-1]
     about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
-    made = {"bar_buckling_load": xr.Variable(("bar",), loads, {"units": "N", "long_name": about})}
-    made |= {"bar": xr.Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
+    made = {"bar_buckling_load": Variable(("bar",), loads, {"units": "N", "long_name": about})}
+    made |= {"bar": Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
     for name, (unit, text) in QUANTITIES.items():
         for k, (suffix, units, about) in enumerate(
             (
@@ -178,7 +181,7 @@ def largest_variables(
             )
         ):
             described = {"units": units, "long_name": f"{about} {text}"}
-            made[f"bar_largest_{name}{suffix}"] = xr.Variable(("bar",), largest[name][k], described)
+            made[f"bar_largest_{name}{suffix}"] = Variable(("bar",), largest[name][k], described)
     return made
 
 

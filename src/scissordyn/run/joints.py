@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def clearance_joints(run: xr.Dataset) -> list[str]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def turned(vectors: np.ndarray, turns: int) -> np.ndarray:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
@@ -24,6 +23,7 @@ from scissordyn.run.checkpoint import Keeper
 from scissordyn.run.driver import counted
 from scissordyn.run.ideal_path import IdealPath
 from scissordyn.run.options import Options
+from scissordyn.run.results import Run
 from scissordyn.run.trajectory import Trajectory, broken_off, compute, make_driver
 
 DIVERGENCE = 0.1
@@ -109,7 +109,7 @@ def predictability(
     options: Options,
     path: Trajectory,
     compared: Comparable,
-    run: xr.Dataset,
+    run: Run,
     progress: Callable[[float], None] | None = None,
     keeper: Keeper | None = None,
 ) -> Horizon:

@@ -6,10 +6,9 @@ import dataclasses
 import json
 import os
 from collections.abc import Callable, Sequence
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
@@ -19,7 +18,7 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.run.configuration import is_run, read_configuration, write_configuration
 from scissordyn.run.cut import recorded
-from scissordyn.run.dataset import to_dataset
+from scissordyn.run.dataset import results
 from scissordyn.run.demand import check_samples
 from scissordyn.run.hard_contact import hard_contact_warnings
 from scissordyn.run.ideal_path import IdealPath, deviates, ideal_path
@@ -27,11 +26,15 @@ from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
 from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.painleve import painleve_warnings
 from scissordyn.run.predictability import compared, predictability
+from scissordyn.run.results import Results, Run
 from scissordyn.run.state_scale import scale_warnings
 from scissordyn.run.track import deviation_variables
 from scissordyn.run.trajectory import FAILED, Trajectory, compute
 from scissordyn.run.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @checked
@@ -100,7 +103,7 @@ def simulate(
         raises no error: its Dataset has the results up to the failure, and the cause.
     """
     options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust, step)
-    return _simulate(mechanism, options, progress, checkpoint)
+    return results_of(mechanism, options, progress, checkpoint).dataset()
 
 
 _MAKERS = {
@@ -140,19 +143,31 @@ def replay(
     InputError
         If it is no run of `simulate`, or uses a function that is in none of the allowed files.
     """
+    return replayed(run, allow_code=allow_code, progress=progress, checkpoint=checkpoint).dataset()
+
+
+def replayed(
+    run: Run,
+    *,
+    allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    progress: Callable[[float], None] | None,
+    checkpoint: Checkpoint | None,
+) -> Results:
+    """As `replay`, before a Dataset is made of it."""
     configuration = read_configuration(run)
     if configuration.options is None or not is_run(run):
         given = run.attrs.get("title", "a dataset without a title")
         raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
-    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)
+    return results_of(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)
 
 
-def _simulate(
+def results_of(
     mechanism: Mechanism,
     options: Options,
     progress: Callable[[float], None] | None,
     checkpoint: Checkpoint | None,
-) -> xr.Dataset:
+) -> Results:
+    """As `simulate`, before a Dataset is made of it."""
     made = plan(mechanism)
     check_tables(made, options.until)
     check_samples(made, MOST_INSTANTS if options.samples == AUTO else options.count)
@@ -169,7 +184,7 @@ def refined(run: xr.Dataset, mechanism: Mechanism, progress: Callable[[float], N
     options = read_configuration(run).options
     assert options is not None
     made, once = plan(mechanism), dataclasses.replace(options, trust=False, samples=EQUALLY_SPACED)
-    found = _computed(made, once, str(run.attrs["configuration"]), progress, None, of_run(run))
+    found = _computed(made, once, str(run.attrs["configuration"]), progress, None, of_run(run)).dataset()
     return found.assign_attrs(run.attrs) if found.attrs["status"] == "complete" else run
 
 
@@ -180,7 +195,7 @@ def _computed(
     progress: Callable[[float], None] | None,
     keeper: Keeper | None,
     times: np.ndarray | None = None,
-) -> xr.Dataset:
+) -> Results:
     ideal = ideal_path(plan, options) if plan.tracks and deviates(plan.mechanism) else None
     states = None
     if options.trust:
@@ -191,14 +206,14 @@ def _computed(
     if options.samples == AUTO and path.status == "complete":
         path, further = _at_own_instants(plan, options, path, progress, ideal)
     path, record = recorded(plan, options, path, progress, ideal=ideal)
-    run = to_dataset(plan, configuration, path, record)
+    run = results(plan, configuration, path, record)
     found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
     found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":
         failures = contact_failures(plan, run)
         run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
     if ideal is not None:
-        run = run.assign(deviation_variables(run, path, ideal, options))
+        run.variables.update(deviation_variables(run, path, ideal, options))
         found += ideal.warnings
     if states is not None:
         horizon = predictability(options, path, states, run, progress, keeper)

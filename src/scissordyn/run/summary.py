@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
@@ -18,6 +17,7 @@ from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 from scissordyn.run.force_answer import ForceAnswer, force_after_start
 from scissordyn.run.ideal_path import PARTS
 from scissordyn.run.placement import placed
+from scissordyn.run.results import Run, along
 from scissordyn.run.words import Words
 from scissordyn.units import counted, short
 
@@ -200,24 +200,25 @@ class JointSummary(Words):
     film: float = math.nan
 
 
-def joint_summaries(run: xr.Dataset) -> list[JointSummary]:
+def joint_summaries(run: Run) -> list[JointSummary]:
     """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
     end, found = float(run.attrs["end"]), []
     oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
     for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
-        here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
-        start, lasting = here["contact_start"].values, here["contact_duration"].values
+        here = run["contact_joint"].values == joint
+        start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        found.append(JointSummary(str(joint), here.sizes["contact"], fraction, *_largest_force(run, here, str(joint))))
+        found.append(JointSummary(str(joint), start.size, fraction, *_largest_force(run, here)))
         if joint in oiled:
             found[-1] = _with_film(run, found[-1])
     return found
 
 
-def _with_film(run: xr.Dataset, joint: JointSummary) -> JointSummary:
+def _with_film(run: Run, joint: JointSummary) -> JointSummary:
     """A joint with what metal and film transmit together, and each alone."""
-    largest, when = (float(run[name].sel(joint=joint.name)) for name in ("joint_peak_force", "joint_peak_force_time"))
+    at, film = (run[dim].values.tolist().index(joint.name) for dim in ("joint", "film"))
+    largest, when = (float(run[name].values[at]) for name in ("joint_peak_force", "joint_peak_force_time"))
     metal = joint.largest if joint.contacts else 0.0
     return JointSummary(
         joint.name,
@@ -227,11 +228,11 @@ def _with_film(run: xr.Dataset, joint: JointSummary) -> JointSummary:
         when,
         False,
         metal,
-        float(run["film_peak_force"].sel(film=joint.name)),
+        float(run["film_peak_force"].values[film]),
     )
 
 
-def kinds_left_out(run: xr.Dataset) -> tuple[str, ...]:
+def kinds_left_out(run: Run) -> tuple[str, ...]:
     """Variables of contacts that a table of them goes without: peaks if all are hard, impulses if none is."""
     if "peak_force_estimate" not in run:
         return ("impulse",)
@@ -241,19 +242,19 @@ def kinds_left_out(run: xr.Dataset) -> tuple[str, ...]:
     return () if np.isnan(peaks).any() else ("impulse",)
 
 
-def _largest_force(run: xr.Dataset, here: xr.Dataset, joint: str) -> tuple[float, float, bool]:
+def _largest_force(run: Run, here: np.ndarray) -> tuple[float, float, bool]:
     """Of the contacts of a joint [N], its instant [s], and whether it is an estimate."""
-    start, peaks = here["contact_start"].values, here["peak_force"].values
+    start, peaks = run["contact_start"].values[here], run["peak_force"].values[here]
     if not np.isnan(peaks).all():
         highest = int(np.nanargmax(peaks))
-        return float(peaks[highest]), float(start[highest] + here["peak_time"].values[highest]), False
-    if "peak_force_estimate" not in here or np.isnan(estimates := here["peak_force_estimate"].values).all():
+        return float(peaks[highest]), float(start[highest] + run["peak_time"].values[here][highest]), False
+    if "peak_force_estimate" not in run or np.isnan(estimates := run["peak_force_estimate"].values[here]).all():
         return math.nan, math.nan, True
     highest = int(np.nanargmax(estimates))
-    return float(estimates[highest]), float(start[highest] + here["peak_force_estimate_time"].values[highest]), True
+    return float(estimates[highest]), float(start[highest] + run["peak_force_estimate_time"].values[here][highest]), True
 
 
-def summary_of(run: xr.Dataset) -> Summary:
+def summary_of(run: Run) -> Summary:
     """What a designer asks of a run, from what it has recorded."""
     trusted = float(run.attrs.get("trusted_until", math.nan))
     known = math.isfinite(trusted)
@@ -273,40 +274,39 @@ def summary_of(run: xr.Dataset) -> Summary:
     )
 
 
-def _force(run: xr.Dataset, joint: JointSummary) -> ForceAnswer:
+def _force(run: Run, joint: JointSummary) -> ForceAnswer:
     options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
     later = None if options is None else force_after_start(run, options.start, joint.largest, joint.when)
     start, after = later or (None, None)
     return ForceAnswer(joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film)
 
 
-def _mechanism(run: xr.Dataset) -> Any:
+def _mechanism(run: Run) -> Any:
     """What a run says of its mechanism, or None where it says nothing; nothing is executed."""
     return read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None
 
 
-def _points(run: xr.Dataset, described: Any) -> Iterator[PointAnswer]:
+def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
     if "peak_track_deviation" not in run or not run.sizes["time"]:
         return
     tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
-    for name in run["track"].values.astype(str).tolist():
-        here = run.sel(track=name)
-        settled = float(here["settling_time"])
-        sizes = np.hypot(*here["deviation_part"].transpose("axis", "time", "part").values)
-        there = [k for k in range(len(PARTS)) if np.any(sizes[:, k] != 0.0)]
+    parts = along(run["deviation_part"], "track", "axis", "time", "part")
+    for k, name in enumerate(run["track"].values.astype(str).tolist()):
+        settled, sizes = float(run["settling_time"].values[k]), np.hypot(*parts[k])
+        there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] != 0.0)]
         yield PointAnswer(
             name=name,
-            deviation=float(here["peak_track_deviation"]),
-            when=float(here["peak_track_deviation_time"]),
+            deviation=float(run["peak_track_deviation"].values[k]),
+            when=float(run["peak_track_deviation_time"].values[k]),
             tolerance=tolerances.get(name),
             settled=settled if math.isfinite(settled) else None,
-            at_end=float(here["track_deviation"].values[-1]),
-            parts={PARTS[k]: float(sizes[:, k].max()) for k in there},
-            parts_at_end={PARTS[k]: float(sizes[-1, k]) for k in there},
+            at_end=float(along(run["track_deviation"], "track", "time")[k, -1]),
+            parts={PARTS[part]: float(sizes[:, part].max()) for part in there},
+            parts_at_end={PARTS[part]: float(sizes[-1, part]) for part in there},
         )
 
 
-def actuator_limits(run: xr.Dataset) -> dict[str, float]:
+def actuator_limits(run: Run) -> dict[str, float]:
     """The limits of actuators and motors that have one, by name [N m]."""
     return _limits(_mechanism(run))
 
@@ -339,7 +339,7 @@ def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[
     return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
 
 
-def _actuators(run: xr.Dataset, described: Any) -> Iterator[ActuatorAnswer]:
+def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
     if "peak_drive_torque" in run:
         for k, name in enumerate(run["drive"].values.astype(str).tolist()):
             torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
@@ -354,19 +354,18 @@ def _actuators(run: xr.Dataset, described: Any) -> Iterator[ActuatorAnswer]:
         if curve not in run or peak not in run:
             continue
         for k, name in enumerate(run[kind].values.astype(str).tolist()):
-            values, limit = run[curve].transpose("time", kind).values[:, k], limits.get(name)
+            values, limit = along(run[curve], "time", kind)[:, k], limits.get(name)
             lasting = sum(end - start for start, end in at_limit(run["time"].values, values, limit))
             when = float(run[f"{peak}_time"].values[k]) if f"{peak}_time" in run else math.nan
             yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting)
 
 
-def _span(run: xr.Dataset, described: Any) -> SpanAnswer | None:
+def _span(run: Run, described: Any) -> SpanAnswer | None:
     if described is None or "position" not in run or not run.sizes["time"]:
         return None
-    ends = run[["position", "angle"]].isel(time=[0, -1])
     places = {str(name): k for k, name in enumerate(run["body"].values)}
-    position = ends["position"].transpose("time", "body", "axis").values
-    angle = ends["angle"].transpose("time", "body").values
+    position = along(run["position"], "time", "body", "axis")[[0, -1]]
+    angle = along(run["angle"], "time", "body")[[0, -1]]
     found = []
     for body in described.bodies:
         k, local = places[body.name], np.array([body.centre, *dict(body.points).values()], float) - np.array(body.centre, float)
@@ -378,7 +377,7 @@ def _span(run: xr.Dataset, described: Any) -> SpanAnswer | None:
     return SpanAnswer(tuple(start), tuple(end))
 
 
-def _work(run: xr.Dataset) -> dict[str, float]:
+def _work(run: Run) -> dict[str, float]:
     if "dissipated_energy" not in run or not run.sizes["time"]:
         return {}
     last = {name: float(run[name].values[-1]) for name, _ in WORKS if name in run}

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
+from scissordyn.run.results import Variable, Variables
 
 BAR = re.compile(r"(unit \d+)/bar ([12])")
 
@@ -23,7 +23,7 @@ def units_of(plan: Plan) -> dict[str, tuple[int, int]]:
     return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
 
 
-def synchronisation_variables(plan: Plan, found: Record) -> dict[str, xr.Variable]:
+def synchronisation_variables(plan: Plan, found: Record) -> Variables:
     """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
 
     With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
@@ -41,9 +41,9 @@ def synchronisation_variables(plan: Plan, found: Record) -> dict[str, xr.Variabl
     error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
     about = "deployment angle of the unit less that of the first one"
     return {
-        "unit": xr.Variable(("unit",), np.array(list(units)), {"long_name": "unit"}),
-        "synchronisation_error": xr.Variable(("time", "unit"), error, {"units": "rad", "long_name": about}),
-        "peak_synchronisation_error": xr.Variable(
+        "unit": Variable(("unit",), np.array(list(units)), {"long_name": "unit"}),
+        "synchronisation_error": Variable(("time", "unit"), error, {"units": "rad", "long_name": about}),
+        "peak_synchronisation_error": Variable(
             ("unit",),
             np.max(np.abs(error), axis=0, initial=0.0),
             {"units": "rad", "long_name": "largest sampled size of the synchronisation error"},

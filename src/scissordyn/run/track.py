@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.mechanics.monitored import TRACK_DEVIATION
 from scissordyn.mechanics.outputs import Record
 from scissordyn.run.ideal_path import PARTS, IdealPath, deviation_parts
 from scissordyn.run.options import Options
+from scissordyn.run.results import Run, Variable, Variables, along
 from scissordyn.run.settling import SETTLING, settling_times
 from scissordyn.run.trajectory import Trajectory
-
-Variables = dict[str, xr.Variable]
 
 
 def track_variables(path: Trajectory, found: Record) -> Variables:
@@ -23,19 +21,19 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
     maps = [path.plan.coordinates.tracked(track) for track in tracks]
     dims = ("time", "track", "axis")
     variables: Variables = {
-        "track": xr.Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
+        "track": Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
     }
     for name, rows, units in (("position", found.X, "m"), ("velocity", found.V, "m/s"), ("acceleration", found.A, "m/s^2")):
         values = np.stack([each.at(rows) for each in maps], axis=1)
         text = f"{name} of the tracked point"
-        variables[f"track_{name}"] = xr.Variable(dims, values, {"units": units, "long_name": text})
+        variables[f"track_{name}"] = Variable(dims, values, {"units": units, "long_name": text})
     return variables
 
 
-def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
+def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
     """Distance of the tracked points from where they are on the commanded path, and what adds to it."""
     place = ideal.at(run["time"].values)
-    positions = run["track_position"].transpose("time", "track", "axis").values
+    positions = along(run["track_position"], "time", "track", "axis")
     difference = positions - place
     parts = deviation_parts(ideal, path.plan.mechanism, options, run["time"].values, positions)
     about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
@@ -51,11 +49,11 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath, opt
     unknown = ideal.end < path.end * (1.0 - 1e-9)
     of_parts = _text("m", "what servos, bending and clearance add to the deviation of the tracked point")
     return {
-        "part": xr.Variable(("part",), np.array(PARTS), {"long_name": "cause of a deviation"}),
-        "deviation_part": xr.Variable(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), of_parts),
-        "track_deviation": xr.Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
+        "part": Variable(("part",), np.array(PARTS), {"long_name": "cause of a deviation"}),
+        "deviation_part": Variable(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), of_parts),
+        "track_deviation": Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
         **{
-            name: xr.Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))
+            name: Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))
             for name, values, units, text in columns
         },
     }

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.evaluate import elastic_force
@@ -18,6 +17,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.run.bars import mode_warnings
 from scissordyn.run.film_range import film_peak_warnings, film_warnings
+from scissordyn.run.results import Run, along
 from scissordyn.run.spacing import time_mean
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit above which a controller is at the limit."""
 
 
-def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
+def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[str]:
     """The warnings of a run, each once."""
     found = contact_failures(plan, run)
     touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
@@ -164,7 +164,7 @@ def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> l
     )
 
 
-def contact_failures(plan: Plan, run: xr.Dataset) -> list[str]:
+def contact_failures(plan: Plan, run: Run) -> list[str]:
     """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
     found = []
     for joint in plan.contacts:
@@ -179,7 +179,7 @@ def contact_failures(plan: Plan, run: xr.Dataset) -> list[str]:
     return found
 
 
-def _beyond_damping(plan: Plan, run: xr.Dataset) -> list[str]:
+def _beyond_damping(plan: Plan, run: Run) -> list[str]:
     """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
     touched, speed, peak = (_values(run, name) for name in ("contact_joint", "approach_speed", "peak_force"))
     found = []
@@ -201,7 +201,7 @@ def _beyond_damping(plan: Plan, run: xr.Dataset) -> list[str]:
     return found
 
 
-def energy_turned_over(run: xr.Dataset) -> float:
+def energy_turned_over(run: Run) -> float:
     """The largest change of an energy or work during a run [J]."""
     return (
         max((float(np.ptp(_values(run, name))) for name in TURNED_OVER if name in run.variables), default=0.0)
@@ -210,12 +210,12 @@ def energy_turned_over(run: xr.Dataset) -> float:
     )
 
 
-def _values(run: xr.Dataset, name: str) -> np.ndarray:
-    """The values of a variable; run[name] would make a DataArray with its coordinates."""
+def _values(run: Run, name: str) -> np.ndarray:
+    """The values of a variable; of a Dataset run[name] would make a DataArray with its coordinates."""
     return np.asarray(run.variables[name].values)
 
 
-def _stands_still(plan: Plan, run: xr.Dataset) -> bool:
+def _stands_still(plan: Plan, run: Run) -> bool:
     """Whether no body moves by more than `MOVED`."""
     if not run.sizes["time"]:
         return True
@@ -226,7 +226,7 @@ def _stands_still(plan: Plan, run: xr.Dataset) -> bool:
     return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are no numbers
 
 
-def _unbalanced(run: xr.Dataset, *, stepped: bool) -> list[str]:
+def _unbalanced(run: Run, *, stepped: bool) -> list[str]:
     """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
     residual = float(np.max(np.abs(_values(run, "energy_residual")), initial=0.0))
     turned_over = energy_turned_over(run)
@@ -241,7 +241,7 @@ def _unbalanced(run: xr.Dataset, *, stepped: bool) -> list[str]:
     return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try {finer}"]
 
 
-def _gained(run: xr.Dataset) -> list[str]:
+def _gained(run: Run) -> list[str]:
     """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
     turned_over, found, unseen = energy_turned_over(run), list[str](), "; the energy balance does not see it"
     for name, what in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
@@ -261,7 +261,7 @@ def _gained(run: xr.Dataset) -> list[str]:
     return found
 
 
-def _impulses(run: xr.Dataset) -> list[str]:
+def _impulses(run: Run) -> list[str]:
     """Latches that lock while a drive keeps its speed: its torque is no number there."""
     if "event_drive_work" not in run.variables:
         return []
@@ -275,7 +275,7 @@ def _impulses(run: xr.Dataset) -> list[str]:
     ]
 
 
-def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
+def _saturated(plan: Plan, run: Run) -> list[str]:
     """Controllers at their limit, how long, and how far from their reference."""
     found = []
     for k, (_, part) in enumerate(plan.actuators):
@@ -296,7 +296,7 @@ def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
     return found
 
 
-def _overstrained(run: xr.Dataset) -> list[str]:
+def _overstrained(run: Run) -> list[str]:
     """Where bars that bend leave small strains or their elastic range, at the samples."""
     found = list[str]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
@@ -305,7 +305,7 @@ def _overstrained(run: xr.Dataset) -> list[str]:
         ("beam_utilisation", 1.0, "is stressed to {:.3g} times its yield strength: the bar stays elastic in the model"),
         ("beam_fibre_strain", LARGE_STRAIN, "has a strain of {:.3g}: the model is one of small strains"),
     ):
-        values = run[name].transpose("time", "beam").values
+        values = along(run[name], "time", "beam")
         at, which = np.unravel_index(int(np.nanargmax(values)) if np.isfinite(values).any() else 0, values.shape)
         if values[at, which] > limit:
             where, when = run["beam"].values[which], float(run["time"].values[at])
@@ -313,7 +313,7 @@ def _overstrained(run: xr.Dataset) -> list[str]:
     return found
 
 
-def _buckled(run: xr.Dataset) -> list[str]:
+def _buckled(run: Run) -> list[str]:
     """The bar that is compressed most beyond what the mechanism bears."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return []
@@ -328,12 +328,13 @@ def _buckled(run: xr.Dataset) -> list[str]:
     ]
 
 
-def _off_the_rail(plan: Plan, run: xr.Dataset) -> list[str]:
+def _off_the_rail(plan: Plan, run: Run) -> list[str]:
     """What runs beyond the end of a bar, at the samples."""
     found = list[str]()
     for i, axis in rail_axes(plan.coordinates.natural.axes, plan.components).items():
         part = plan.components[i]
-        places = run[f"{part.declaration.section}_place"].sel({part.declaration.section: part.name}).values
+        section = part.declaration.section
+        places = along(run[f"{section}_place"], section, "time")[run[section].values.tolist().index(part.name)]
         off = (places < 0.0) | (places > axis.bar.length)
         if off.any():
             when = float(run["time"].values[int(np.argmax(off))])
@@ -345,7 +346,7 @@ def _off_the_rail(plan: Plan, run: xr.Dataset) -> list[str]:
     return found
 
 
-def _exceeded(run: xr.Dataset) -> list[str]:
+def _exceeded(run: Run) -> list[str]:
     """Bristles that give more friction than their law's static limit, how much and how long."""
     if "peak_friction_ratio" not in run:
         return []
@@ -365,7 +366,7 @@ def _exceeding(name: str, ratio: float, lasting: float) -> str:
     )
 
 
-def _undetermined(run: xr.Dataset) -> list[str]:
+def _undetermined(run: Run) -> list[str]:
     """Reactions that are not determined, at all times or where bodies are aligned."""
     missing = np.isnan(_values(run, "reaction")).any(axis=2)
     if not missing.any():

@@ -34,7 +34,7 @@ def runs_of(folder: Path, name: str, design: str, points: int, **options: Any) -
         points=points,
         seed=1,
         requirements={"peak_force": BOUND},
-        store=folder / f"{name}.zarr",
+        store=folder / f"{name}.db",
         **options,
     )
 

@@ -140,10 +140,10 @@ class Spent:
 
 def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
     """Time a study, after a small one that loads the kernels in every worker; one that was stopped goes on."""
-    address, file = folder / f"{name}.zarr", folder / f"{name}.json"
+    address, file = folder / f"{name}.db", folder / f"{name}.json"
     spent = Spent.of(file)
     before, first, early = spent.seconds, spent.runs, False
-    execute(study(8 * engine.workers), folder / f"{name} warm {spent.runs}.zarr", block=1, engine=engine)
+    execute(study(8 * engine.workers), folder / f"{name} warm {spent.runs}.db", block=1, engine=engine)
     began = time.perf_counter()
 
     def look(progress: Progress) -> None:

@@ -91,7 +91,7 @@ def killed_at_random(folder: Path, kills: int = KILLS, seed: int = SEED) -> list
     list of Kill
         In their order; the last is without a victim: the study is taken up and left alone.
     """
-    whole, store = folder / "whole.zarr", folder / "killed.zarr"
+    whole, store = folder / "whole.db", folder / "killed.db"
     _ended(_command(*SWEEP, "-o", str(whole), "--threads", "1"))
     expected = _files(whole)
     moments, found = random.Random(seed), list[Kill]()

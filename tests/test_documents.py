@@ -209,7 +209,7 @@ def test_task_of_one_unit_goes_from_new_to_a_design(
         said[words[2]] = capsys.readouterr().out
     assert set(said) >= {"array.toml", "study.toml", "check.toml", "ground.toml"}
     assert "scissordyn study refine" in said["study.toml"]
-    study = sd.open_study(tmp_path / "study.zarr")
+    study = sd.open_study(tmp_path / "study.db")
     run = sd.simulate(study.design, until=0.99, samples=51, rtol=1e-5)
     assert float(run["peak_force"].max()) < 800.0
     assert float(run["peak_track_deviation"][0]) < 3e-3
@@ -223,9 +223,9 @@ def test_task_is_answered_as_its_page_says(
     """Cross-check: all commands of the page, 25 minutes; what its answer rests on, from the stores."""
     for words in describe_task(tmp_path, monkeypatch, capsys):
         assert status_of(words[1:]) == 0
-    assert int((sd.open_study(tmp_path / "study.zarr").points["met"] == 1.0).sum()) == 8
+    assert int((sd.open_study(tmp_path / "study.db").points["met"] == 1.0).sum()) == 8
     for name, met, tip in (("check", 16, 1.722e-3), ("ground", 0, 2.260e-3)):
-        study = sd.open_study(tmp_path / f"{name}.zarr")
+        study = sd.open_study(tmp_path / f"{name}.db")
         assert study.table["tip.peak_track_deviation [m]"].max() == pytest.approx(tip, rel=0.01)
         forces = study.table[[column for column in study.table if column.endswith(".peak_force [N]")]].max(axis=1)
         assert int((forces < 800.0).sum()) == met

@@ -42,7 +42,7 @@ def test_words_of_other_programs(capsys: pytest.CaptureFixture[str], tmp_path: P
     ):
         assert status_of(words) == 2
         assert says in capsys.readouterr().err
-    assert status_of(["explore", str(tmp_path / "s.zarr")]) == 2
+    assert status_of(["explore", str(tmp_path / "s.db")]) == 2
     assert "new scissor" not in capsys.readouterr().err
     assert not (tmp_path / "p.png").exists()
 
@@ -87,8 +87,8 @@ def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_store_in_place_of_a_case_file_is_named(tmp_path, capsys):
     """Contract: what to type for the store of a study, and no word about writing a case file over it."""
-    store = tmp_path / "s.zarr"
-    store.mkdir()
+    store = tmp_path / "s.db"
+    store.write_bytes(b"SQLite format 3")
     assert status_of(["check", str(store)]) == 2
     said = capsys.readouterr().err
     assert "it is the store of a study" in said

@@ -35,7 +35,7 @@ def pasted(line: str, folder: Path) -> list[str]:
     return (folder / "words").read_text().split("\0")[:-1]
 
 
-@pytest.mark.parametrize("name", [BAD, "plain.zarr", "a b", "--rm", "~/x", "é", "a\\b", "*", "#", "!x"])
+@pytest.mark.parametrize("name", [BAD, "plain.db", "a b", "--rm", "~/x", "é", "a\\b", "*", "#", "!x"])
 def test_words_stay_words(name: str, tmp_path: Path) -> None:
     """Identity: what the shell makes of a command are the words that it was made of."""
     assert pasted(command("scissordyn", "study", "resume", name), tmp_path) == ["study", "resume", name]
@@ -134,22 +134,22 @@ def test_reading_a_study_executes_nothing(
     Path("case.toml").write_text(paper_case("2 ms"))
     own = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', constants = [1e8] }")
     vary = ("--vary", "A.clearance=0.1..0.2 mm, 2 values", "--threads", "1")
-    assert status_of(["sweep", "case.toml", *own, *vary, "-o", "own.zarr"]) == 0
+    assert status_of(["sweep", "case.toml", *own, *vary, "-o", "own.db"]) == 0
     assert mark.exists()
     mark.unlink()
     reading = (["status"], ["report", "-o", "own.html"], ["export", "-o", "own.csv"])
     for allowed in ([], ["--allow-code", "my_laws.py"]):
         for what, *options in reading:
             capsys.readouterr()
-            assert status_of(["study", what, "own.zarr", *options, *allowed]) == 0, capsys.readouterr().err
+            assert status_of(["study", what, "own.db", *options, *allowed]) == 0, capsys.readouterr().err
     laws.unlink()
     for what, *options in reading:
-        assert status_of(["study", what, "own.zarr", *options]) == 0
+        assert status_of(["study", what, "own.db", *options]) == 0
     assert not mark.exists()
     assert "0.1" in Path("own.html").read_text()
     assert len(Path("own.csv").read_text().splitlines()) == 3
     capsys.readouterr()
-    assert status_of(["study", "resume", "own.zarr"]) == 2
+    assert status_of(["study", "resume", "own.db"]) == 2
     assert "--allow-code my_laws.py" in capsys.readouterr().err
 
 
@@ -167,7 +167,7 @@ def test_no_text_of_another_file_is_shown(
     else:
         Path("case.toml").write_text(paper_case("2 ms"))
         vary = ("--vary", "A.clearance=0.1..0.2 mm, 2 values")
-        assert status_of(["sweep", "case.toml", *vary, "-o", "a.zarr", "--cluster", "other"]) == 2
+        assert status_of(["sweep", "case.toml", *vary, "-o", "a.db", "--cluster", "other"]) == 2
     said = capsys.readouterr().err
     assert "other" in said
     assert "secret" not in said

@@ -71,7 +71,7 @@ def test_ascii_terminals(environment: dict[str, str], tmp_path: Path) -> None:
         ("compare", "{name}.nc", "{name}.nc"),
         ("laws", "flores", "--plot", "{name}.png"),
         ("paper", "-o", "{name}"),
-        ("study", "{name}.toml", "-o", "x.zarr"),
+        ("study", "{name}.toml", "-o", "x.db"),
         ("study", "status", "{name}"),
         ("sweep", "{case}", "-o", "{name}", "--vary", "A.clearance=0.1..0.2 mm"),
     ],

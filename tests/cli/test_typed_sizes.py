@@ -17,7 +17,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER, PERIODIC = str(EXAMPLES / "paper.toml"), str(EXAMPLES / "periodic.toml")
 DIGITS = "9" * 400
 CLEARANCE = ("--vary", "A.clearance=0.05..0.4 mm")
-SWEEP = ("sweep", PAPER, "-o", "out.zarr")
+SWEEP = ("sweep", PAPER, "-o", "out.db")
 SCAN = ("bifurcation", PERIODIC, "--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm")
 MANY = "1000000000000"
 

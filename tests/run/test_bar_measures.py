@@ -158,7 +158,7 @@ def test_stiffness_is_a_number_of_the_mechanism(tmp_path: Path) -> None:
 
 def test_a_study_asks_for_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Cross-check: a requirement between the utilisations of two clearances is met by one of them, as runs say."""
-    case, store = tmp_path / "bent.toml", tmp_path / "bent.zarr"
+    case, store = tmp_path / "bent.toml", tmp_path / "bent.db"
     sd.write_case(bent(), case, run=Options(until=0.01))
     used = sd.simulate_many(bent(), OVER, until=0.01, measures=("peak_utilisation",))["peak_utilisation"].max("bar").values
     between = float(np.mean(used))

@@ -9,7 +9,7 @@ import pytest
 import scissordyn as sd
 
 
-@pytest.mark.parametrize(("name", "reads"), [("case.toml", "sd.read_case"), ("study.zarr", "sd.open_study")])
+@pytest.mark.parametrize(("name", "reads"), [("case.toml", "sd.read_case"), ("study.db", "sd.open_study")])
 def test_another_file_names_what_reads_it(tmp_path: Path, name: str, reads: str) -> None:
     """Limit: a case file or a study in place of a run leads to the function for it."""
     path = tmp_path / name

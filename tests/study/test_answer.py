@@ -243,10 +243,10 @@ def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
     """Identity: stopped after two generations and continued, it has the points and results of one that was not."""
     plan = Optimisation((Goal("peak_force"),), risk="worst", population=4, generations=4, seed=5)
     described = study(optimisation=plan, design=plan.design(1, 2), requirements=(Requirement("contact_count", "<=", 4.0),))
-    whole = optimise(described, tmp_path / "whole.zarr", block=3)
+    whole = optimise(described, tmp_path / "whole.db", block=3)
     short = dataclasses.replace(described, optimisation=dataclasses.replace(plan, generations=2))
-    optimise(short, tmp_path / "a.zarr", block=3)
-    store = optimise(described, tmp_path / "a.zarr")
+    optimise(short, tmp_path / "a.db", block=3)
+    store = optimise(described, tmp_path / "a.db")
     xr.testing.assert_equal(store.results(), whole.results())
     assert store.times()["cases"].sum() == 16
     found = candidates(dataclasses.replace(described, design=store.design()), store.results())
@@ -254,7 +254,7 @@ def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
     assert float(found.points["minimise peak_force"][found.best]) == found.points["minimise peak_force"].values[meets].min()
     other = dataclasses.replace(described, optimisation=dataclasses.replace(plan, seed=6))
     with pytest.raises(sd.InputError, match="holds points that the method does not propose"):
-        optimise(other, tmp_path / "a.zarr")
+        optimise(other, tmp_path / "a.db")
 
 
 def test_indices_of_a_scissor_case(tmp_path: Path) -> None:
@@ -262,7 +262,7 @@ def test_indices_of_a_scissor_case(tmp_path: Path) -> None:
     from SALib.analyze import sobol
 
     described = study(design=Design("saltelli", 8), options=Options(0.002))
-    results = execute(described, tmp_path / "a.zarr").results()
+    results = execute(described, tmp_path / "a.db").results()
     found, left_out = sensitivity(described, results)
     problem = {"num_vars": 2, "names": ["c", "w"], "bounds": [[0.0, 1.0]] * 2}
     theirs = sobol.analyze(problem, results["peak_force"].values[:, 0], calc_second_order=False, seed=1)
@@ -276,7 +276,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
     described = study(design=Design("grid"), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 3)), *study().factors[1:]))
     described = dataclasses.replace(described, members=2)
-    results = execute(described, tmp_path / "a.zarr").results()
+    results = execute(described, tmp_path / "a.db").results()
     rows = table(results)
     assert rows["A.peak_force [N]"].to_numpy().tolist() == results["peak_force"].values[:, 0].tolist()
     assert set(rows["status"]) == {"complete"}
@@ -285,24 +285,24 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     np.testing.assert_allclose(read["A.peak_force [N]"], rows["A.peak_force [N]"], rtol=1e-15)
     with xr.open_dataset(export(results, tmp_path / "a.nc"), engine="h5netcdf") as saved:
         np.testing.assert_array_equal(saved["peak_force"].values, results["peak_force"].values)
-    found = sd.open_study(tmp_path / "a.zarr")
+    found = sd.open_study(tmp_path / "a.db")
     run = found.replay(4)
     assert int(found.dataset["member"][4]) == 0
     assert float(run["peak_force"].max()) == float(results["peak_force"][4, 0])
-    text = write_report(described, results, "a.zarr", tmp_path / "r.html").read_text()
+    text = write_report(described, results, "a.db", tmp_path / "r.html").read_text()
     hostile = write_report(described, results, "<script>alert(1)", tmp_path / "h.html").read_text()
     assert "<script" not in hostile
     assert "&lt;script&gt;alert(1)" in hostile
-    for title in ("Where the requirements are met", "Map of peak_force", "Response curves", "scissordyn study replay a.zarr"):
+    for title in ("Where the requirements are met", "Map of peak_force", "Response curves", "scissordyn study replay a.db"):
         assert title in text
     with pytest.raises(sd.InputError, match=r"ends in \.html or \.pdf"):
-        write_report(described, results, "a.zarr", tmp_path / "r.txt")
+        write_report(described, results, "a.db", tmp_path / "r.txt")
     monkeypatch.setattr("scissordyn.study.report.printed", lambda page: b"%PDF-1.4" + page)
-    assert b"Response curves" in write_report(described, results, "a.zarr", tmp_path / "r.pdf").read_bytes()
-    write_report(described, results, "a.zarr", tmp_path / "r.pdf")  # in the place of the earlier one
+    assert b"Response curves" in write_report(described, results, "a.db", tmp_path / "r.pdf").read_bytes()
+    write_report(described, results, "a.db", tmp_path / "r.pdf")  # in the place of the earlier one
     (tmp_path / "own.pdf").write_text("mine")
     with pytest.raises(sd.InputError, match="something else than a report"):
-        write_report(described, results, "a.zarr", tmp_path / "own.pdf")
+        write_report(described, results, "a.db", tmp_path / "own.pdf")
     with pytest.raises(sd.InputError, match=r"ends in \.csv"):
         export(results, tmp_path / "a.xls")
     assert export(results, tmp_path / "a.csv") == tmp_path / "a.csv"  # in the place of the same table
@@ -389,7 +389,7 @@ def test_counts_have_whole_ticks() -> None:
 def test_store_of_nothing(tmp_path: Path) -> None:
     """Identity: one line."""
     with pytest.raises(sd.InputError, match="no study at"):
-        Store(tmp_path / "a.zarr").status()
+        Store(tmp_path / "a.db").status()
 
 
 def test_warnings_are_counted_by_their_text() -> None:

@@ -47,7 +47,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
         uncertain={"A.damping.restitution": sd.Uniform(0.6, 0.9)},
         samples=2,
         requirements={"peak_force": BOUND},
-        store=tmp_path_factory.mktemp("call") / "panel.zarr",
+        store=tmp_path_factory.mktemp("call") / "panel.db",
     )
 
 
@@ -64,7 +64,7 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
         requirements=(Requirement("peak_force", "<", BOUND),),
     )
     assert found.study == by_hand
-    store = execute(by_hand, tmp_path / "hand.zarr", block=found.store.block)
+    store = execute(by_hand, tmp_path / "hand.db", block=found.store.block)
     assert files(Path(store.address)) == files(Path(found.store.address))
 
 
@@ -91,7 +91,7 @@ def asked(factors: Any = VARIED, **options: Any) -> Study:
     """What a call asks for, without computing it."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("scissordyn.config.studies.computed", lambda study, *_, **__: StudyResult(study, None))  # type: ignore[arg-type]
-        result: StudyResult = sd.study(arm(), factors, **{"until": UNTIL, "store": "never.zarr", **options})
+        result: StudyResult = sd.study(arm(), factors, **{"until": UNTIL, "store": "never.db", **options})
     return result.study
 
 
@@ -125,13 +125,13 @@ def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     asked_for: dict[str, Any] = {"requirements": ["peak_force < 60 kN"], "block": 1}
     vary = {"A.clearance": "0.1, 0.2 mm"}
     stores = [
-        sd.study(sd.read_case("arm.toml"), vary, store="case.zarr", **asked_for),
-        sd.study("arm.toml", vary, store="file.zarr", **asked_for),
-        sd.study("study.toml", store="study.zarr", block=1),
+        sd.study(sd.read_case("arm.toml"), vary, store="case.db", **asked_for),
+        sd.study("arm.toml", vary, store="file.db", **asked_for),
+        sd.study("study.toml", store="study.db", block=1),
     ]
-    assert command("study.toml", output="command.zarr", block=1) == 0
+    assert command("study.toml", output="command.db", block=1) == 0
     contents = [files(Path(one.store.address)) for one in stores]
-    assert contents[0] == contents[1] == contents[2] == files(Path("command.zarr"))
+    assert contents[0] == contents[1] == contents[2] == files(Path("command.db"))
     assert case is not None
     plain = sd.study(arm(), {"A.clearance": [0.1e-3, 0.2e-3]}, until=UNTIL, measures=["peak_force"])
     np.testing.assert_array_equal(plain.dataset["peak_force"], stores[0].dataset["peak_force"])
@@ -176,34 +176,34 @@ def test_pictures(found: StudyResult, tmp_path: Path) -> None:
 def test_going_on(tmp_path: Path) -> None:
     """Identity: extended and reopened, the result is that of a whole study; reading executes nothing."""
     asked_for: dict[str, Any] = {"until": UNTIL, "measures": {"peak [N]": peak}, "block": 2}
-    whole = sd.study(arm(), VARIED, points=6, store=tmp_path / "whole.zarr", **asked_for)
-    part = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.zarr", **asked_for)
+    whole = sd.study(arm(), VARIED, points=6, store=tmp_path / "whole.db", **asked_for)
+    part = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.db", **asked_for)
     assert part.counts["complete"] == 3
     assert part.extend(6) is part
     assert part.counts["complete"] == 6
     assert part.study == whole.study
     xr.testing.assert_identical(part.dataset.drop_attrs(deep=False), whole.dataset.drop_attrs(deep=False))
-    opened = sd.open_study(tmp_path / "part.zarr")
+    opened = sd.open_study(tmp_path / "part.db")
     assert isinstance(opened.study.mechanism, Description)
     assert opened.counts["complete"] == 6
-    with pytest.raises(sd.InputError, match=r"type: sd\.open_study\('study\.zarr', measures=\{'peak'"):
+    with pytest.raises(sd.InputError, match=r"type: sd\.open_study\('study\.db', measures=\{'peak'"):
         opened.resume()
-    opened = sd.open_study(tmp_path / "part.zarr", measures={"peak [N]": peak})
+    opened = sd.open_study(tmp_path / "part.db", measures={"peak [N]": peak})
     assert opened.extend(7).counts == {"complete": 7, "failed": 0, "pending": 0}
     assert to_plain(opened.mechanism(0)) == to_plain(part.mechanism(0))
-    read = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.zarr", compute=False, **asked_for)
+    read = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.db", compute=False, **asked_for)
     assert read.counts["complete"] == 7
 
 
 def test_damage_is_said(tmp_path: Path) -> None:
     """Identity: a flipped bit makes the cases of its block pending, the result says so, and `resume` computes them anew."""
-    asked_for: dict[str, Any] = {"until": UNTIL, "measures": ["peak_force"], "store": tmp_path / "a.zarr", "block": 1}
+    asked_for: dict[str, Any] = {"until": UNTIL, "measures": ["peak_force"], "store": tmp_path / "a.db", "block": 1}
     whole = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
     peaks = whole.dataset["peak_force"].values
     assert whole.damage == ""
-    chunk = next((tmp_path / "a.zarr" / "peak_force" / "c" / "1").rglob("*"))
+    chunk = next((tmp_path / "a.db" / "peak_force" / "c" / "1").rglob("*"))
     chunk.write_bytes(chunk.read_bytes()[:-1])
-    broken = sd.open_study(tmp_path / "a.zarr")
+    broken = sd.open_study(tmp_path / "a.db")
     assert broken.counts == {"complete": 1, "failed": 0, "pending": 1}
     assert "peak_force is not what was written" in repr(broken)
     assert "damaged" in broken._repr_html_()
@@ -218,25 +218,25 @@ def test_failed_cases_are_done_again(tmp_path: Path) -> None:
         f"from pathlib import Path\ndef flag(run):\n    assert Path({str(tmp_path / 'flag')!r}).exists(), 'no flag'\n"
         "    return 1.0\n"
     )
-    asked_for: dict[str, Any] = {"until": UNTIL, "measures": [f"flag = {file}:flag"], "store": tmp_path / "a.zarr"}
+    asked_for: dict[str, Any] = {"until": UNTIL, "measures": [f"flag = {file}:flag"], "store": tmp_path / "a.db"}
     broken = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
     assert broken.counts["failed"] == 2
     assert list(broken.causes.values()) == [[0, 1]]
     assert "no flag" in next(iter(broken.causes))
     (tmp_path / "flag").touch()
-    assert sd.open_study(tmp_path / "a.zarr", allow_code=file).resume(retry=True).counts["complete"] == 2
+    assert sd.open_study(tmp_path / "a.db", allow_code=file).resume(retry=True).counts["complete"] == 2
 
 
 def test_a_search(found: StudyResult, tmp_path: Path) -> None:
     """Cross-check: the best point is the least of the points tried that meet all; more generations go on."""
-    search = found.optimise("minimise peak_force", store=tmp_path / "best.zarr", population=4, generations=2, risk="worst")
+    search = found.optimise("minimise peak_force", store=tmp_path / "best.db", population=4, generations=2, risk="worst")
     peaks = search.dataset["peak_force"].values[:, 0].reshape(8, 2).max(axis=1)
     assert search.best["A.clearance"] == float(search.points["A.clearance"][int(np.argmin(peaks))])
     search.extend(3)
     assert search.study.points == 12
-    assert sd.open_study(tmp_path / "best.zarr").counts["complete"] == 24
+    assert sd.open_study(tmp_path / "best.db").counts["complete"] == 24
     both = found.optimise(
-        "maximise A.clearance", "minimise drive.speed", store=tmp_path / "front.zarr", population=4, generations=2
+        "maximise A.clearance", "minimise drive.speed", store=tmp_path / "front.db", population=4, generations=2
     )
     tried = np.stack([-both.points["A.clearance"].values, both.points["drive.speed"].values], axis=1)
     met = (both.dataset["peak_force"].values[:, 0].reshape(8, 2).mean(axis=1) < BOUND).tolist()
@@ -308,7 +308,7 @@ def test_what_cannot_be_used(options: dict[str, Any], says: str, tmp_path: Path,
     """Identity: one line, and no store."""
     monkeypatch.chdir(tmp_path)
     with pytest.raises(sd.InputError, match=says) as error:
-        sd.study(arm(), **{"factors": VARIED, "until": UNTIL, "store": "a.zarr", **options})
+        sd.study(arm(), **{"factors": VARIED, "until": UNTIL, "store": "a.db", **options})
     assert "\n" not in str(error.value)
     assert os.listdir(tmp_path) == []
 
@@ -322,14 +322,14 @@ def test_what_a_result_does_not_have(found: StudyResult) -> None:
         (lambda: found.front, "without goals; .*type: result.optimise"),
         (lambda: found.sensitivity(), "of a sobol design; .*design='saltelli'"),
         (lambda: found.mechanism(24), "case 24; allowed: 0 to 23"),
-        (lambda: found.optimise(store="never.zarr"), "an optimisation without a goal"),
+        (lambda: found.optimise(store="never.db"), "an optimisation without a goal"),
     ):
         with pytest.raises(sd.InputError, match=says):
             ask()
     with pytest.raises(sd.InputError, match="a study of 3; allowed: a mechanism"):
         sd.study(3, VARIED)  # type: ignore[arg-type]
     with pytest.raises(sd.InputError, match="no study at"):
-        sd.open_study("never.zarr")
+        sd.open_study("never.db")
 
 
 def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -339,7 +339,7 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert one.samples == 2
     assert set(found.trends) == {"peak_force"}
     texts = [f"{address}={value!r} {'m' if 'clearance' in address else 'rad/s'}" for address, value in one.numbers.items()]
-    again = tmp_path / "again.zarr"
+    again = tmp_path / "again.db"
     assert command("refine", found.store.address, output=str(again), vary=texts, samples=4, seed=5, threads=1) == 0
     refined = sd.open_study(again)
     assert refined.study.cases == 4
@@ -347,7 +347,7 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert refined.study.requirements == found.study.requirements
     assert not set(refined.dataset["A.damping.restitution"].values) & set(found.dataset["A.damping.restitution"].values)
     assert "of 4 samples" in " ".join(capsys.readouterr().out.split())
-    loose, search = tmp_path / "loose.zarr", tmp_path / "search.zarr"
+    loose, search = tmp_path / "loose.db", tmp_path / "search.db"
     uncertain = ["A.clearance=uniform(0.1, 0.2) mm"]
     assert command("refine", found.store.address, output=str(loose), uncertain=uncertain, points=3, threads=1) == 0
     described = sd.open_study(loose).study

@@ -55,7 +55,7 @@ def files(folder: Path) -> dict[str, bytes]:
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
     """Identity: and a process that dies costs nothing but time."""
-    whole = execute(study(), tmp_path / "threads.zarr", block=3, engine=Threads(1))
+    whole = execute(study(), tmp_path / "threads.db", block=3, engine=Threads(1))
     with Processes(2) as engine:
         victims = [outcome.value for outcome in engine.each(process_of, [1])]
         killed = []
@@ -65,7 +65,7 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
                 killed.append(victims[0])
                 os.kill(victims[0], signal.SIGKILL)
 
-        store = execute(study(), tmp_path / "processes.zarr", block=3, engine=engine, progress=kill)
+        store = execute(study(), tmp_path / "processes.db", block=3, engine=engine, progress=kill)
     assert killed
     assert files(Path(store.address)) == files(Path(whole.address))
     assert store.times()["attempts"].tolist() == [1.0] * 8
@@ -98,13 +98,13 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
             with pytest.raises(
                 ProgramError, match=re.escape(f"with '{package}' would compute other numbers (differs in program)")
             ):
-                execute(study(), tmp_path / "a.zarr", block=3, engine=cluster)
+                execute(study(), tmp_path / "a.db", block=3, engine=cluster)
     finally:
         for process in processes:
             process.kill()
             process.wait()
-    assert not Store(tmp_path / "a.zarr").status().any()
-    assert not list((tmp_path / "a.zarr").glob("record/seals/*"))
+    assert not Store(tmp_path / "a.db").status().any()
+    assert not list((tmp_path / "a.db").glob("record/seals/*"))
 
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -191,9 +191,9 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
     monkeypatch.chdir(tmp_path)  # where the certificates of the jobs are
     file = tmp_path / "cluster.yaml"
     file.write_text(f"kind: {kind}\njobs: 2\ncores: 1\nmemory: 1GB\nwalltime: '00:05:00'\n")
-    whole = execute(study(8), tmp_path / "threads.zarr", engine=Threads(1), block=2)
+    whole = execute(study(8), tmp_path / "threads.db", engine=Threads(1), block=2)
     with Cluster(file) as engine:
-        store = execute(study(8), tmp_path / "jobs.zarr", engine=engine, block=2)
+        store = execute(study(8), tmp_path / "jobs.db", engine=engine, block=2)
     assert files(Path(store.address)) == files(Path(whole.address))
     texts = [path.read_text() for path in jobs.glob("*.sh")]
     assert len(texts) == 2
@@ -244,7 +244,7 @@ def written(store: Path) -> int:
 
 def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
     """Identity: exit status 130 and one line; resumed, no finished block is written again."""
-    case, store = tmp_path / "case.toml", tmp_path / "a.zarr"
+    case, store = tmp_path / "case.toml", tmp_path / "a.db"
     case.write_text(paper_case("20 ms"))
     process = run_command("sweep", case, *SWEEP, "-o", store, "--threads", "1")
     wait_for(lambda: written(store) >= 2)

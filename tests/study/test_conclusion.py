@@ -102,7 +102,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     (need,) = needed(described, found, trends(described, found), one.numbers)
     assert (need.number, need.extrapolated) == ("A.clearance", True)
     assert need.value == pytest.approx(25e-6, rel=1e-6)
-    said = conclude(described, found, "a.zarr")
+    said = conclude(described, found, "a.db")
     assert said.verdict[0].startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
     text = " ".join(said.trends)
     assert "about proportional to A.clearance (exponent 1.00 ± 0.00); hardly depends on drive.speed (R2 1.00, 0.0% err" in text
@@ -110,7 +110,7 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     moved = shlex.split(said.next[0][1])
     low, high = moved[moved.index("--vary") + 1].removeprefix("A.clearance=").removesuffix(" mm").split("..")
     assert float(low) < 25e-3 < float(high) == pytest.approx(1e3 * least, rel=1e-3)
-    assert said.next[1][1] == "scissordyn study refine a.zarr --goal 'minimise peak_force' -o next.zarr"
+    assert said.next[1][1] == "scissordyn study refine a.db --goal 'minimise peak_force' -o next.db"
 
 
 def test_what_holds_or_not_has_no_trend() -> None:
@@ -122,7 +122,7 @@ def test_what_holds_or_not_has_no_trend() -> None:
     yes = (np.arange(24) % 3 == 0).astype(float)
     found = found.assign(holds=("case", yes, {"units": "1", "role": "measure", "long_name": "the slider stays"}))
     assert "holds" not in trends(described, found)
-    said = conclude(described, found, "a.zarr")
+    said = conclude(described, found, "a.db")
     assert said.margins is not None
     assert said.margins.head[:2] == ("requirement", "meaning")
     assert [row[:2] for row in said.margins.rows] == [("holds > 0.5", "the slider stays")]
@@ -147,7 +147,7 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert worst.text.startswith("not settled: off by ")
     assert worst.text.endswith(" mm at the end")
     assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
-    said = conclude(described, found, "a.zarr")
+    said = conclude(described, found, "a.db")
     text = " ".join(said.trends)
     assert f"settling_time: no number in {never} of 24 cases, which count as not met" in text
     assert "needs A.clearance" not in text
@@ -174,7 +174,7 @@ def test_extrapolations_without_sense_are_not_said() -> None:
         (1.0, "no A.clearance in or near the range"),
     ):
         described, found = proportional(bound)
-        text = " ".join(conclude(described, found, "a.zarr").trends)
+        text = " ".join(conclude(described, found, "a.db").trends)
         assert words in text
         assert "about 2.5e" not in text
 
@@ -210,7 +210,7 @@ def test_where_they_are_met_is_said() -> None:
     """Closed form: below 1000 N where the clearance is below 0.25 mm; 0.25 mm is within the data."""
     described, found = proportional(1000.0)
     clearance = found["A.clearance"].values
-    said = conclude(described, found, "a.zarr")
+    said = conclude(described, found, "a.db")
     low = clearance < 0.25e-3
     assert said.verdict[0].startswith(f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range")
     assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in said.verdict[0]
@@ -244,7 +244,7 @@ def test_probability_of_the_recommended_point() -> None:
     assert (again.point, again.probability) == (0, 6 / 8)
     all_failed = made_up(described, np.full(24, np.nan), np.full(24, FAILED))
     assert recommended(described, all_failed) is None
-    assert conclude(described, all_failed, "a.zarr").verdict == ("No case is complete: nothing is known of the requirements.",)
+    assert conclude(described, all_failed, "a.db").verdict == ("No case is complete: nothing is known of the requirements.",)
 
 
 def test_the_interval_of_the_probability_covers() -> None:
@@ -262,7 +262,7 @@ def test_the_interval_of_the_probability_covers() -> None:
 def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     """Identity: verdict, margins, trends and commands come before the tables of what was computed."""
     described, found = proportional(100.0)
-    page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
+    page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
         "met nowhere",
         "Nearest to meeting them",
@@ -280,11 +280,11 @@ def test_a_report_is_read_in_any_folder(tmp_path: Path) -> None:
     described, found = proportional(100.0)
     pages = [
         write_report(described, found, address, tmp_path / name).read_text(encoding="utf-8")
-        for address, name in (("a.zarr", "here.html"), (str(tmp_path / "far" / "a.zarr"), "there.html"))
+        for address, name in (("a.db", "here.html"), (str(tmp_path / "far" / "a.db"), "there.html"))
     ]
     assert pages[0] == pages[1]
-    assert "scissordyn study refine a.zarr" in pages[0]
-    assert "in the folder that has a.zarr" in pages[0]
+    assert "scissordyn study refine a.db" in pages[0]
+    assert "in the folder that has a.db" in pages[0]
 
 
 def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
@@ -298,7 +298,7 @@ def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
     u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
     force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
     assert force.min() > 1004.0
-    said = conclude(described, made_up(described, force), "a.zarr")
+    said = conclude(described, made_up(described, force), "a.db")
     assert said.next[0][0] == "To compute the point that meets them by interpolation"
     words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
     clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)

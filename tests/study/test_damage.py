@@ -50,7 +50,7 @@ def study() -> Study:
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A store that is complete."""
-    path = tmp_path_factory.mktemp("whole") / "a.zarr"
+    path = tmp_path_factory.mktemp("whole") / "a.db"
     execute(study(), path, block=BLOCK, engine=Threads(1))
     return path
 
@@ -58,7 +58,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def store(whole: Path, tmp_path: Path) -> Path:
     """A copy of it."""
-    return Path(shutil.copytree(whole, tmp_path / "a.zarr"))
+    return Path(shutil.copytree(whole, tmp_path / "a.db"))
 
 
 def arrays(folder: Path) -> dict[str, bytes]:
@@ -131,7 +131,7 @@ def test_no_description_locks_a_study(whole: Path, tmp_path: Path, fault: str, c
     names = descriptions(whole)
     assert len(names) > 8
     for name in names:
-        store = tmp_path / "a.zarr"
+        store = tmp_path / "a.db"
         shutil.copytree(whole, store)
         path = store / name
         content = path.read_bytes()
@@ -183,7 +183,7 @@ def fuzzed(first: int, last: int, whole: Path, tmp_path: Path, capfd: pytest.Cap
     expected, found = Store(whole).results(), []
     for number in range(first, last):
         chance = random.Random(number)
-        store = Path(shutil.copytree(whole, tmp_path / "a.zarr"))
+        store = Path(shutil.copytree(whole, tmp_path / "a.db"))
         faults = [tampered(store, chance) for _ in range(chance.choice((1, 1, 1, 2, 4)))]
         try:
             status, _ = told(capfd, store, chance)
@@ -221,23 +221,23 @@ def test_a_thousand_tampered_stores(first: int, whole: Path, tmp_path: Path, cap
 
 def test_nothing_of_the_user_is_touched(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Identity: folders and files that are named like a store and more stay, byte for byte."""
-    (tmp_path / "a.zarr.new").mkdir()
-    (tmp_path / "a.zarr.new" / "thesis.txt").write_text("of the user")
-    (tmp_path / "a.zarr.lock").write_text("of the user")
-    execute(study(), tmp_path / "a.zarr", block=BLOCK, engine=Threads(1))
-    assert (tmp_path / "a.zarr.new" / "thesis.txt").read_text() == "of the user"
-    assert (tmp_path / "a.zarr.lock").read_text() == "of the user"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.zarr", "a.zarr.lock", "a.zarr.new"]
+    (tmp_path / "a.db.new").mkdir()
+    (tmp_path / "a.db.new" / "thesis.txt").write_text("of the user")
+    (tmp_path / "a.db.lock").write_text("of the user")
+    execute(study(), tmp_path / "a.db", block=BLOCK, engine=Threads(1))
+    assert (tmp_path / "a.db.new" / "thesis.txt").read_text() == "of the user"
+    assert (tmp_path / "a.db.lock").read_text() == "of the user"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.db", "a.db.lock", "a.db.new"]
 
 
 def test_a_link_to_an_empty_folder_is_a_place_for_a_store(tmp_path: Path) -> None:
     """Identity: the store is where the link leads, and goes on through it."""
     (tmp_path / "disk").mkdir()
-    (tmp_path / "a.zarr").symlink_to(tmp_path / "disk")
-    execute(study(), tmp_path / "a.zarr", block=BLOCK, engine=Threads(1))
-    assert (tmp_path / "a.zarr").is_symlink()
+    (tmp_path / "a.db").symlink_to(tmp_path / "disk")
+    execute(study(), tmp_path / "a.db", block=BLOCK, engine=Threads(1))
+    assert (tmp_path / "a.db").is_symlink()
     assert Store(tmp_path / "disk").exists()
-    assert (execute(study(), tmp_path / "a.zarr", engine=Threads(1)).status() == COMPLETE).all()
+    assert (execute(study(), tmp_path / "a.db", engine=Threads(1)).status() == COMPLETE).all()
 
 
 def test_ctrl_c_before_there_is_a_store_promises_nothing(
@@ -255,7 +255,7 @@ def test_ctrl_c_before_there_is_a_store_promises_nothing(
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(module, "pilot", stop)
-    sweep = ["sweep", "case.toml", "--vary", "A.clearance=0.1..0.4 mm, 2 values", "-o", "a.zarr", "--threads", "1"]
+    sweep = ["sweep", "case.toml", "--vary", "A.clearance=0.1..0.4 mm, 2 values", "-o", "a.db", "--threads", "1"]
     assert status_of(sweep) == 130
     said = capfd.readouterr().err
     assert "nothing was computed yet; the same command begins anew" in said
@@ -358,7 +358,7 @@ def test_an_optimisation_with_a_damaged_early_block_goes_on(tmp_path: Path) -> N
     plain = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),))
     plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
     searched = dataclasses.replace(plain, optimisation=plan, design=plan.design(1, 1))
-    path = tmp_path / "a.zarr"
+    path = tmp_path / "a.db"
     optimise(searched, path, engine=Threads(1), block=3)
     expected = arrays(path)
     shutil.rmtree(path / "peak_force" / "c" / "1")

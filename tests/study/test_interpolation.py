@@ -90,7 +90,7 @@ def test_a_study_is_interpolated(tmp_path) -> None:
         seed=1,
         engine=1,
         requirements={"peak_force": 30e3},
-        store=tmp_path / "study.zarr",
+        store=tmp_path / "study.db",
     )
     few, some = (interpolation(found.study, found.dataset, np.arange(size)) for size in (FEWEST - 1, 40))
     assert few is None

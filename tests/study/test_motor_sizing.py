@@ -101,13 +101,13 @@ def test_a_motor_in_a_study(tmp_path: Path) -> None:
         'case = "case.toml"\nrequire = ["motor_fraction < 1"]\n[vary]\n"A.clearance" = "0.1, 0.4 mm"\n'
         '[motor]\npoints = ["0 rpm, 2 kN m", "200 rpm, 1.8 kN m"]\nof = "drive"\n'
     )
-    found = sd.study(file, store=tmp_path / "motor.zarr")
+    found = sd.study(file, store=tmp_path / "motor.db")
     assert found.counts["complete"] == 2
     curve = read_study(file).motor
     assert curve is not None
     for case, value in enumerate(found.dataset["motor_fraction"].values):
         assert curve(found.replay(case)) == value
-    again = sd.open_study(tmp_path / "motor.zarr")
+    again = sd.open_study(tmp_path / "motor.db")
     assert again.recommend().margins == found.recommend().margins
     assert again.built().own_measures[0].function == curve
     assert again.resume().counts["complete"] == 2

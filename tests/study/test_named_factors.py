@@ -60,7 +60,7 @@ def found(case: Path) -> StudyResult:
         {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
         measures=["peak_drive_torque", "peak_bar_stress", "mass"],
         requirements={"peak_bar_stress": 1.2e6},
-        store=case.parent / "names.zarr",
+        store=case.parent / "names.db",
     )
 
 
@@ -93,7 +93,7 @@ def test_answers_name_names(found: StudyResult) -> None:
     assert found.best[MATERIAL] == "aluminium"
     assert found.worst(1)[0].numbers[MATERIAL] == "steel"
     assert [part.youngs_modulus for part in found.design.components] == [70e9, 70e9]  # type: ignore[attr-defined]
-    said = conclude(found.study, found.dataset, "x.zarr")
+    said = conclude(found.study, found.dataset, "x.db")
     assert f"{MATERIAL} = aluminium, titanium (of steel, aluminium, titanium)" in said.verdict[0]
     assert f"{MATERIAL}=[aluminium]" in said.next[0][1]
     assert any(f"{MATERIAL} = aluminium in place of steel by a factor of" in line for line in said.trends)

@@ -92,11 +92,11 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     assert points[f"{MEASURE} (torque)"].values.tolist() == [10.0, 20.0, 30.0]
     assert points[f"{MEASURE} (force)"].values.tolist() == [1.0, 2.0, 3.0]
     assert worst_cases(described, found)[0].text == "30.00 N·m"
-    result = StudyResult(described, Store("a.zarr"))
+    result = StudyResult(described, Store("a.db"))
     result.dataset = found  # as it is read from a store
     show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
-    page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
+    page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
     assert f"{MEASURE} (torque) 10.00 20.00 30.00 N·m {MEASURE} (force) 1.000 2.000 3.000 N" in shown
     assert "30.00 N·m (20.0% beyond the bound)" in shown
     assert "<td>30.00 N·m</td>" in page

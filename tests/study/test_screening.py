@@ -17,7 +17,7 @@ def study(tmp_path, **options):
     """A study of the first contacts of an array."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     given = {"until": 0.003, "seed": 1, "requirements": {"peak_force": 30e3}, "screen": CHEAP, "engine": 1, **options}
-    return sd.study(arm, RANGES, store=tmp_path / "study.zarr", **given)
+    return sd.study(arm, RANGES, store=tmp_path / "study.db", **given)
 
 
 def test_pairs(tmp_path):
@@ -44,7 +44,7 @@ def test_estimates_and_report(tmp_path):
     assert mean.estimate.correlation > 0.99
     assert mean.estimate.width < 0.7 * (mean.estimate.accurate_high - mean.estimate.accurate_low)
     assert median.kind == "quantile"
-    again = sd.open_study(tmp_path / "study.zarr")
+    again = sd.open_study(tmp_path / "study.db")
     assert again.estimates == found.estimates
     text = found.report(tmp_path / "study.html").read_text()
     assert "Cheap and accurate runs" in text
@@ -66,7 +66,7 @@ def test_uncertain_samples(tmp_path):
         requirements={"peak_force": 30e3},
         screen=CHEAP,
         verify=8,
-        store=tmp_path / "one.zarr",
+        store=tmp_path / "one.db",
         engine=1,
     )
     assert (found.estimates[0].estimate.screened, found.estimates[0].estimate.verified) == (24, 8)
@@ -121,7 +121,7 @@ def test_what_cannot_be(tmp_path, options, said):
     with pytest.raises(InputError, match=said) as error:
         study(tmp_path, **options)
     assert "\n" not in str(error.value)
-    assert not (tmp_path / "study.zarr").exists()
+    assert not (tmp_path / "study.db").exists()
 
 
 def test_without_accurate_runs(tmp_path):
@@ -130,7 +130,7 @@ def test_without_accurate_runs(tmp_path):
     assert found.verified is None
     with pytest.raises(InputError, match="without accurate runs"):
         found.estimates  # noqa: B018
-    assert verified_address("a/b.zarr") == "a/b.verified.zarr"
+    assert verified_address("a/b.db") == "a/b.verified.db"
 
 
 def test_a_study_file(tmp_path):
@@ -153,7 +153,7 @@ set = ["run.rtol=1e-3", "run.atol=1e-3"]
 verify = 8
 """
     (tmp_path / "study.toml").write_text(text)
-    by_file = sd.study(tmp_path / "study.toml", store=tmp_path / "file.zarr", engine=1)
+    by_file = sd.study(tmp_path / "study.toml", store=tmp_path / "file.db", engine=1)
     by_call = study(tmp_path, points=12, verify=8, design="random")
     np.testing.assert_array_equal(by_file.dataset["peak_force"], by_call.dataset["peak_force"])
     np.testing.assert_array_equal(by_file.verified.dataset["peak_force"], by_call.verified.dataset["peak_force"])

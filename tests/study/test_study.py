@@ -57,7 +57,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 def test_a_store_holds_the_runs(tmp_path: Path) -> None:
     """Identity: peaks of member 0 equal those of `simulate` with the same numbers, bit for bit."""
-    store = execute(study(), tmp_path / "study.zarr", block=7)
+    store = execute(study(), tmp_path / "study.db", block=7)
     found = store.results()
     assert found.sizes["case"] == 24
     assert found["status"].values.tolist() == [COMPLETE] * 24
@@ -71,7 +71,7 @@ def test_a_store_holds_the_runs(tmp_path: Path) -> None:
     # common random numbers: the same samples at each point; members: the same numbers
     restitution = found["A.damping.restitution"].values.reshape(6, 2, 2)
     assert np.all(restitution == restitution[:1, :, :1])
-    raw = xr.open_zarr(tmp_path / "study.zarr")
+    raw = xr.open_zarr(tmp_path / "study.db")
     np.testing.assert_array_equal(raw["peak_force"].values, found["peak_force"].values)
 
 
@@ -88,8 +88,8 @@ def test_members_differ_by_round_off_only() -> None:
 
 def test_resumed_bytes_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
     """Identity: whatever order and number of threads, stopped or not; finished blocks are not written again."""
-    whole = execute(study(), tmp_path / "whole.zarr", block=5, engine=Threads(1))
-    stopped = tmp_path / "stopped.zarr"
+    whole = execute(study(), tmp_path / "whole.db", block=5, engine=Threads(1))
+    stopped = tmp_path / "stopped.db"
 
     def stop(progress: Any) -> None:
         if progress.done_here >= 10:
@@ -109,18 +109,18 @@ def test_resumed_bytes_are_those_of_an_undisturbed_study(tmp_path: Path) -> None
 def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
     """Identity: 8 points and 8 more are the study of 16 points; the cases that were done are not done again."""
     sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)),), "members": 1}
-    store = execute(study(**sobol), tmp_path / "a.zarr", block=6)
-    larger = extend(store.study(), tmp_path / "a.zarr", 16)
-    at_once = execute(study(**sobol | {"design": Design("sobol", 16, seed=2)}), tmp_path / "b.zarr", block=6)
+    store = execute(study(**sobol), tmp_path / "a.db", block=6)
+    larger = extend(store.study(), tmp_path / "a.db", 16)
+    at_once = execute(study(**sobol | {"design": Design("sobol", 16, seed=2)}), tmp_path / "b.db", block=6)
     xr.testing.assert_equal(larger.results(), at_once.results())
     assert larger.times()["cases"].sum() == 32
     with pytest.raises(sd.InputError, match="more points of a grid"):
-        extend(study(), tmp_path / "a.zarr", 99)
+        extend(study(), tmp_path / "a.db", 99)
 
 
 def test_another_study_is_refused(tmp_path: Path) -> None:
     """Identity: the fingerprint names what differs."""
-    execute(study(), tmp_path / "a.zarr", block=24)
+    execute(study(), tmp_path / "a.db", block=24)
     for changes, differs in (
         ({"members": 1}, "design"),
         ({"measures": ("peak_force",)}, "measures"),
@@ -128,25 +128,25 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
         ({"mechanism": arm().replace("A.clearance", 1e-4)}, "mechanism"),
     ):
         with pytest.raises(sd.InputError, match=f"another study \\(differs in {differs}\\)"):
-            execute(study(**changes), tmp_path / "a.zarr")
+            execute(study(**changes), tmp_path / "a.db")
     with pytest.raises(sd.InputError, match="is no study"):
         execute(study(), tmp_path)
-    execute(study(requirements=()), tmp_path / "a.zarr")  # requirements are judged afterwards
+    execute(study(requirements=()), tmp_path / "a.db")  # requirements are judged afterwards
 
 
 def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
     """Identity: they have their cause, are done again on request only, and the others are complete."""
     broken = study(options=Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
-    store = execute(broken, tmp_path / "a.zarr", block=2)
+    store = execute(broken, tmp_path / "a.db", block=2)
     status = store.status()
     assert FAILED in status
     assert COMPLETE in status
     causes = store.results()["cause"].values[status == FAILED].tolist()
     assert all("60 steps are not enough" in cause for cause in causes)
     attempts = store.times()["attempts"]
-    execute(broken, tmp_path / "a.zarr")
+    execute(broken, tmp_path / "a.db")
     np.testing.assert_array_equal(store.times()["attempts"], attempts)
-    execute(broken, tmp_path / "a.zarr", retry=True)
+    execute(broken, tmp_path / "a.db", retry=True)
     failed_blocks = np.unique(np.flatnonzero(status == FAILED) // 2)
     np.testing.assert_array_equal(np.flatnonzero(store.times()["attempts"] == 2), failed_blocks)
 
@@ -165,7 +165,7 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
         OwnMeasure("own_steps", f"{file}:steps", of="accumulators"),
     )
     plain = study(uncertain=(), sampling=Sampling(), members=1, own_measures=own, measures=("peak_force", "steps"))
-    store = execute(plain, tmp_path / "a.zarr", block=4)
+    store = execute(plain, tmp_path / "a.db", block=4)
     found = store.results()
     np.testing.assert_array_equal(found["largest"].values, found["peak_force"].values[:, 0])
     np.testing.assert_array_equal(found["own_steps"].values, found["steps"].values)
@@ -184,11 +184,11 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     with pytest.raises(sd.InputError, match=r"'twice' is a Python function of no file; .*measures="):
         Study.from_plain(unnamed)
     fault = dataclasses.replace(plain, own_measures=(OwnMeasure("fault", f"{file}:fault", of="accumulators"),))
-    failed = execute(fault, tmp_path / "b.zarr", block=6).results()
+    failed = execute(fault, tmp_path / "b.db", block=6).results()
     assert failed["status"].values.tolist() == [FAILED] * 6
     assert "measure 'fault': ZeroDivisionError" in str(failed["cause"].values[0])
     unfit = dataclasses.replace(plain, own_measures=(OwnMeasure("unfit", f"{file}:unfit"),))
-    refused = execute(unfit, tmp_path / "c.zarr", block=6).results()
+    refused = execute(unfit, tmp_path / "c.db", block=6).results()
     assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; allowed: another"
 
 
@@ -214,7 +214,7 @@ def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
         bending_stiffness=2000.0, axial_stiffness=2e7, modes=2
     )
     found = sd.study(
-        bent.driven(speed=6.0), {"flexible_bar.all.bending_stiffness": [1000.0, 4000.0]}, until=0.002, store=tmp_path / "a.zarr"
+        bent.driven(speed=6.0), {"flexible_bar.all.bending_stiffness": [1000.0, 4000.0]}, until=0.002, store=tmp_path / "a.db"
     )
     assert set(found.trends) <= {"peak_drive_torque"}
     assert "peak_force" not in found.points
@@ -260,11 +260,11 @@ def test_a_full_disk_stops_with_what_is_done_kept(tmp_path: Path, monkeypatch: p
 
     monkeypatch.setattr(Store, "write", full)
     with pytest.raises(StoreError, match="No space left on device; what is complete is kept"):
-        execute(study(), tmp_path / "a.zarr", block=5, engine=Threads(1))
+        execute(study(), tmp_path / "a.db", block=5, engine=Threads(1))
     monkeypatch.undo()
-    assert (Store(tmp_path / "a.zarr").status() == COMPLETE).sum() == 10
-    execute(study(), tmp_path / "a.zarr")
-    assert not (Store(tmp_path / "a.zarr").status() == PENDING).any()
+    assert (Store(tmp_path / "a.db").status() == COMPLETE).sum() == 10
+    execute(study(), tmp_path / "a.db")
+    assert not (Store(tmp_path / "a.db").status() == PENDING).any()
 
 
 def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -276,15 +276,15 @@ def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pyt
     with monkeypatch.context() as patched:
         patched.setattr("scissordyn.study.layout.consolidate", full)
         with pytest.raises(StoreError, match="No space left on device"):
-            execute(study(), tmp_path / "a.zarr", block=12)
+            execute(study(), tmp_path / "a.db", block=12)
     assert not list(tmp_path.iterdir())
-    assert (execute(study(), tmp_path / "a.zarr", block=12).status() == COMPLETE).all()
-    assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+    assert (execute(study(), tmp_path / "a.db", block=12).status() == COMPLETE).all()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
 
 
 def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     """Identity: as after the loss of a worker that had written everything."""
-    store = execute(study(), tmp_path / "a.zarr", block=12)
+    store = execute(study(), tmp_path / "a.db", block=12)
     result = run_block(Block(study(), store.address, 1))
     assert (result.status.tolist(), result.seconds) == ([COMPLETE] * 12, 0.0)
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
@@ -293,7 +293,7 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
 def test_a_store_in_no_folder(tmp_path: Path) -> None:
     """Identity: one line, before anything is computed."""
     with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):
-        execute(study(), tmp_path / "none" / "a.zarr")
+        execute(study(), tmp_path / "none" / "a.db")
 
 
 def test_blocks_are_longer_for_very_many_workers() -> None:

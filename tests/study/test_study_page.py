@@ -41,20 +41,20 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     """Identity: each study file runs, and its report can be written."""
     text = [each for each in snippets("toml") if each.startswith("case = ")][number]
     if number == 0:  # a measure of the Dataset refuses members, which the page says
-        assert status_of([*_written(folder, f"members = 2\n{text}"), "-o", "refused.zarr"]) == 2
+        assert status_of([*_written(folder, f"members = 2\n{text}"), "-o", "refused.db"]) == 2
         assert "members = 1" in capsys.readouterr().err
-    assert status_of([*_written(folder, text), "-o", "study.zarr"]) == 0
+    assert status_of([*_written(folder, text), "-o", "study.db"]) == 0
     shown = capsys.readouterr().out
     assert "all requirements" in shown
     assert ("Pareto front" in shown) == (number == 1)
     if number == 1:  # a chosen number that is a goal keeps its unit too
         assert "rad/s" not in shown
-        assert status_of(["study", "extend", "study.zarr", "--points", "64"]) == 2
+        assert status_of(["study", "extend", "study.db", "--points", "64"]) == 2
         assert "its study file with more generations; type: scissordyn study study.toml" in capsys.readouterr().err
     (folder / "mine.py").unlink()  # no function of the user's is needed to read a study
-    assert status_of(["study", "status", "study.zarr"]) == 0
-    assert status_of(["study", "export", "study.zarr", "-o", "study.csv"]) == 0
-    assert status_of(["study", "report", "study.zarr", "-o", "report.html"]) == 0
+    assert status_of(["study", "status", "study.db"]) == 0
+    assert status_of(["study", "export", "study.db", "-o", "study.csv"]) == 0
+    assert status_of(["study", "report", "study.db", "-o", "report.html"]) == 0
     assert (folder / "report.html").read_text().startswith("<!doctype html>")
 
 
@@ -83,26 +83,26 @@ def test_every_design_is_listed() -> None:
     assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
 
 
-SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 mm, 3 values")
+SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm, 3 values")
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("sweep", "array.toml", "-o", "a.zarr"), "nothing varies"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearence=0.1..0.4 mm"), "did you mean 'clearance'"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 kg"), "'kg' is not a unit of [m]"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.4..0.1 mm"), "is empty; allowed: a smaller"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.4..0.1 mm"), "type: '0.1..0.4 mm'"),
+        (("sweep", "array.toml", "-o", "a.db"), "nothing varies"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearence=0.1..0.4 mm"), "did you mean 'clearance'"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 kg"), "'kg' is not a unit of [m]"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.4..0.1 mm"), "is empty; allowed: a smaller"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.4..0.1 mm"), "type: '0.1..0.4 mm'"),
         ((*SWEEP, "--samples", "3"), "type: --uncertain"),
         ((*SWEEP, "--design", "morris"), "type: --points 32"),
         ((*SWEEP, "--measure", "late = none.py:late"), "measure 'late': no file 'none.py'; allowed: a Python file"),
         ((*SWEEP, "--measure", "late = array.toml:late"), "measure 'late' from 'array.toml:late'; allowed: a Python file"),
         ((*SWEEP, "--cluster", "none.yaml"), "cannot read 'none.yaml': No such file or directory; allowed: YAML"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4"), "missing unit"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance"), "an equals sign"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=gauss(1, 2) mm"), "distribution 'gauss'"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=normal(1) mm"), "1 numbers of a normal"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4"), "missing unit"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance"), "an equals sign"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=gauss(1, 2) mm"), "distribution 'gauss'"),
+        (("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=normal(1) mm"), "1 numbers of a normal"),
         ((*SWEEP, "--require", "peak_forse < 500 N"), "did you mean 'peak_force'"),
         ((*SWEEP, "--require", "tip.eror < 3 mm"), "did you mean 'error'"),
         ((*SWEEP, "--require", "peak_force < 500 kg"), "'kg' is not a unit of [N]"),
@@ -117,15 +117,15 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         ((*SWEEP, "--design", "sobel"), "did you mean 'sobol'"),
         ((*SWEEP, "--design", "sobol"), "points = 0"),
         ((*SWEEP, "--threads", "1", "--workers", "2"), "--threads and --workers"),
-        (("sweep", "none.toml", "-o", "a.zarr"), "cannot read 'none.toml'"),
-        (("study", "statos", "a.zarr"), "did you mean 'status'"),
-        (("study", "status", "a.zarr"), "no study at 'a.zarr'"),
+        (("sweep", "none.toml", "-o", "a.db"), "cannot read 'none.toml'"),
+        (("study", "statos", "a.db"), "did you mean 'status'"),
+        (("study", "status", "a.db"), "no study at 'a.db'"),
         (("study", "status", "mine"), "is no study"),
         (("study", "status"), "without a store"),
-        (("study", "bad.toml", "-o", "a.zarr"), "unknown key 'varry' (did you mean 'vary'?)"),
+        (("study", "bad.toml", "-o", "a.db"), "unknown key 'varry' (did you mean 'vary'?)"),
         (("study", "study.toml"), "a study without a store"),
-        (("study", "sampling.toml", "-o", "a.zarr"), "sampling 'sobel' (did you mean 'sobol'?); allowed: random, latin"),
-        (("study", "study.toml", "-o", "s3://bucket/a.zarr"), "a folder, on a disk that all workers share"),
+        (("study", "sampling.toml", "-o", "a.db"), "sampling 'sobel' (did you mean 'sobol'?); allowed: random, latin"),
+        (("study", "study.toml", "-o", "s3://bucket/a.db"), "a folder, on a disk that all workers share"),
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -139,7 +139,7 @@ def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: 
     error = capsys.readouterr().err
     assert says in error
     assert error.count("\n") == 1
-    assert not (folder / "a.zarr").exists()
+    assert not (folder / "a.db").exists()
 
 
 SERVO = """
@@ -173,12 +173,12 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
     (folder / "case.toml").write_text(SERVO)
     arguments = ["sweep", "case.toml", "--vary", "clearance.all.clearance=0.05..0.4 mm"]
     arguments += ["--vary", "servo.controller.limit=50, 100, 200 N m", "--measure", "peak_force", "--measure", "tip.error"]
-    arguments += ["--require", "peak_force < 500 N", "-o", "study.zarr"]
+    arguments += ["--require", "peak_force < 500 N", "-o", "study.db"]
     assert status_of(arguments) == 0
     shown = capsys.readouterr().out
     assert "30 cases complete" in shown
     assert " tip.peak_track_deviation " in shown  # and not that of whatever point deviates most
-    with xr.open_zarr(folder / "study.zarr") as found:
+    with xr.open_zarr(folder / "study.db") as found:
         assert found["peak_track_deviation"].dims == ("case", "track")
         assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]
         assert float(found["peak_track_deviation"].min()) > 0.0
@@ -190,7 +190,7 @@ def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
     described = study_of(StudyText(folder / "array.toml", vary=vary, measures=("peak_force",)))
     bare = tuple(dataclasses.replace(factor, unit="", scale=1.0) for factor in described.factors)
     assert dataclasses.replace(described, factors=bare).fingerprint() == described.fingerprint()
-    store = execute(described, folder / "a.zarr", block=4)
+    store = execute(described, folder / "a.db", block=4)
     assert store.study() == described
     axes = feasibility_map(by_point(described, store.results()), colour="peak_force")[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("A.clearance [mm]", "drive.speed [rpm]")
@@ -199,25 +199,25 @@ def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
 
 def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: sweep, status, extend, retry, export, replay; another study and a case beyond the last are refused."""
-    sweep = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 mm", "--design", "sobol", "--points", "4")
+    sweep = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm", "--design", "sobol", "--points", "4")
     assert status_of(sweep) == 0
     assert status_of([*sweep, "--set", "run.until=1 ms"]) == 2
     assert "another study (differs in options)" in capsys.readouterr().err
-    assert status_of(["study", "extend", "a.zarr", "--points", "8"]) == 0
-    assert status_of(["study", "status", "a.zarr"]) == 0
+    assert status_of(["study", "extend", "a.db", "--points", "8"]) == 0
+    assert status_of(["study", "status", "a.db"]) == 0
     assert "8 points x 1 cases: 8 complete, 0 failed, 0 pending" in capsys.readouterr().out
-    assert status_of(["study", "export", "a.zarr", "-o", "a.csv"]) == 0
+    assert status_of(["study", "export", "a.db", "-o", "a.csv"]) == 0
     assert len((folder / "a.csv").read_text().splitlines()) == 9
-    assert status_of(["study", "replay", "a.zarr", "5", "-o", "run.nc"]) == 0
+    assert status_of(["study", "replay", "a.db", "5", "-o", "run.nc"]) == 0
     assert (folder / "run.nc").exists()
-    assert status_of(["study", "replay", "a.zarr", "8"]) == 2
+    assert status_of(["study", "replay", "a.db", "8"]) == 2
     capsys.readouterr()
-    assert status_of(["study", "replay", "a.zarr"]) == 2
+    assert status_of(["study", "replay", "a.db"]) == 2
     assert "'study replay' without a case; allowed: 0 to 7; type: scissordyn study replay" in capsys.readouterr().err
-    failing = ("sweep", "array.toml", "-o", "b.zarr", "--vary", "A.clearance=0.1..0.4 mm", "--set", "run.most_steps=5")
+    failing = ("sweep", "array.toml", "-o", "b.db", "--vary", "A.clearance=0.1..0.4 mm", "--set", "run.most_steps=5")
     capsys.readouterr()
     assert status_of(failing) == 3
     shown = capsys.readouterr()
     assert "all 10 cases failed" in shown.err
     assert "10 failed: stopped at" in shown.out
-    assert status_of(["study", "retry", "b.zarr"]) == 3
+    assert status_of(["study", "retry", "b.db"]) == 3

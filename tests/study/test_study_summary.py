@@ -80,11 +80,11 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
     """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
     described = study()
     found = results(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
-    result = StudyResult(described, Store("a.zarr"))
+    result = StudyResult(described, Store("a.db"))
     result.dataset = found  # as it is read from a store
     show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
-    page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
+    page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
     for text in (
         "peak_force 20.00 40.00 84.07 kN 0.0%",
         "84.07 kN (40.1% beyond the bound)",
@@ -93,15 +93,15 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         assert text in shown
     for text in (
         "<td>20.00</td><td>40.00</td><td>84.07</td><td>kN</td>",
-        "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.zarr 8</code></td>",
-        "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.zarr 0</code></td>",
+        "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.db 8</code></td>",
+        "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.db 0</code></td>",
         "<td>interval: 0.1 to 0.5 mm</td>",
         "width=device-width",
         '<div class="scroll"><img alt="Response curves" style="min-width:',
         "The points of the design &#x27;grid&#x27; are no sample. Failed cases are left out.",
     ):
         assert text in page
-    (picture,) = write_figures(described, found, "a.zarr", tmp_path / "figures")
+    (picture,) = write_figures(described, found, "a.db", tmp_path / "figures")
     assert picture.name == "response_curves.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
 

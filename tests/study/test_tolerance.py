@@ -168,7 +168,7 @@ def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
         "uncertain": {"A.clearance": "+- 10 %"},
         "samples": 3,
         "requirements": {"peak_force": 60e3},
-        "store": tmp_path / "tolerance.zarr",
+        "store": tmp_path / "tolerance.db",
     }
     found = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked)
     results = found.dataset
@@ -185,7 +185,7 @@ def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
     assert by_point(found.study, results)["A.clearance"].values.tolist() == pytest.approx([0.1e-3, 0.2e-3])
     rows = {row[0]: row[2] for row in varied_numbers(found.study, results).rows}
     assert rows == {"A.clearance": "0.1, 0.2 mm", "A.clearance deviation": "uniform: -10 to 10 %"}
-    assert sd.open_study(tmp_path / "tolerance.zarr").study.uncertain == found.study.uncertain
+    assert sd.open_study(tmp_path / "tolerance.db").study.uncertain == found.study.uncertain
     again = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked, compute=False)
     assert again.counts["complete"] == 6
 
@@ -249,7 +249,7 @@ def test_a_chosen_pattern_with_own_tolerances_is_computed(tmp_path: Path) -> Non
         uncertain={"clearance.all.clearance": "+- 10 %, each"},
         samples=2,
         requirements={"peak_force": 60e3},
-        store=tmp_path / "each.zarr",
+        store=tmp_path / "each.db",
     )
     assert found.counts["complete"] == 4
     for case in range(4):

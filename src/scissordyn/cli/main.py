@@ -144,8 +144,8 @@ EXAMPLES: dict[str, str] = {
     "laws": "scissordyn laws flores --plot law.png",
     "controllers": "scissordyn controllers pid",
     "bifurcation": "scissordyn bifurcation case.toml --over A.clearance --from '0.1 mm' --to '0.7 mm' -o diagram.nc",
-    "sweep": "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.zarr",
-    "study": "scissordyn study study.toml -o study.zarr",
+    "sweep": "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.db",
+    "study": "scissordyn study study.toml -o study.db",
     "paper": "scissordyn paper -o out --figure 9",
 }
 """Of each command one that can be typed, below its help."""

@@ -16,7 +16,6 @@ from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.extra import library
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
@@ -67,21 +66,22 @@ def study(
     changes = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal}
     named = next((name for name, value in changes.items() if value is not None), None)
     if named is not None and what != "refine":
-        sample = "scissordyn study refine study.zarr --samples 64 -o next.zarr"
+        sample = "scissordyn study refine study.db --samples 64 -o next.db"
         raise InputError(f"--{named} without refine", "study refine", sample)
     if plot is not None and what != "report":
-        raise InputError("--plot without a report", "study report", "scissordyn study report study.zarr --plot figures")
+        raise InputError("--plot without a report", "study report", "scissordyn study report study.db --plot figures")
     if what not in ACTIONS:
         return _from_file(what, store, output, where, block, budget)
     if budget is not None:
-        raise InputError("--budget without a study file", "a study file", "scissordyn study study.toml -o study.zarr")
+        raise InputError("--budget without a study file", "a study file", "scissordyn study study.toml -o study.db")
     if store is None:
-        raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.zarr")
+        raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.db")
     from scissordyn.config.studies import open_study
+    from scissordyn.study.store import damage_text
 
     result = open_study(store, allow_code=allow_code or [])
-    if result.store.restored:
-        print(f"scissordyn: restored from its copy in '{store}': {', '.join(result.store.restored)}", file=sys.stderr)
+    if what in ("resume", "retry", "extend") and (damaged := result.store.damage()):
+        print(f"scissordyn: {damage_text(damaged)}", file=sys.stderr)
     match what:
         case "status":
             return _status(result)
@@ -96,7 +96,7 @@ def study(
             return compute(result.built(), store, where, points=points)
         case "refine":
             if output is None:
-                raise InputError("'study refine' without a store of its own", "-o and a folder", "-o next.zarr")
+                raise InputError("'study refine' without a store of its own", "-o and a folder", "-o next.db")
             from scissordyn.cli.sweep import addressed
             from scissordyn.config.refine import refined
 
@@ -128,7 +128,7 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
     if store is not None:
         raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
     if output is None:
-        raise InputError("a study without a store", "-o and a folder", "-o study.zarr")
+        raise InputError("a study without a store", "-o and a folder", "-o study.db")
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
     from scissordyn.units import Quantity
@@ -153,7 +153,6 @@ def compute(
     from scissordyn.study.result import computed
     from scissordyn.study.store import Store, StoreError
 
-    library("zarr", "study", "a study")
     store = Store(address)
 
     def kept() -> str:
@@ -268,7 +267,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     from scissordyn.run.store import save
 
     if output is not None:
-        check_file(Path(output), Path(address) / "zarr.json", "-o run.nc")
+        check_file(Path(output), Path(address), "-o run.nc")
     run = result.replay(case)
     if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")

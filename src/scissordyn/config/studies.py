@@ -120,7 +120,7 @@ def _result(
 ) -> StudyResult:
     if not compute:
         if store is None:
-            raise InputError("compute=False without a store", "the store of the study", "store='study.zarr'")
+            raise InputError("compute=False without a store", "the store of the study", "store='study.db'")
         held = Store(store)
         if not held.exists():
             raise InputError(f"no study at '{store}'", "the store of a study, or compute=True")
@@ -130,7 +130,7 @@ def _result(
         return computed(described, store, engine=engine, block=block, budget=budget, progress=progress)
     folder = tempfile.TemporaryDirectory(prefix="scissordyn-study-")
     try:
-        inside = Path(folder.name) / "study.zarr"
+        inside = Path(folder.name) / "study.db"
         found = computed(described, inside, engine=engine, block=block, budget=budget, progress=progress)
     except BaseException:
         folder.cleanup()

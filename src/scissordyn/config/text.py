@@ -15,10 +15,11 @@ LARGEST = 64 * 2**20
 def read_text(path: Path, what: str, sample: str = "") -> str:
     """The text of a file."""
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            if path.suffix == ".zarr" and path.is_dir():
-                shown = command("scissordyn", "study", "report", path, "-o", "report.html")
-                raise InputError(f"cannot read '{path}': it is the store of a study", what, shown)
+        regular = stat.S_ISREG(os.stat(path).st_mode)
+        if path.suffix == ".db" and regular:
+            shown = command("scissordyn", "study", "report", path, "-o", "report.html")
+            raise InputError(f"cannot read '{path}': it is the store of a study", what, shown)
+        if not regular:
             kind = "a folder" if path.is_dir() else "not a regular file"
             raise InputError(f"cannot read '{path}': it is {kind}", what, "" if path.is_dir() else sample)
         with path.open("rb") as file:

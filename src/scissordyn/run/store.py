@@ -18,7 +18,7 @@ from scissordyn.file.output_file import OURS, check_target, regular_size, write_
 from scissordyn.model.record import FUNCTION, made_in_python
 from scissordyn.run.configuration import ATTRIBUTE, TITLE
 
-OTHER_FILES = {".toml": "read_case", ".zarr": "open_study"}
+OTHER_FILES = {".toml": "read_case", ".db": "open_study"}
 """What reads files that are no runs."""
 
 

@@ -20,7 +20,7 @@ from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
-from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column, program_digest
+from scissordyn.study.store import COMPLETE, FAILED, column
 from scissordyn.study.variant import by_variant, made
 
 
@@ -30,75 +30,65 @@ class ProgramError(ScissordynError):
 
 @dataclass(frozen=True)
 class Block:
-    """What a worker needs to do a block."""
+    """What a worker needs to compute cases of a block.
+
+    The fingerprint is that of the study in the process that hands out the blocks: a worker that finds another one computes
+    nothing. Points are those of an adaptive design.
+    """
 
     study: Study
-    store: str  # Its address
     number: int
-    again: bool = False  # Whether cases that failed are done again
-    points: np.ndarray | None = None  # Of an adaptive design
-    # Of the study in the process that hands out the blocks; a worker that finds another one computes nothing
+    cases: np.ndarray
+    points: np.ndarray | None = None
     fingerprint: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)
 class BlockResult:
-    """What became of a block."""
+    """The rows of a block: values by array, status, cause and warnings of each case; seconds, and those of integration."""
 
-    number: int
-    status: np.ndarray  # Of all its cases
-    seconds: float = 0.0  # From its begin to the last byte [s]; 0 if it was complete already
+    cases: np.ndarray
+    values: dict[str, np.ndarray]
+    status: np.ndarray
+    texts: list[tuple[str, str]]
+    seconds: float = 0.0
     integration_seconds: float = 0.0
 
 
 def run_block(block: Block) -> BlockResult:
-    """Do what is missing of a block."""
+    """Compute the cases of a block.
+
+    Raises `ProgramError` if the program here is another one than where the block was handed out, and `KeyboardInterrupt` if
+    the user stopped it.
+    """
     began = time.perf_counter()
-    store = Store(block.store)
-    here = _same_program(block, store)
-    cases, status = store.cases_of(block.number)
-    missing = (status == PENDING) | (block.again & (status == FAILED))
-    missing &= cases < block.study.cases
-    if not missing.any():  # a worker was lost after it had written everything
-        return BlockResult(block.number, status)
-    todo = cases[missing]
-    numbers = block.study.numbers(todo, block.points)
-    found = _simulated(block.study, numbers)
-    states = np.where(found["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
-    columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
-    columns |= {name: found[name].values for name in block.study.measure_names}
-    columns |= {name: found[name].values.astype(object) for name in ("cause", "warnings")}
-    integration = float(found.attrs["integration_seconds"])
-    store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)), program_digest(here))
-    status[missing] = states
-    return BlockResult(block.number, status, time.perf_counter() - began, integration)
+    _check_program(block)
+    numbers = block.study.numbers(block.cases, block.points)
+    runs = _simulated(block.study, numbers)
+    status = np.where(runs["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
+    values = {column(address): column_values for address, column_values in numbers.values.items()}
+    values |= {name: runs[name].values for name in block.study.measure_names}
+    texts = [(str(cause), str(warned)) for cause, warned in zip(runs["cause"].values, runs["warnings"].values, strict=True)]
+    integration = float(runs.attrs["integration_seconds"])
+    return BlockResult(block.cases, values, status, texts, time.perf_counter() - began, integration)
 
 
-def _same_program(block: Block, store: Store) -> Mapping[str, str]:
-    """The fingerprint of the study here, which is that of the store and of whoever handed out the block."""
-    here = block.study.fingerprint()
-    differs = [name for name, digest in here.items() if block.fingerprint and block.fingerprint.get(name) != digest]
-    differs = differs or store.differs(here)
+def _check_program(block: Block) -> None:
+    """Raise `ProgramError` unless the fingerprint of the study here is that of whoever handed out the block."""
+    expected = block.fingerprint or {}
+    differs = [name for name, digest in block.study.fingerprint().items() if expected.get(name, digest) != digest]
     if differs:
         raise ProgramError(
             f"the worker at '{platform.node()}' with '{Path(__file__).parents[1]}' would compute other numbers (differs in "
             f"{', '.join(differs)}); allowed: the same sources, libraries and files of yours for all workers"
         )
-    return here
 
 
-def give_up(block: Block, cause: str) -> BlockResult:
-    """Mark the missing cases of a block as failed."""
-    store = Store(block.store)
-    cases, status = store.cases_of(block.number)
-    missing = (status == PENDING) & (cases < block.study.cases)
-    if missing.any():
-        numbers = block.study.numbers(cases[missing], block.points)
-        columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
-        columns["cause"] = np.full(int(missing.sum()), cause, dtype=object)
-        store.write(cases[missing], columns, np.full(int(missing.sum()), FAILED, np.int8), (0.0, 0.0, 0.0))
-        status[missing] = FAILED
-    return BlockResult(block.number, status)
+def failed(block: Block, cause: str) -> BlockResult:
+    """The rows of a block that could not be computed."""
+    numbers, count = block.study.numbers(block.cases, block.points), block.cases.size
+    values = {column(address): column_values for address, column_values in numbers.values.items()}
+    return BlockResult(block.cases, values, np.full(count, FAILED, np.int8), [(cause, "")] * count)
 
 
 def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:

@@ -383,7 +383,7 @@ class Study:
                 raise InputError(
                     f"the study's measure '{each['name']}' is a Python function of no file",
                     "the function, from Python",
-                    f"sd.open_study('study.zarr', measures={{'{each['name']}': function}})",
+                    f"sd.open_study('study.db', measures={{'{each['name']}': function}})",
                 )
             path = Path(each["function"].rpartition(":")[0])
             if path.resolve() not in {Path(file).resolve() for file in allow_code}:
@@ -394,7 +394,7 @@ class Study:
                 )
             if path.is_file() and file_digest(path) != each["digest"]:
                 raise InputError(
-                    f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.zarr"
+                    f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db"
                 )
             own.append(OwnMeasure(**each))
         return cls(

@@ -11,9 +11,9 @@ import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.run.engine import Engine, error_text, opened
-from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pilot, run_block
+from scissordyn.study.block import Block, BlockResult, ProgramError, failed, pilot, run_block
 from scissordyn.study.description import Study
-from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
+from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store
 
 BLOCK_SECONDS = 3.0
 """Work of a block [s]: much more than a task costs, and little to lose."""
@@ -138,40 +138,38 @@ def _missing_blocks(
     progress: Callable[[Progress], None] | None,
 ) -> None:
     status = store.status()[: study.cases]
-    fingerprint = study.fingerprint()
+    fingerprint, size = study.fingerprint(), store.block
     missing = (status == PENDING) | (retry & (status == FAILED))
-    numbers = np.unique(np.flatnonzero(missing) // store.block)
-    tasks = (Block(study, store.address, int(number), retry, points, fingerprint) for number in numbers)
-    began, now = time.perf_counter(), np.where(missing, PENDING, status)
-    for result in _finished(engine, tasks):
-        part = now[result.number * store.block :][: store.block]
-        part[:] = result.status[: part.size]
+    began, now, done_here = time.perf_counter(), np.where(missing, PENDING, status), 0
+    for result in _computed(engine, _blocks(study, missing, size, points, fingerprint)):
+        times = result.seconds, result.integration_seconds, float(result.cases.size if result.seconds else 0)
+        store.write(result.cases, result.values, result.status, result.texts, times)
+        now[result.cases] = result.status
+        done_here += result.cases.size
         if progress is not None:
-            complete, failed = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
-            done_here = int(np.sum((now != PENDING) & missing))
-            progress(Progress(complete, failed, now.size, time.perf_counter() - began, done_here))
+            complete, failures = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
+            progress(Progress(complete, failures, now.size, time.perf_counter() - began, done_here))
 
 
-def _finished(engine: Engine, tasks: Iterator[Block]) -> Iterator[BlockResult]:
-    for outcome in engine.each(run_block, tasks):
+def _blocks(
+    study: Study, missing: np.ndarray, size: int, points: np.ndarray | None, fingerprint: dict[str, str]
+) -> Iterator[Block]:
+    """What is missing of each block."""
+    cases = np.flatnonzero(missing)
+    numbers, first = np.unique(cases // size, return_index=True)
+    for number, part in zip(numbers, np.split(cases, first[1:]), strict=True):
+        yield Block(study, int(number), part, points, fingerprint)
+
+
+def _computed(engine: Engine, blocks: Iterator[Block]) -> Iterator[BlockResult]:
+    for outcome in engine.each(run_block, blocks):
         if outcome.value is not None:
-            _check_sealed(outcome.task)
             yield outcome.value
-        elif isinstance(outcome.error, (StoreError, ProgramError)):
+        elif isinstance(outcome.error, ProgramError):
             raise outcome.error
         else:
             assert outcome.error is not None
-            yield give_up(outcome.task, error_text(outcome.error))
-
-
-def _check_sealed(block: Block) -> None:
-    """What a worker says it has done is in the store, by the program of this study; one of another version writes no seal."""
-    cases, status = Store(block.store).cases_of(block.number)
-    if (status[cases < block.study.cases] == PENDING).any():
-        raise ProgramError(
-            f"block {block.number} came back and is not whole in '{block.store}': its worker has another version or "
-            "another disk; allowed: the same program and the same folder for all workers"
-        )
+            yield failed(outcome.task, error_text(outcome.error))
 
 
 def extend(

@@ -109,7 +109,7 @@ def _goal_name(name: str) -> str:
 
 
 def _refine(address: str, *words: str) -> str:
-    return command("scissordyn", "study", "refine", address, *words, "-o", "next.zarr")
+    return command("scissordyn", "study", "refine", address, *words, "-o", "next.db")
 
 
 def _number(results: xr.Dataset, factor: Factor, value: float) -> str:

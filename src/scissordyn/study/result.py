@@ -164,7 +164,7 @@ class StudyResult:
     def confirmed(self) -> pd.DataFrame:
         """The points of a search by cheap runs that were run accurately: see `study.fidelity.confirmed`."""
         if self.study.optimisation is None:
-            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.zarr')")
+            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.db')")
         return confirmed(self.study, self._verified().dataset, self.dataset)
 
     def _verified(self) -> StudyResult:
@@ -204,7 +204,7 @@ class StudyResult:
     def optimum(self) -> Optimum:
         """All points that an optimisation has tried; see `study.optimise.candidates`."""
         if self.study.optimisation is None:
-            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.zarr')")
+            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.db')")
         return candidates(self.study, self.dataset)
 
     @property

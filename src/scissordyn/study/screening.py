@@ -40,7 +40,7 @@ LEAST = 0.1
 def verified_address(address: str | os.PathLike[str]) -> str:
     """Where the accurate runs of a study stand."""
     stem, end = os.path.splitext(os.fspath(address).rstrip("/"))
-    return f"{stem}.verified{end or '.zarr'}"
+    return f"{stem}.verified{end or '.db'}"
 
 
 def verified_study(study: Study, points: int) -> Study:

@@ -1,378 +1,418 @@
-"""The store of a study: Zarr 3, one chunk of each array for each block, written by one writer, the status last."""
+"""The store of a study: one SQLite file with a row for each case, written by one process."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import secrets
-import shutil
+import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from functools import cached_property
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError, ScissordynError
-from scissordyn.extra import library
-from scissordyn.lock import hold
-from scissordyn.run.measure import COMPONENT_UNIT
+from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.run.engine import STATES
+from scissordyn.study import table
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
-from scissordyn.study.layout import COMPLETE as COMPLETE
-from scissordyn.study.layout import FAILED as FAILED
-from scissordyn.study.layout import NOTED, TIMES, consolidate, write_layout
-from scissordyn.study.layout import PENDING as PENDING
-from scissordyn.study.layout import column as column
-from scissordyn.study.seal import RECORD, chunk_file, clear_way, fault, make_room, seal
-from scissordyn.study.store_copy import COPIES, broken, keep, kept, mend
+from scissordyn.study.table import column
 
-if TYPE_CHECKING:
-    import zarr
+PENDING, COMPLETE, FAILED = range(len(STATES))
+"""Status of a case; one without a row is pending."""
 
-TITLE = "scissordyn study"
+FORMAT = 3
+"""`user_version` of the file; stores of formats 1 and 2 were folders."""
 
-FORMAT = 2
-"""Of the store; the first had no seals."""
+APPLICATION = 0x73636973
+"""`application_id` of the file, "scis"."""
+
+TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 
 SHOWN = 8
-"""Damaged blocks that are named."""
+"""Damaged cases that are named."""
+
+PATIENCE = 60.0
+"""How long a writer waits for those who read [s]."""
 
 
 class StoreError(ScissordynError):
     """A store that could be read or written before and cannot now: a full disk, a disk that is gone."""
 
 
-def program_digest(fingerprint: Mapping[str, str]) -> str:
-    """One digest of all that a study's numbers depend on."""
-    return hashlib.sha256(json.dumps(dict(fingerprint), sort_keys=True).encode()).hexdigest()[:16]
-
-
 class Store:
-    """The store of one study."""
+    """The store of one study, in a file.
+
+    Every row has a digest, by which a changed byte is noticed: its case is pending again. A block of cases is written in one
+    transaction: after a kill or on a full disk it is there or not.
+    """
 
     def __init__(self, address: str | os.PathLike[str]) -> None:
         text = os.fspath(address)
         if "://" in text:
-            raise InputError(f"'{text}' as a store", "a folder, on a disk that all workers share", "-o study.zarr")
+            raise InputError(f"'{text}' as a store", "a file on a disk", "-o study.db")
         self.address = str(Path(text).expanduser().absolute())
-        self._group: Any = None
-        self._arrays: dict[str, Any] = {}
-        self._held = False
-        self.restored: tuple[str, ...] = ()
+        self._writer: sqlite3.Connection | None = None
 
     # --- beginning ------------------------------------------------------------------------------------------------------
 
     def exists(self) -> bool:
-        """Whether there is a study; an `InputError` if there is anything else. Broken descriptions are restored."""
+        """Whether there is a study; an `InputError` if there is anything else."""
         path = Path(self.address)
-        with _said(self.address):
-            if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+        with _one_line(self.address):
+            if not path.exists():
                 return False
-            files = kept(path)
-            if files is None:
+            if path.is_dir():
                 raise self._no_study(path)
-            wrong = broken(path, files)
-            if wrong:
-                with self.alone():
-                    wrong = broken(path, files := kept(path) or files)
-                    mend(path, files, wrong)
-                    self.restored += tuple(wrong)
-                    self._forget()
+            if not path.stat().st_size:
+                return False
+        try:
+            with self._open() as connection:
+                ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION
+                version = connection.execute("PRAGMA user_version").fetchone()[0]
+        except sqlite3.DatabaseError as error:
+            if isinstance(error, sqlite3.OperationalError):
+                raise StoreError(f"'{self.address}' cannot be read: {error}") from None
+            ours = False
+        if not ours:
+            raise self._no_study(path)
+        if version != FORMAT:
+            what = f"'{path}' is a study of format {version}, and not of format {FORMAT}"
+            raise InputError(what, "the version of scissordyn that made it", "-o another.db")
         return True
 
     def check_place(self) -> None:
         """Raise `InputError` if there is no folder for the store to be in."""
         parent = Path(os.path.realpath(self.address)).parent
         if not parent.is_dir():
-            raise InputError(f"'{self.address}' as a store: no folder '{parent}'", "a folder that exists", "-o study.zarr")
+            raise InputError(f"'{self.address}' as a store: no folder '{parent}'", "a folder that exists", "-o study.db")
 
     def begun(self) -> bool:
         """Whether there is anything to resume."""
-        return any((Path(self.address) / copy).exists() for copy in COPIES)
+        return Path(self.address).is_file() and Path(self.address).stat().st_size > 0
 
     def _no_study(self, path: Path) -> InputError:
-        """What a folder without a whole copy of its descriptions is."""
-        try:
-            attributes = json.loads((path / "zarr.json").read_bytes())["attributes"]
-            ours, number = attributes["title"] == TITLE, attributes.get("format", 1)
-        except (OSError, ValueError, TypeError, KeyError, AttributeError):
-            ours, number = (path / RECORD).is_dir(), FORMAT
-        if not ours:
-            return InputError(f"'{path}' is no study", "the folder of a study, or a name that is not taken", "-o study.zarr")
-        if number != FORMAT:
-            what = f"'{path}' is a store of format {number}, which has no checksums, and not of format {FORMAT}"
-            return InputError(what, "the version of scissordyn that made it, or xarray.open_zarr", "-o another.zarr")
-        what = f"both copies of the descriptions in '{path}/{RECORD}' are damaged"
-        return InputError(what, "one that is whole, as from a backup; xarray.open_zarr reads the arrays", "-o another.zarr")
-
-    @property
-    def group(self) -> zarr.Group:
-        """The root group."""
-        if self._group is None:
-            zarr = library("zarr", "study", "a study")
-            with _said(self.address):
-                try:
-                    self._group = zarr.open_group(self.address, mode="r+", use_consolidated=False)
-                except (FileNotFoundError, KeyError):
-                    raise InputError(f"no study at '{self.address}'", "the store of a study") from None
-                except ValueError as error:
-                    raise InputError(f"'{self.address}': {error}", "the store of a study") from None
-        return self._group
-
-    def _array(self, name: str) -> Any:
-        """An array that is read and written by blocks; another process may make it longer."""
-        if name not in self._arrays:
-            self._arrays[name] = self.group[name]
-        return self._arrays[name]
-
-    def _forget(self) -> None:
-        self._group, self._arrays = None, {}
+        if (path / "zarr.json").exists() and (path / "record").is_dir():
+            what = f"'{path}' is a study of an earlier version, a folder"
+            new = path.with_suffix(".db")
+            return InputError(what, "a study in one file", command("scissordyn", "study", "convert", path, "-o", new))
+        return InputError(f"'{path}' is no study, or its first page is damaged", "the file of a study", "-o study.db")
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
-        """Write the arrays' descriptions; nothing is computed yet."""
-        attributes = {
-            "title": TITLE,
-            "format": FORMAT,
-            "study": json.dumps(study.to_plain()),
+        """Make the file; the pilot is of at least one case, with all measures."""
+        columns = table.columns_of(study, pilot)
+        notes = {
+            "study": study.to_plain(),
             "fingerprint": study.fingerprint(),
+            "columns": columns.to_plain(),
             "block": block,
-            "samples": study.sampling.samples,
-            "members": study.members,
+            "cases": study.cases,
         }
-        target = Path(os.path.realpath(self.address))
-        # a process that is killed here leaves no half of a store; nobody else has a folder of this name
-        beside = target.parent / f".{secrets.token_hex(16)}.part"
-        with _said(self.address), _removed_after_error(beside):
-            by_case = write_layout(beside, study, pilot, block, attributes)
-            keep(beside, (*by_case, NOTED))
-            os.rename(beside, target)
-            self._forget()
+        self.create_with(columns, notes)
+
+    def create_with(self, columns: table.Columns, notes: Mapping[str, Any]) -> None:
+        """Make the file with these notes, whole or not at all."""
+        with self._made_anew() as connection:
+            table.create(connection, columns)
+            for name, value in notes.items():
+                _note(connection, name, value)
+
+    @contextmanager
+    def _made_anew(self) -> Iterator[sqlite3.Connection]:
+        """A new file that takes the place of the store, once everything is written."""
+        target = os.path.realpath(self.address)
+        # a process that is killed here leaves no half of a store; nobody else has a file of this name
+        beside = f"{target}.{secrets.token_hex(8)}.part"
+        try:
+            with _one_line(self.address), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
+                connection.execute("BEGIN")
+                yield connection
+                connection.execute("COMMIT")
+                connection.execute(f"PRAGMA application_id = {APPLICATION}")
+                connection.execute(f"PRAGMA user_version = {FORMAT}")
+            with _one_line(self.address):
+                os.replace(beside, target)
+        except BaseException:
+            for end in ("", "-journal"):
+                Path(f"{beside}{end}").unlink(missing_ok=True)
+            raise
+
+    # --- notes ----------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _open(self) -> Iterator[sqlite3.Connection]:
+        """The connection of the writer, or one to read."""
+        if self._writer is not None:
+            yield self._writer
+            return
+        with closing(self._connect()) as connection:
+            yield connection
+
+    def _connect(self) -> sqlite3.Connection:
+        uri = f"{Path(os.path.realpath(self.address)).as_uri()}?mode=rw"
+        connection = sqlite3.connect(uri, PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
+        connection.text_factory = bytes  # a changed byte may be no text
+        connection.execute("PRAGMA cell_size_check = 1")
+        return connection
+
+    def _value(self, name: str) -> Any:
+        """What a note says."""
+        with self._reading() as connection:
+            row = connection.execute("SELECT value, digest FROM notes WHERE name = ?", (name,)).fetchone()
+        if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):
+            what = f"the note '{name}' in '{self.address}' is damaged"
+            raise InputError(what, "a copy that is whole; any tool for SQLite reads the rows", "-o another.db")
+        return json.loads(row[0])
+
+    @contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        if self._writer is None and not self.begun():
+            raise InputError(f"no study at '{self.address}'", "the store of a study")
+        with _one_line(self.address), self._open() as connection:
+            yield connection
 
     def study(
         self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
     ) -> Study:
-        """The study that the store is of."""
-        plain = json.loads(str(self.group.attrs["study"]))
-        return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
+        """The study that the store is of; only read, it needs none of the user's functions."""
+        return Study.from_plain(self._value("study"), allow_code=allow_code, own_measures=own_measures, reading=reading)
 
     def design(self) -> Design:
         """The design, with the number of points that it has by now."""
-        return Design(**json.loads(str(self.group.attrs["study"]))["design"])
+        return Design(**self._value("study")["design"])
 
     def check(self, study: Study) -> None:
         """Raise `InputError` if the store is of another study, or of the same with another version of the program."""
-        differs = self.differs(study.fingerprint())
+        there = self._value("fingerprint")
+        differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
         if differs:
             raise InputError(
                 f"'{self.address}' holds another study (differs in {', '.join(differs)})",
                 "the store of the same study, or a name that is not taken",
-                "-o another.zarr",
+                "-o another.db",
             )
-
-    def differs(self, fingerprint: Mapping[str, str]) -> list[str]:
-        """In what a study or a program differs from those that the store was begun with."""
-        there: Mapping[str, str] = self.group.attrs["fingerprint"]
-        return [name for name, digest in fingerprint.items() if there.get(name) != digest]
-
-    # --- blocks ---------------------------------------------------------------------------------------------------------
 
     @property
     def block(self) -> int:
         """Cases of a block."""
-        return int(self.group.attrs["block"])
+        return int(self._value("block"))
 
     @property
     def cases(self) -> int:
         """Cases in all."""
-        return int(self.group["status"].shape[0])
+        return int(self._value("cases"))
+
+    # --- rows -----------------------------------------------------------------------------------------------------------
+
+    def _rows(self) -> table.Rows:
+        """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
+        columns, cases, block = table.Columns.from_plain(self._value("columns")), self.cases, self.block
+        with self._reading() as connection:
+            rows = table.read(connection, columns, cases)
+            written = _blocks(connection)
+        there = np.zeros(cases, bool)
+        there[rows.cases] = True
+        for number, (size, _) in written.items():
+            first = number * block
+            for case in first + np.flatnonzero(~there[first : min(first + min(size, block), cases)]):
+                rows.damaged.setdefault(int(case), "missing")
+        return rows
 
     def status(self) -> np.ndarray:
-        """Status of every case, shape (cases,); those of a block that is not whole are pending."""
-        found = np.full(self.cases, PENDING, np.int8)
-        faults = self._faults()
-        with _said(self.address):
-            for part in self._whole_ranges(faults):
-                found[part] = self.group["status"][part]
-        return found
+        """Status of every case, shape (cases,); those of damaged rows are pending."""
+        rows, status = self._rows(), np.full(self.cases, PENDING, np.int8)
+        status[rows.cases] = rows.status
+        return status
 
     def damage(self) -> dict[int, str]:
-        """Blocks that were written and are not whole, and why; their cases count as pending."""
-        return {block: why for block, why in enumerate(self._faults()) if why}
+        """Cases whose rows were written and are not as they were, and why; they count as pending."""
+        return dict(sorted(self._rows().damaged.items()))
 
-    def _faults(self) -> list[str | None]:
-        with _said(self.address):
-            return [self._fault(block) for block in range(-(-self.cases // self.block))]
-
-    def _fault(self, block: int) -> str | None:
-        return fault(Path(self.address), block, self._by_case, self._program)
-
-    @cached_property
-    def _by_case(self) -> dict[str, int]:
-        """Names and numbers of dimensions of the arrays along the cases."""
-        return dict(self.group.attrs["arrays"])
-
-    @cached_property
-    def _program(self) -> str:
-        return program_digest(self.group.attrs["fingerprint"])
-
-    def _whole_ranges(self, faults: list[str | None]) -> Iterator[slice]:
-        """Cases of whole blocks, as many in one piece as there are."""
-        whole = np.array([why is None for why in faults] + [False])
-        ends = np.flatnonzero(np.diff(np.concatenate([[False], whole])))
-        for first, last in zip(ends[::2], ends[1::2], strict=True):
-            yield slice(int(first) * self.block, min(int(last) * self.block, self.cases))
-
-    def cases_of(self, block: int) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers and status of the cases of a block; all are pending if it is not whole."""
-        first, size = block * self.block, int(self._array("status").shape[0])
-        cases = np.arange(first, min(first + self.block, size))
-        with _said(self.address):
-            if self._fault(block) is not None:
-                return cases, np.full(cases.size, PENDING, np.int8)
-            return cases, np.asarray(self._array("status")[cases[0] : cases[-1] + 1])
+    def times(self) -> dict[str, np.ndarray]:
+        """Seconds, seconds of integration, cases and attempts of every block; zero where they cannot be read."""
+        with self._reading() as connection:
+            written = _blocks(connection)
+        noted = np.zeros((-(-self.cases // self.block), len(TIMES)))
+        for number, (_, times) in written.items():
+            if 0 <= number < len(noted):
+                noted[number] = times
+        return dict(zip(TIMES, noted.T, strict=True))
 
     def write(
         self,
         cases: np.ndarray,
-        columns: Mapping[str, np.ndarray],
+        values: Mapping[str, np.ndarray],
         status: np.ndarray,
+        texts: Sequence[tuple[str, str]],
         times: Sequence[float],
-        program: str | None = None,
     ) -> None:
-        """Write the results of cases of one block: the status is the last of the arrays, then all is sealed."""
-        block, folder = int(cases[0]) // self.block, Path(self.address)
-        with _said(self.address):
-            if self._fault(block) is not None:
-                make_room(folder, block, self._by_case)
-            for name, values in columns.items():
-                self._set(name, cases, values)
-            self._set_times(block, times)
-            self._set("status", cases, status)
-            seal(folder, block, self._by_case, self._program if program is None else program)
+        """Write the rows of cases of one block, all or none.
 
-    def _set_times(self, block: int, times: Sequence[float]) -> None:
-        noted, path = self._array(NOTED), chunk_file(Path(self.address), NOTED, 2, block)
-        try:
-            before = np.asarray(noted[block])
-        except Exception:  # a broken chunk: the libraries of codecs raise whatever they like
-            before = np.zeros((1, len(TIMES)))
-            clear_way(Path(self.address), path)
-        noted[block] = before + np.array([*times, 1.0])
-
-    def _set(self, name: str, cases: np.ndarray, values: np.ndarray) -> None:
-        array, first, last = self._array(name), int(cases[0]), int(cases[-1]) + 1
-        if last - first != cases.size:  # those between stay as they are
-            every = np.array(array[first:last])
-            every[cases - first] = values
-            values = every
-        array[first:last] = values
-
-    def times(self) -> dict[str, np.ndarray]:
-        """Seconds, seconds of integration, cases and attempts of every block; zero where they cannot be read."""
-        array = self.group[NOTED]
-        noted = np.zeros(array.shape)
-        try:
-            noted[:] = array[:]
-        except Exception:  # one chunk is broken
-            for block in range(noted.shape[0]):
-                with suppress(Exception):
-                    noted[block] = array[block]
-        return dict(zip(TIMES, noted.T, strict=True))
+        Values are by the names of the arrays, texts are cause and warnings; times are seconds, seconds of integration and
+        cases, which are added to what is noted.
+        """
+        block, columns = int(cases[0]) // self.block, table.Columns.from_plain(self._value("columns"))
+        size = min(self.block, self.cases - block * self.block)
+        with self.alone(), self._transaction() as connection:
+            table.insert(connection, columns, cases, status, texts, columns.matrix(values, cases.size))
+            before = _blocks(connection, f"WHERE number = {block}").get(block, (0, (0.0,) * 4))[1]
+            added = [float(old + new) for old, new in zip(before, (*times, 1.0), strict=True)]
+            _write_block(connection, block, size, added)
 
     def extend(self, study: Study) -> None:
         """Make room for more points of the same design."""
-        with _said(self.address):
-            root = self.group
-            for name in self._by_case:
-                array = self._array(name)
-                array.resize((study.cases, *array.shape[1:]))
-            self._array(NOTED).resize((-(-study.cases // self.block), len(TIMES)))
-            root.attrs["study"] = json.dumps(study.to_plain())
-            consolidate(root)
-            keep(Path(self.address), (*self._by_case, NOTED))  # until here it is the study that it was
-            self._forget()
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "study", study.to_plain())
+            _note(connection, "cases", study.cases)
 
-    # --- reading --------------------------------------------------------------------------------------------------------
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        """Changes that are on the disk at the end of the block, or undone."""
+        assert self._writer is not None
+        with _one_line(self.address):
+            try:
+                yield self._writer
+                self._writer.execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    self._writer.execute("ROLLBACK")
+                raise
+            finally:
+                with suppress(sqlite3.Error):
+                    self._writer.execute("BEGIN IMMEDIATE")
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """No other process writes meanwhile; rows that are damaged are left out of the file first."""
+        if self._writer is not None:
+            yield
+            return
+        try:
+            self._writer = self._locked()
+            damaged = self._rows()
+            if damaged.damaged:
+                self._leave_out(damaged)
+            yield
+        finally:
+            if self._writer is not None:
+                self._writer.close()
+                self._writer = None
+
+    def _locked(self) -> sqlite3.Connection:
+        """A connection that holds the lock on writing, which those who read do not notice."""
+        with _one_line(self.address):
+            number = os.stat(self.address).st_ino
+            connection = self._connect()
+            try:
+                connection.execute("PRAGMA busy_timeout = 0")
+                connection.execute("BEGIN IMMEDIATE")
+                connection.execute(f"PRAGMA busy_timeout = {int(1e3 * PATIENCE)}")
+                if os.stat(self.address).st_ino == number:
+                    return connection
+            except BaseException as error:
+                connection.close()
+                if not isinstance(error, sqlite3.OperationalError) or "locked" not in str(error):
+                    raise
+            connection.close()
+        raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
+
+    def _leave_out(self, rows: table.Rows) -> None:
+        """Replace the file by one with the good rows alone: pages that cannot be read cannot be written either."""
+        names = ("study", "fingerprint", "columns", "block", "cases")
+        notes = {name: self._value(name) for name in names}
+        with self._reading() as connection:
+            written = _blocks(connection)
+        columns = table.Columns.from_plain(notes["columns"])
+        with self._made_anew() as connection:
+            table.create(connection, columns)
+            for name, value in notes.items():
+                _note(connection, name, value)
+            table.insert(connection, columns, rows.cases, rows.status, rows.texts, rows.matrix)
+            damaged = {case // notes["block"] for case in rows.damaged}
+            for number, (size, times) in written.items():
+                _write_block(connection, number, 0 if number in damaged else size, times)
+        assert self._writer is not None
+        self._writer.close()
+        self._writer = None
+        self._writer = self._locked()
 
     def results(self) -> xr.Dataset:
         """All arrays, in memory, with the point, sample and member of each case.
 
-        Cases of blocks that are not whole are pending and without values; the attribute `damage` says which, if there are any.
+        Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
         """
-        faults = self._faults()
-        with _said(self.address):
-            lazy = xr.open_zarr(self.address, chunks=None, consolidated=True)  # whatever else lies in the folder
-            whole = list(self._whole_ranges(faults))
-            found: xr.Dataset = lazy.assign({name: self._readable(lazy[name], whole) for name in self._by_case}).load()
-        if damaged := {block: why for block, why in enumerate(faults) if why}:
-            found.attrs["damage"] = damage_text(damaged, self.block)
-        per_point = int(found.attrs["samples"]) * int(found.attrs["members"])
-        point, rest = np.divmod(np.arange(found.sizes["case"]), per_point)
-        sample, member = np.divmod(rest, int(found.attrs["members"]))
-        found = found.set_coords([name for name in (COMPONENT_UNIT,) if name in found])
-        return found.assign_coords(point=("case", point), sample=("case", sample), member=("case", member))
-
-    @staticmethod
-    def _readable(lazy: xr.DataArray, whole: Sequence[slice]) -> xr.Variable:
-        """An array along the cases with the values of whole blocks, and its fill value elsewhere."""
-        variable, fill = lazy.variable, {"f": np.nan, "i": PENDING}.get(lazy.dtype.kind, "")
-        if len(whole) == 1 and whole[0] == slice(0, lazy.sizes["case"]):
-            return variable
-        kind = lazy.dtype if lazy.dtype.kind in "fi" else object
-        values = np.full(variable.shape, fill, kind)
-        for part in whole:
-            values[part] = variable[part].values
-        return xr.Variable(variable.dims, values, variable.attrs)
-
-    @contextmanager
-    def alone(self) -> Iterator[None]:
-        """No other process hands out blocks of this store meanwhile; it exists, or nothing is done."""
-        if self._held:
-            yield
-            return
-        path = Path(self.address) / RECORD / "lock"
-        with _said(self.address):
-            clear_way(Path(self.address), path)
-            path.parent.mkdir(exist_ok=True)
-            handle = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
-        try:
-            if not hold(handle):
-                raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
-            self._held = True
-            try:
-                yield
-            finally:
-                self._held = False
-        finally:
-            os.close(handle)  # the file stays: another process may have opened it by now
+        rows, cases, plain = self._rows(), self.cases, self._value("study")
+        columns = table.Columns.from_plain(self._value("columns"))
+        variables: dict[str, Any] = {}
+        for array, values in columns.split(rows.matrix):
+            every = np.full((cases, *array.shape), np.nan)
+            every[rows.cases] = values
+            variables[array.name] = (("case", *array.dims), every, array.attrs)
+        for k, (name, meaning) in enumerate(
+            {"cause": "why a case failed", "warnings": "of a complete case, one a line"}.items()
+        ):
+            texts = np.full(cases, "", object)
+            texts[rows.cases] = [each[k] for each in rows.texts]
+            variables[name] = ("case", texts, {"long_name": meaning})
+        status = np.full(cases, PENDING, np.int8)
+        status[rows.cases] = rows.status
+        about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
+        variables["status"] = ("case", status, about)
+        labels = {name: (dims, np.array(texts, object)) for name, (dims, texts) in columns.labels.items()}
+        members = int(plain["members"])
+        point, rest = np.divmod(np.arange(cases), int(plain["sampling"]["samples"]) * members)
+        sample, member = np.divmod(rest, members)
+        places = {"point": ("case", point), "sample": ("case", sample), "member": ("case", member)}
+        attrs = {"title": "scissordyn study", "samples": int(plain["sampling"]["samples"]), "members": members}
+        if rows.damaged:
+            attrs["damage"] = damage_text(rows.damaged)
+        return xr.Dataset(variables, {**labels, **places}, attrs)
 
 
-def damage_text(damaged: Mapping[int, str], block: int) -> str:
-    """Blocks that are not whole, in words."""
-    shown = [f"{number} (cases {number * block} to {(number + 1) * block - 1}: {why})" for number, why in damaged.items()]
-    more = [f"{len(shown) - SHOWN} more"] if len(shown) > SHOWN else []
-    verb = "block is" if len(shown) == 1 else "blocks are"
-    return f"{len(shown)} {verb} damaged or not whole, and pending: {', '.join(shown[:SHOWN] + more)}"
+def damage_text(damaged: Mapping[int, str]) -> str:
+    """Cases of damaged rows, in words."""
+    shown = [f"{number} ({why})" for number, why in sorted(damaged.items())[:SHOWN]]
+    more = [f"{len(damaged) - SHOWN} more"] if len(damaged) > SHOWN else []
+    what = "row is damaged and its case" if len(damaged) == 1 else "rows are damaged and their cases"
+    return f"{len(damaged)} {what} pending: {', '.join(shown + more)}"
 
 
-@contextmanager
-def _removed_after_error(folder: Path) -> Iterator[None]:
+def _note(connection: sqlite3.Connection, name: str, value: Any) -> None:
+    text = json.dumps(value)
+    row = (name, text, table.digest(name, text))
+    connection.execute("INSERT OR REPLACE INTO notes (name, value, digest) VALUES (?, ?, ?)", row)
+
+
+def _write_block(connection: sqlite3.Connection, number: int, size: int, times: Sequence[float]) -> None:
+    row = (number, size, *times[:2], *map(int, times[2:]))
+    connection.execute("INSERT OR REPLACE INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?)", (*row, table.digest(*row)))
+
+
+def _blocks(connection: sqlite3.Connection, where: str = "") -> dict[int, tuple[int, tuple[float, ...]]]:
+    """Rows that were written of each block, and its times; without what cannot be read."""
     try:
-        yield
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
+        rows = connection.execute(f"SELECT * FROM blocks {where}").fetchall()
+    except sqlite3.DatabaseError as error:
+        if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+            raise
+        return {}
+    return {row[0]: (row[1], row[2:6]) for row in rows if _is_whole(row)}
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    return all(isinstance(cell, (int, float)) for cell in row[:6]) and row[6] == table.digest(*row[:6])
 
 
 @contextmanager
-def _said(address: str) -> Iterator[None]:
-    """Errors of the disk as one line."""
+def _one_line(address: str) -> Iterator[None]:
+    """Errors of the disk and of the database as one line."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
         raise StoreError(f"'{address}' cannot be read or written: {reason}; what is complete is kept") from error
+    except sqlite3.Error as error:
+        raise StoreError(f"'{address}' cannot be read or written: {error}; what is complete is kept") from error

@@ -1,18 +1,18 @@
-"""A study that is killed with -9 at random moments and taken up again: the bytes, and the blocks that are done twice."""
+"""A study that is killed with -9 at random moments and taken up again: the rows, and the blocks that are done twice."""
 
 from __future__ import annotations
 
 import argparse
 import random
 import re
-import shutil
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,7 +52,7 @@ class Kill:
     finished : int
         Blocks that were complete before this run of the coordinator.
     rewritten : int
-        Of these, blocks of which any file was written again.
+        Of these, blocks that were written again.
     done : int
         Blocks that are complete after it.
     status : int
@@ -60,7 +60,7 @@ class Kill:
     lines : tuple of str
         What it said on stderr besides the progress.
     same : bool or None
-        Whether all files are those of the undisturbed run, once the study is complete.
+        Whether all rows are those of the undisturbed run, once the study is complete.
     """
 
     victim: str
@@ -93,12 +93,12 @@ def killed_at_random(folder: Path, kills: int = KILLS, seed: int = SEED) -> list
     """
     whole, store = folder / "whole.db", folder / "killed.db"
     _ended(_command(*SWEEP, "-o", str(whole), "--threads", "1"))
-    expected = _files(whole)
+    expected = _rows(whole)
     moments, found = random.Random(seed), list[Kill]()
     for number in range(kills + 1):
         victim = VICTIMS[number % len(VICTIMS)] if number < kills else ""
         if victim and found and found[-1].same is not None:
-            shutil.rmtree(store)
+            store.unlink()
         finished = _finished(store)
         port = _free_port()
         with _dask(port, folder) as processes:
@@ -108,9 +108,9 @@ def killed_at_random(folder: Path, kills: int = KILLS, seed: int = SEED) -> list
                 (coordinator if victim == "coordinator" else processes[victim]).kill()
             status, lines = _ended(coordinator)
         now = _finished(store)
-        rewritten = sum(now.get(block) != stamps for block, stamps in finished.items())
+        rewritten = sum(now.get(block) != times for block, times in finished.items())
         complete = bool(np.all(Store(store).status() == COMPLETE)) if store.exists() else False
-        same = _files(store) == expected if complete else None
+        same = _rows(store) == expected if complete else None
         found.append(Kill(victim, len(finished), rewritten, len(now), status, lines, same))
     return found
 
@@ -122,27 +122,18 @@ def _let_work(coordinator: subprocess.Popen[str], store: Path, moments: random.R
     time.sleep(moments.uniform(0.0, WAIT))
 
 
-def _finished(store: Path) -> dict[int, tuple[tuple[str, int, int], ...]]:
-    """The time and the inode of every file of each block that is complete; the seal is written last."""
-    folder = store / "record" / "seals"
-    if not folder.is_dir():
+def _finished(store: Path) -> dict[int, float]:
+    """How often each block that is complete was written."""
+    if not Store(store).begun():
         return {}
-    found = {}
-    for path in folder.iterdir():
-        if path.suffix == ".json":
-            chunks = sorted(store.glob(f"*/c/{path.stem}")) + sorted(store.glob(f"*/c/{path.stem}/*"))
-            stamps = [(str(one), one.stat()) for one in chunks if one.is_file()]
-            found[int(path.stem)] = tuple((name, stat.st_mtime_ns, stat.st_ino) for name, stat in stamps)
-    return found
+    attempts = Store(store).times()["attempts"]
+    return {int(block): float(attempts[block]) for block in np.flatnonzero(attempts)}
 
 
-def _files(folder: Path) -> dict[str, bytes]:
-    """All files of a store but the times, and what a killed writer has left."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and "timing" not in path.parts and path.suffix != ".partial"
-    }
+def _rows(store: Path) -> list[tuple[object, ...]]:
+    """All rows of cases."""
+    with closing(sqlite3.connect(store)) as connection:
+        return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
 def _command(*arguments: str) -> subprocess.Popen[str]:
@@ -217,11 +208,11 @@ def measure(kills: int = KILLS) -> str:
                 ", ".join(sorted({str(kill.status) for kill in own})),
             ]
         )
-    head = ("killed", "times", "blocks complete before", "written again", "whole studies with the same bytes", "exit status")
+    head = ("killed", "times", "blocks complete before", "written again", "whole studies with the same rows", "exit status")
     about = paragraph(
         f"{kills} kills with -9 at random moments (seed {SEED}) of a study of {CASES} cases in {CASES // BLOCK} blocks, with a",
         "scheduler and two workers as processes of their own. After each the same command takes the study up; a study that is",
-        "complete is compared with an undisturbed one, file by file without `timing`, and begun anew.",
+        "complete is compared with an undisturbed one, row by row, and begun anew.",
         "`tests/study/test_kills.py` is the same as a test.",
     )
     return f"{about}\n\n{table(head, rows)}"

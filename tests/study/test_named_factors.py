@@ -17,9 +17,7 @@ from scissordyn.plot.study import feasibility_map, response_curves
 from scissordyn.study.conclusion import conclude
 from scissordyn.study.distribution import Names
 from scissordyn.study.result import StudyResult
-from scissordyn.study.store import column
-
-pytest.importorskip("zarr")
+from scissordyn.study.table import column
 
 CASE = """
 [structure]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
+import sqlite3
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,13 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.run.options import Options
-from scissordyn.study.block import Block, run_block
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.engine import Threads
 from scissordyn.study.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.study.requirement import Requirement, Response, response_values
-from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
+from scissordyn.study.store import COMPLETE, FAILED, Store, StoreError
 
 UNTIL = 0.005
 
@@ -46,13 +46,10 @@ def study(**changes: Any) -> Study:
     return Study(**(fields | changes))
 
 
-def files(folder: Path) -> dict[str, bytes]:
-    """All files of a store but the times."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and "timing" not in path.parts
-    }
+def rows(path: str | Path) -> list[Any]:
+    """All rows of cases of a store, as any tool reads them."""
+    with sqlite3.connect(path) as connection:
+        return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
 def test_a_store_holds_the_runs(tmp_path: Path) -> None:
@@ -71,8 +68,9 @@ def test_a_store_holds_the_runs(tmp_path: Path) -> None:
     # common random numbers: the same samples at each point; members: the same numbers
     restitution = found["A.damping.restitution"].values.reshape(6, 2, 2)
     assert np.all(restitution == restitution[:1, :, :1])
-    raw = xr.open_zarr(tmp_path / "study.db")
-    np.testing.assert_array_equal(raw["peak_force"].values, found["peak_force"].values)
+    with sqlite3.connect(store.address) as connection:
+        raw = connection.execute('SELECT "A.peak_force" FROM cases ORDER BY number').fetchall()
+    np.testing.assert_array_equal(raw, found["peak_force"].values)
 
 
 def test_members_differ_by_round_off_only() -> None:
@@ -86,7 +84,7 @@ def test_members_differ_by_round_off_only() -> None:
     assert float(again["peak_force"][0, 0]) == peaks[2]
 
 
-def test_resumed_bytes_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
+def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
     """Identity: whatever order and number of threads, stopped or not; finished blocks are not written again."""
     whole = execute(study(), tmp_path / "whole.db", block=5, engine=Threads(1))
     stopped = tmp_path / "stopped.db"
@@ -99,10 +97,10 @@ def test_resumed_bytes_are_those_of_an_undisturbed_study(tmp_path: Path) -> None
         execute(study(), stopped, block=5, engine=Threads(2), progress=stop)
     done = Store(stopped).status() == COMPLETE
     assert 10 <= done.sum() < 24
-    before = {path: path.stat().st_mtime_ns for path in (stopped / "status" / "c").iterdir()}
-    execute(study(), stopped, engine=Threads(2))
-    assert all(path.stat().st_mtime_ns == when for path, when in before.items())
-    assert files(stopped) == files(Path(whole.address))
+    assert Store(stopped).times()["attempts"].sum() == np.ceil(done.sum() / 5)
+    resumed = execute(study(), stopped, engine=Threads(2))
+    assert rows(stopped) == rows(whole.address)
+    assert resumed.times()["attempts"].tolist() == [1.0] * 5
     assert whole.times()["attempts"].tolist() == [1.0] * 5
 
 
@@ -244,50 +242,19 @@ def test_bad_studies(changes: Any, says: str) -> None:
         study(**changes)
 
 
-def test_a_full_disk_stops_with_what_is_done_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: one line that names the store; afterwards the study goes on."""
-    calls = []
-    write = Store.write
-
-    def full(self: Store, *arguments: Any) -> None:
-        calls.append(1)
-        if len(calls) > 2:
-            from scissordyn.study.store import _said
-
-            with _said(self.address):
-                raise OSError(28, os.strerror(28))
-        write(self, *arguments)
-
-    monkeypatch.setattr(Store, "write", full)
-    with pytest.raises(StoreError, match="No space left on device; what is complete is kept"):
-        execute(study(), tmp_path / "a.db", block=5, engine=Threads(1))
-    monkeypatch.undo()
-    assert (Store(tmp_path / "a.db").status() == COMPLETE).sum() == 10
-    execute(study(), tmp_path / "a.db")
-    assert not (Store(tmp_path / "a.db").status() == PENDING).any()
-
-
 def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: a disk that is full from the first byte leaves nothing."""
 
-    def full(root: Any) -> None:
+    def full(*_: Any) -> None:
         raise OSError(28, os.strerror(28))
 
     with monkeypatch.context() as patched:
-        patched.setattr("scissordyn.study.layout.consolidate", full)
+        patched.setattr("scissordyn.study.table.create", full)
         with pytest.raises(StoreError, match="No space left on device"):
             execute(study(), tmp_path / "a.db", block=12)
     assert not list(tmp_path.iterdir())
     assert (execute(study(), tmp_path / "a.db", block=12).status() == COMPLETE).all()
     assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
-
-
-def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
-    """Identity: as after the loss of a worker that had written everything."""
-    store = execute(study(), tmp_path / "a.db", block=12)
-    result = run_block(Block(study(), store.address, 1))
-    assert (result.status.tolist(), result.seconds) == ([COMPLETE] * 12, 0.0)
-    assert store.times()["attempts"].tolist() == [1.0, 1.0]
 
 
 def test_a_store_in_no_folder(tmp_path: Path) -> None:

@@ -7,7 +7,8 @@ import re
 from pathlib import Path
 
 import pytest
-import xarray as xr
+
+import scissordyn as sd
 
 from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
@@ -178,10 +179,10 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
     shown = capsys.readouterr().out
     assert "30 cases complete" in shown
     assert " tip.peak_track_deviation " in shown  # and not that of whatever point deviates most
-    with xr.open_zarr(folder / "study.db") as found:
-        assert found["peak_track_deviation"].dims == ("case", "track")
-        assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]
-        assert float(found["peak_track_deviation"].min()) > 0.0
+    found = sd.open_study(folder / "study.db").dataset
+    assert found["peak_track_deviation"].dims == ("case", "track")
+    assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]
+    assert float(found["peak_track_deviation"].min()) > 0.0
 
 
 def test_pictures_have_the_units_of_the_text(folder: Path) -> None:

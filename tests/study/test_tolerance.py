@@ -15,8 +15,8 @@ from scissordyn.model.address import single
 from scissordyn.study.answer import by_point
 from scissordyn.study.distribution import Normal, Trapezoid, Triangular, Uniform, from_plain, to_plain
 from scissordyn.study.fit import DEVIATIONS, DIAMETERS, GRADES, read_fit
-from scissordyn.study.store import column
 from scissordyn.study.summary import varied_numbers
+from scissordyn.study.table import column
 from scissordyn.units import Quantity
 from study.test_study import UNTIL, arm
 

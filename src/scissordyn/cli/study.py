@@ -16,13 +16,14 @@ from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
+from scissordyn.units import counted
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
     from scissordyn.study.execute import Progress
     from scissordyn.study.result import StudyResult
 
-ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")
+ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay", "convert")
 
 EVENTS = 20
 """Contacts of a replayed case that are shown."""
@@ -61,7 +62,7 @@ def study(
         list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
     ] = None,
 ) -> int:
-    """Compute a study file; or show, resume, retry, extend, refine, report or export a study, or replay a case."""
+    """Compute a study file; or show, resume, retry, extend, refine, report, export or convert one, or replay a case."""
     where = Where(threads, workers, scheduler, cluster)
     changes = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal}
     named = next((name for name, value in changes.items() if value is not None), None)
@@ -76,6 +77,8 @@ def study(
         raise InputError("--budget without a study file", "a study file", "scissordyn study study.toml -o study.db")
     if store is None:
         raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.db")
+    if what == "convert":
+        return _convert(Path(store), output)
     from scissordyn.config.studies import open_study
     from scissordyn.study.store import damage_text
 
@@ -237,6 +240,24 @@ def _status(result: StudyResult) -> int:
     show_damage(result)
     if counts["pending"]:
         print(f"To go on: {command('scissordyn', 'study', 'resume', result.store.address)}")
+    return DONE
+
+
+def _convert(old: Path, output: str | None) -> int:
+    """A study of format 2, a folder, as a file, with the accurate runs beside it."""
+    from scissordyn.study.convert import convert
+    from scissordyn.study.screening import verified_address
+
+    target = output or str(old.with_suffix(".db"))
+    beside = old.with_name(f"{old.stem}.verified{old.suffix}")
+    for folder, file in ((old, target), (beside, verified_address(target))):
+        if folder == old or folder.is_dir():
+            store, damaged = convert(folder, Path(file))
+            if damaged:
+                print(
+                    f"scissordyn: {counted(len(damaged), 'damaged block')} left out, whose cases are pending", file=sys.stderr
+                )
+            print(f"Saved to {printable(store.address)}")
     return DONE
 
 

@@ -14,7 +14,8 @@ from scissordyn.study.description import Study
 from scissordyn.study.grouped import grouped, grouped_lines
 from scissordyn.study.part_unit import whole_responses
 from scissordyn.study.requirement import Response, response_unit, response_values, value_text
-from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
+from scissordyn.study.store import COMPLETE, FAILED, PENDING
+from scissordyn.study.table import column
 
 AGREEMENT = 1e-3
 """Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos

@@ -20,7 +20,8 @@ from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
-from scissordyn.study.store import COMPLETE, FAILED, column
+from scissordyn.study.store import COMPLETE, FAILED
+from scissordyn.study.table import column
 from scissordyn.study.variant import by_variant, made
 
 

@@ -15,8 +15,8 @@ from scissordyn.study.answer import answered, by_point, case_values, feasible_fr
 from scissordyn.study.description import Study
 from scissordyn.study.next_step import next_steps
 from scissordyn.study.recommendation import Recommendation, recommended
-from scissordyn.study.store import column
 from scissordyn.study.summary import Table, meaning
+from scissordyn.study.table import column
 from scissordyn.study.trend import Need, Trend, needed, trends, with_indicators
 from scissordyn.units import counted
 

@@ -19,8 +19,9 @@ from scissordyn.study.interpolation import OTHERS, Interpolation, interpolation
 from scissordyn.study.margin_estimate import fraction_by_margins
 from scissordyn.study.optimise import candidates, nondominated
 from scissordyn.study.requirement import Requirement, Response, response_unit, response_values
-from scissordyn.study.store import COMPLETE, Store, column
+from scissordyn.study.store import COMPLETE, Store
 from scissordyn.study.summary import Table
+from scissordyn.study.table import column
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -20,7 +20,7 @@ from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
 from scissordyn.study.kriging import Kriging
 from scissordyn.study.requirement import Response, response_values
-from scissordyn.study.store import column
+from scissordyn.study.table import column
 
 FEWEST = 32
 """Runs between which is interpolated."""

@@ -12,8 +12,8 @@ from scissordyn.errors import command
 from scissordyn.study.answer import by_point, counts, feasible_fraction
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.recommendation import Recommendation
-from scissordyn.study.store import column
 from scissordyn.study.surface import predicted_point
+from scissordyn.study.table import column
 from scissordyn.study.trend import Need
 
 CHECKED = 64

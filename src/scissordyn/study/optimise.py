@@ -18,7 +18,8 @@ from scissordyn.study.design import Design, design_values
 from scissordyn.study.execute import Progress, execute
 from scissordyn.study.goal import Goal, Optimisation, risk_value
 from scissordyn.study.requirement import response_unit, response_values
-from scissordyn.study.store import COMPLETE, PENDING, Store, column
+from scissordyn.study.store import COMPLETE, PENDING, Store
+from scissordyn.study.table import column
 
 STEP = 0.3
 """First step size of CMA-ES in the unit cube, as its author recommends for ranges."""

@@ -10,8 +10,8 @@ from scipy import stats
 
 from scissordyn.study.answer import CONFIDENCE, answered, case_values
 from scissordyn.study.description import Study
-from scissordyn.study.store import column
 from scissordyn.study.summary import Table
+from scissordyn.study.table import column
 from scissordyn.study.trend import trends
 
 FEWEST = 6

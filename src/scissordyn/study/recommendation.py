@@ -13,7 +13,8 @@ from scissordyn.study.answer import CONFIDENCE, meets_all
 from scissordyn.study.description import Study
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import response_values, value_text
-from scissordyn.study.store import COMPLETE, PENDING, column
+from scissordyn.study.store import COMPLETE, PENDING
+from scissordyn.study.table import column
 
 
 @dataclass(frozen=True)

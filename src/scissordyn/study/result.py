@@ -36,8 +36,9 @@ from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import Optimum, candidates, optimise
 from scissordyn.study.recommendation import Recommendation, recommended, recommended_point
 from scissordyn.study.screening import screened, verified_address
-from scissordyn.study.store import Store, column
+from scissordyn.study.store import Store
 from scissordyn.study.summary import design_size
+from scissordyn.study.table import column
 from scissordyn.study.trend import Trend, trends
 from scissordyn.study.variant import labelled, made
 

@@ -25,7 +25,8 @@ from scissordyn.study.execute import Progress, execute, extend
 from scissordyn.study.interpolation import FEWEST, interpolation
 from scissordyn.study.optimise import candidates, optimise
 from scissordyn.study.requirement import Response, response_values
-from scissordyn.study.store import Store, column
+from scissordyn.study.store import Store
+from scissordyn.study.table import column
 
 PILOTED = 0.05
 """Of the budget, at most, for cheap runs that say how well interpolation between them predicts."""

@@ -19,7 +19,6 @@ from scissordyn.run.engine import STATES
 from scissordyn.study import table
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
-from scissordyn.study.table import column
 
 PENDING, COMPLETE, FAILED = range(len(STATES))
 """Status of a case; one without a row is pending."""

@@ -16,7 +16,7 @@ from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Beta, Interval, Levels, LogNormal, Names, Normal, Uniform, Weibull
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement, response_unit
-from scissordyn.study.store import column
+from scissordyn.study.table import column
 from scissordyn.units import counted
 
 SHOWN = 6

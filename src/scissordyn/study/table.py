@@ -51,7 +51,10 @@ class Columns:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> Columns:
-        arrays = (Array(*(tuple(v) if isinstance(v, list) else v for v in each.values())) for each in plain["arrays"])
+        arrays = (
+            Array(each["name"], tuple(each["dims"]), tuple(each["shape"]), each["attrs"], tuple(each["columns"]))
+            for each in plain["arrays"]
+        )
         labels = {name: (tuple(dims), tuple(texts)) for name, (dims, texts) in plain["labels"].items()}
         return cls(tuple(arrays), labels)
 
@@ -177,7 +180,7 @@ def insert(
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of the table of cases that are as they were written, in the order of their numbers, and what is wrong with others."""
+    """Rows of cases that are as they were written, in the order of their numbers, and what is wrong with others."""
 
     cases: np.ndarray
     status: np.ndarray
@@ -191,10 +194,10 @@ def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
     parts = [_part(connection, columns, first, min(first + PART, cases) - 1) for first in range(0, cases, PART)]
     if len(parts) == 1:
         return parts[0]
-    together = (np.concatenate([getattr(part, name) for part in parts]) for name in ("cases", "status"))
+    numbers, status = np.concatenate([part.cases for part in parts]), np.concatenate([part.status for part in parts])
     texts = [each for part in parts for each in part.texts]
     matrix = np.concatenate([part.matrix for part in parts])
-    return Rows(*together, texts, matrix, {case: why for part in parts for case, why in part.damaged.items()})
+    return Rows(numbers, status, texts, matrix, {case: why for part in parts for case, why in part.damaged.items()})
 
 
 def _part(connection: sqlite3.Connection, columns: Columns, first: int, last: int) -> Rows:

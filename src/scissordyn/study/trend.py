@@ -14,7 +14,8 @@ from scipy import stats
 from scissordyn.study.answer import CONFIDENCE, answered, case_values
 from scissordyn.study.description import Study
 from scissordyn.study.requirement import Requirement, response_unit, response_values
-from scissordyn.study.store import COMPLETE, column
+from scissordyn.study.store import COMPLETE
+from scissordyn.study.table import column
 
 CLEAR = 0.5
 """Predicted share of the variance, each point left out in turn, from which a trend is stated."""

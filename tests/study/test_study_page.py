@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import scissordyn as sd
-
 from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
 from scissordyn.config.study import StudyText, read_study, study_of

@@ -260,11 +260,11 @@ def test_sensitivity() -> None:
 def test_a_store_of_its_own_ends_with_the_result() -> None:
     """Identity: without a store the results lie in a temporary folder, which is removed."""
     result = sd.study(arm(), {"A.clearance": [1e-4]}, until=UNTIL)
-    folder = Path(result.store.address)
-    assert folder.is_dir()
+    file = Path(result.store.address)
+    assert file.is_file()
     assert float(result.dataset["peak_force"][0, 0]) > 0.0
     del result
-    assert not folder.parent.exists()
+    assert not file.parent.exists()
 
 
 @pytest.mark.parametrize("engine", [2, sd.Threads(1), sd.Processes(1)])
@@ -299,7 +299,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"design": "sobel"}, "did you mean 'sobol'"),
         ({"samples": 2}, "2 samples of no uncertain number"),
         ({"engine": "fast"}, "engine = 'fast'; allowed: threads, processes"),
-        ({"store": "s3://bucket"}, "a folder, on a disk"),
+        ({"store": "s3://bucket"}, "a file on a disk"),
         ({"block": 0}, "block = 0"),
     ],
 )

@@ -125,7 +125,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
         (("study", "bad.toml", "-o", "a.db"), "unknown key 'varry' (did you mean 'vary'?)"),
         (("study", "study.toml"), "a study without a store"),
         (("study", "sampling.toml", "-o", "a.db"), "sampling 'sobel' (did you mean 'sobol'?); allowed: random, latin"),
-        (("study", "study.toml", "-o", "s3://bucket/a.db"), "a folder, on a disk that all workers share"),
+        (("study", "study.toml", "-o", "s3://bucket/a.db"), "a file on a disk"),
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

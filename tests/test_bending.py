@@ -203,7 +203,7 @@ until = "1 ms"
     ],
 )
 def test_bad_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, said: str) -> None:
-    """Identity: what cannot be right ends with status 2 and one line that names it."""
+    """Contract: what cannot be right ends with status 2 and one line that names it."""
     file = tmp_path / "case.toml"
     file.write_text(CASE.replace(old, new, 1), encoding="utf-8")
     assert status_of(["run", str(file), "-o", str(tmp_path / "run.nc")]) == 2
@@ -226,7 +226,7 @@ def test_case_file_and_python_agree(tmp_path: Path) -> None:
 
 
 def test_guides_on_a_bending_bar_are_refused() -> None:
-    """Identity: nothing unsupported is accepted."""
+    """Contract: nothing unsupported is accepted."""
     with pytest.raises(sd.InputError, match="platform"):
         sd.mast(units=1, platform_mass=3.0).with_bending("platform", bending_stiffness=1e4, axial_stiffness=1e7)
 

@@ -156,7 +156,7 @@ def test_rigid_parts_springs_and_rollers_buckle() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("part", "across"), [(1.05, 1e-4), (1.2, 1e-3), (0.95, 1e-3)])
 def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind: dict[str, int], part: float, across: float) -> None:
-    """Identity: a strut beyond Euler's load, pushed down a little, bends down; frequencies about the start are real."""
+    """Contract: a strut beyond Euler's load, pushed down a little, bends down; frequencies about the start are real."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
     pin, guide = sd.Revolute("O", ("bar", "start"), ("ground", "O")), sd.Guide("end", ("bar", "end"))
     loads = (

@@ -194,14 +194,14 @@ def test_without_gap_it_is_the_ideal_guide():
 
 @pytest.mark.parametrize("name", ["braendlein", "hertz", "linear", "power"])
 def test_laws_for_a_flat_wall(name):
-    """Identity: laws that do not need a bearing's radius are admitted."""
+    """Contract: laws that do not need a bearing's radius are admitted."""
     law = catalogue.BY_KIND["stiffness"][name]()
     assert GuideClearance(GAP, LENGTH, WIDTH, stiffness=law).stiffness == law
 
 
 @pytest.mark.parametrize("name", sorted(set(catalogue.BY_KIND["stiffness"]) - {"braendlein", "hertz", "linear", "power"}))
 def test_laws_for_a_bearing_only(name):
-    """Identity: a formula with the clearance of a bearing in it has no value at a plane surface, and the error says so."""
+    """Contract: a formula with the clearance of a bearing in it has no value at a plane surface, and the error says so."""
     with pytest.raises(InputError, match="no value for a contact point at a plane guide surface"):
         GuideClearance(GAP, LENGTH, WIDTH, stiffness=catalogue.BY_KIND["stiffness"][name]())
 
@@ -227,7 +227,7 @@ def test_hertz_at_a_flat_wall():
     ],
 )
 def test_what_is_no_clearance(change, match):
-    """Identity: each refusal names what is wrong."""
+    """Contract: each refusal names what is wrong."""
     with pytest.raises(InputError, match=match):
         GuideClearance(**{"clearance": GAP, "length": LENGTH, "width": WIDTH, **change})
 

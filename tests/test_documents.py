@@ -77,7 +77,7 @@ def pages_with_python() -> list[object]:
 
 @pytest.mark.parametrize("page", pages_with_python())
 def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: all Python of a page, one block after the other, in an empty folder."""
+    """Contract: all Python of a page, one block after the other, in an empty folder."""
     monkeypatch.chdir(tmp_path)
     module = types.ModuleType("example")
     monkeypatch.setitem(sys.modules, "example", module)  # where the annotations of classes are looked up
@@ -90,7 +90,7 @@ def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize("page", TEXTS, ids=name)
 def test_commands_are_understood(page: Path) -> None:
-    """Identity: each line of shell is a command with options that exist, a target of make, or installs extras that exist."""
+    """Contract: each line of shell is a command with options that exist, a target of make, or installs extras that exist."""
     group = typer.main.get_command(app)
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)

@@ -13,14 +13,14 @@ from scissordyn.mechanics.functions import rate
 
 
 def test_arrays_are_checked_before_they_are_handed_on() -> None:
-    """Identity: the library reads memory by the declaration alone."""
+    """Contract: the library reads memory by the declaration alone."""
     for wrong in (np.zeros(4, int), np.zeros((2, 2)), np.zeros(8)[::2], [0.0]):
         with pytest.raises(TypeError, match="in place of a contiguous, writable float64 array, dimension 1"):
             rate(0.0, wrong, 0, np.zeros(4))
 
 
 def test_a_function_from_a_prompt_runs_in_python() -> None:
-    """Identity: there is no source to compile; an error is NaN."""
+    """Contract: there is no source to compile; an error is NaN."""
     scope: dict[str, object] = {}
     exec("def spring(indentation):\n    return 1e9 * indentation", scope)
     law = sd.UserElastic(scope["spring"])  # type: ignore[arg-type]
@@ -36,7 +36,7 @@ class Pair(NamedTuple):
 
 
 def test_a_tuple_is_of_the_declared_types() -> None:
-    """Identity: what is no whole number is refused by its name."""
+    """Contract: what is no whole number is refused by its name."""
     assert Handle(Pair(1, 2.0)).address
     with pytest.raises(TypeError, match=r"Pair.first: str in place of int"):
         Handle(Pair("1", 2.0))  # type: ignore[arg-type]

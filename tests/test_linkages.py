@@ -173,7 +173,7 @@ def test_one_of_three_bars_has_clearance(joint):
 
 
 def test_common_pin_names():
-    """Identity: two bars share a joint of the given name; more of them are numbered; one alone is refused."""
+    """Contract: two bars share a joint of the given name; more of them are numbered; one alone is refused."""
     a, b, c = (("a", "end"), ("b", "start"), ("c", "start"))
     assert [joint.name for joint in sd.common_pin("P", a, b)] == ["P"]
     assert [(joint.name, joint.journal, joint.bearing) for joint in sd.common_pin("P", a, b, c)] == [
@@ -196,7 +196,7 @@ def test_common_pin_names():
     ],
 )
 def test_refused_linkages(build):
-    """Identity: a linkage that cannot be built is refused in one line that says what is allowed."""
+    """Contract: a linkage that cannot be built is refused in one line that says what is allowed."""
     with pytest.raises(InputError, match="allowed: ") as caught:
         build()
     assert "\n" not in str(caught.value)

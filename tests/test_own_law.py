@@ -31,7 +31,7 @@ def test_own_law_gives_the_same_run(array, clearance_run):
 
 
 def test_own_function_is_recorded_but_not_executed(array, tmp_path):
-    """Identity: a saved run holds the source of a user's function; running it again asks for a file in one line."""
+    """Contract: a saved run holds the source of a user's function; running it again asks for a file in one line."""
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
     run = sd.simulate(array.with_clearance("A", own), until=0.001, samples=11)
     with pytest.warns(UserWarning, match=r"cannot be run again .* give the function as 'mine\.py:foundation'"):
@@ -45,7 +45,7 @@ def test_own_function_is_recorded_but_not_executed(array, tmp_path):
 
 
 def test_law_that_breaks_off_ends_the_run(array):
-    """Identity: a law that gives NaN inside the run ends it with what was computed, the time and the joint."""
+    """Contract: a law that gives NaN inside the run ends it with what was computed, the time and the joint."""
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(hole))
     run = sd.simulate(array.with_clearance("A", own), until=0.05)
     assert run.attrs["status"] == "failed"

@@ -135,7 +135,7 @@ def far(made: Any, shift: float) -> np.ndarray:
 @pytest.mark.parametrize("roller", [{"stiffness": 1e5, "damping": 20.0}, {"stiffness": 1e6, "clearance": 5e-4}])
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_a_block_on_an_arm_keeps_the_balance_of_energy(method: str, roller: dict[str, float]) -> None:
-    """Identity: rollers and a guide with clearance, whose impacts are events; the block leaves the arm, which is said."""
+    """Contract: rollers and a guide with clearance, whose impacts are events; the block leaves the arm, which is said."""
     run = sd.simulate(block(**roller), until=0.35, samples=36, method=method)
     assert run.attrs["status"] == "complete"
     assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * float(np.ptp(run["kinetic_energy"].values))

@@ -50,7 +50,7 @@ def same_bits(one, other):
 
 
 def test_public_names_are_sorted_and_exist():
-    """Identity: the public list is complete, in order, and each name can be imported."""
+    """Contract: the public list is complete, in order, and each name can be imported."""
     constants = [name for name in sd.__all__ if name.isupper()]
     assert sd.__all__ == sorted(constants) + sorted(name for name in sd.__all__ if not name.isupper())
     assert all(hasattr(sd, name) for name in sd.__all__)
@@ -58,7 +58,7 @@ def test_public_names_are_sorted_and_exist():
 
 @pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
 def test_contract_of_names(case, request):
-    """Identity: every variable that others may rely on is there, with its dimensions, units and long name."""
+    """Contract: every variable that others may rely on is there, with its dimensions, units and long name."""
     run = request.getfixturevalue(case)
     for name, dims in CONTRACT.items():
         assert run[name].dims == dims
@@ -67,7 +67,7 @@ def test_contract_of_names(case, request):
 
 
 def test_hidden_states_are_in_the_result(frictional_run):
-    """Identity: the bristle deflection is recorded, within its bound mu_s/sigma_0, and only in contact."""
+    """Contract: the bristle deflection is recorded, within its bound mu_s/sigma_0, and only in contact."""
     z = frictional_run["bristle_deflection"].sel(joint="A")
     touching = frictional_run["in_contact"].sel(joint="A")
     assert np.array_equal(np.isfinite(z), touching)
@@ -209,7 +209,7 @@ def test_interrupt_keeps_what_was_computed(clearance_array):
 
 
 def test_interrupted_repetition_keeps_the_run(clearance_array):
-    """Identity: Ctrl-C while the run is repeated for its horizon returns the whole run, marked, with no horizon."""
+    """Contract: Ctrl-C while the run is repeated for its horizon returns the whole run, marked, with no horizon."""
     times = [0.0]
 
     def stop(time):
@@ -226,7 +226,7 @@ def test_interrupted_repetition_keeps_the_run(clearance_array):
 
 
 def test_unfinished_run_says_why(clearance_array):
-    """Identity: a failed run returns its samples and one line with time, cause and joint."""
+    """Contract: a failed run returns its samples and one line with time, cause and joint."""
     run = simulate(clearance_array, until=0.05, most_steps=100)
     assert run.attrs["status"] == "failed"
     assert "100 steps" in run.attrs["cause"]
@@ -238,7 +238,7 @@ def test_unfinished_run_says_why(clearance_array):
 @pytest.mark.parametrize("tolerance", [1e-4, 3e-5, 1e-5, 3e-6])
 @pytest.mark.parametrize("kinetic", [0.0, 0.01, 0.1])
 def test_large_tolerances_end_well(array, method, tolerance, kinetic):
-    """Identity: steps that run away after an impact are rejected, whatever method and tolerance; the run completes."""
+    """Contract: steps that run away after an impact are rejected, whatever method and tolerance; the run completes."""
     friction = sd.LuGre(kinetic) if kinetic else sd.NoFriction()
     arm = array.with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
     run = simulate(arm, until=0.03, method=method, rtol=tolerance, atol=tolerance, samples=11)

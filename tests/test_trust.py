@@ -46,7 +46,7 @@ def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
 
 @pytest.mark.parametrize(("message", "tests", "command"), [row[1:] for row in ROWS], ids=[row[0] for row in ROWS])
 def test_every_row_is_true(message, tests, command, tmp_path, monkeypatch, capsys) -> None:
-    """Identity: the command of a row says the row's message, and the test that it names exists."""
+    """Contract: the command of a row says the row's message, and the test that it names exists."""
     monkeypatch.chdir(tmp_path)
     file, function = tests.strip("`").split("::")
     assert f"def {function}(" in (HERE / file).read_text(encoding="utf-8")
@@ -56,6 +56,6 @@ def test_every_row_is_true(message, tests, command, tmp_path, monkeypatch, capsy
 
 
 def test_the_page_has_its_rows() -> None:
-    """Identity: no row is lost by a mistake of the table's syntax."""
+    """Contract: no row is lost by a mistake of the table's syntax."""
     assert len(ROWS) == PAGE.count("::test_")
     assert len(ROWS) >= 19

@@ -30,7 +30,7 @@ NAMED: dict[str, Callable[[str], Any]] = {
 
 @pytest.mark.parametrize("kind", NAMED)
 def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
-    """Identity: a message about a user's file says for what the file was read, and speaks of laws for laws only."""
+    """Contract: a message about a user's file says for what the file was read, and speaks of laws for laws only."""
     file, what = tmp_path / "mine.py", "class" if kind == "component" else "function"
     file.write_text("def other(x):\n    return x\n")
     for reference, says in (
@@ -47,7 +47,7 @@ def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
 
 
 def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
-    """Identity: a measure is refused as a measure where its file is no longer what it was."""
+    """Contract: a measure is refused as a measure where its file is no longer what it was."""
     file = tmp_path / "mine.py"
     file.write_text("def late(run):\n    return 1.0\n")
     measure = OwnMeasure("late", f"{file}:late")
@@ -57,7 +57,7 @@ def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
 
 
 def test_a_controller_that_is_not_in_a_file() -> None:
-    """Identity: a run with a controller made in Python asks for a controller in a file, not for a law."""
+    """Contract: a run with a controller made in Python asks for a controller in a file, not for a law."""
     controller = UserController(lambda *signals: 0.0)
     plain = to_plain(sd.four_bar().controlled(controller, speed=1.0))
     with pytest.raises(InputError, match=r"as a controller; .* give the controller as 'mine.py:<lambda>'"):

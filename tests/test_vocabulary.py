@@ -83,13 +83,13 @@ def messages(source: str) -> list[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_pages(page: Path) -> None:
-    """Identity: no word of the list on a page, in an example or in the text of a validation case."""
+    """Contract: no word of the list on a page, in an example or in the text of a validation case."""
     assert not found(page.read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("room", sorted(path.name for path in (ROOT / "src" / "scissordyn").iterdir() if path.is_dir()))
 def test_messages_and_docstrings(room: str) -> None:
-    """Identity: nor in the messages, reports and docstrings of the package."""
+    """Contract: nor in the messages, reports and docstrings of the package."""
     for path in sorted((ROOT / "src" / "scissordyn" / room).rglob("*.py")):
         for text in messages(path.read_text(encoding="utf-8")):
             assert not found(text), f"{path.name}: {text[:80]}"
@@ -97,7 +97,7 @@ def test_messages_and_docstrings(room: str) -> None:
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_help(command: str) -> None:
-    """Identity: nor in the help of a command."""
+    """Contract: nor in the help of a command."""
     group = typer.main.get_command(app)
     one = group.commands[command]  # type: ignore[attr-defined]
     texts = [one.help or "", *(getattr(parameter, "help", "") or "" for parameter in one.params)]

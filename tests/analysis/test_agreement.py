@@ -37,7 +37,7 @@ def of(run, measured):
 
 
 def test_same_curves(run):
-    """Identity: no error, and all events at their times."""
+    """Contract: no error, and all events at their times."""
     found = of(run, record(sine()))
     assert found["rmse"] == found["bias"] == found["peak_error"] == found["event_deviation"] == 0.0
     assert found["correlation"] == pytest.approx(1.0)
@@ -60,7 +60,7 @@ def test_offset_scale_and_delay(run):
 
 
 def test_only_the_common_time_counts(run):
-    """Identity: instants outside the run are left out and counted."""
+    """Contract: instants outside the run are left out and counted."""
     found = agreement(run, record(np.sin(10.0 * math.pi * (TIME + 0.5)), TIME + 0.5))
     assert found.attrs["left_out"] == 500
     assert float(found["rmse"][0]) < 1e-9
@@ -76,7 +76,7 @@ def test_events_are_matched_once():
 
 
 def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, capsys):
-    """Identity: the command on a run and what it exports: peaks between samples are those of the contact table."""
+    """Contract: the command on a run and what it exports: peaks between samples are those of the contact table."""
     save(clearance_run, tmp_path / "run.nc")
     export(clearance_run, tmp_path / "all.csv")
     names = ["time [s]", "normal_force of A [N]", "angle of unit 1/bar 1 [rad]"]

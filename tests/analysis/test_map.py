@@ -18,7 +18,7 @@ W = 2.0 * math.pi
 
 
 def test_strobe_takes_samples() -> None:
-    """Identity: where every flash is a sample the samples are taken as they are, joints included."""
+    """Contract: where every flash is a sample the samples are taken as they are, joints included."""
     run = made_up_run([(0.0, math.nan)], end=10.0, instants=1001)
     found = stroboscopic(run, period=0.25, phase=0.4, skip=3)
     np.testing.assert_allclose(found["time"], np.arange(0.85, 10.0, 0.25), rtol=1e-12)
@@ -80,7 +80,7 @@ def test_section_at_and_between_samples() -> None:
 
 
 def test_section_says_what_is_wrong() -> None:
-    """Identity: unknown variables and bodies get the right ones named."""
+    """Contract: unknown variables and bodies get the right ones named."""
     run = made_up_run([])
     with pytest.raises(InputError, match="did you mean 'slider_position'"):
         section(run, variable="slider_positon")
@@ -94,7 +94,7 @@ def test_section_says_what_is_wrong() -> None:
 
 
 def test_velocity_acceleration() -> None:
-    """Identity: the slider's samples in the window; another body where it is named; an error where there is no slider."""
+    """Contract: the slider's samples in the window; another body where it is named; an error where there is no slider."""
     run = made_up_run([])
     found = velocity_acceleration(run, after=0.5)
     xr.testing.assert_equal(found["velocity"].variable, run["slider_velocity"].sel(time=slice(0.5, None)).variable)

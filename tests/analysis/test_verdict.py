@@ -81,7 +81,7 @@ def test_continuous_contact_needs_no_flight() -> None:
 
 
 def test_trust_horizon_is_spoken_of() -> None:
-    """Identity: samples beyond the horizon are counted, and the verdict says that one trajectory is no evidence."""
+    """Contract: samples beyond the horizon are counted, and the verdict says that one trajectory is no evidence."""
     chaos, times = logistic(4.0, 500), np.arange(500.0)
     beyond = classify_samples(chaos, times=times, trusted_until=99.5)
     assert "400 of 500 samples lie beyond" in beyond.evidence[-1]
@@ -176,7 +176,7 @@ def test_consensus() -> None:
 
 
 def test_inputs_are_checked() -> None:
-    """Identity: too few samples, NaN, and scales that are not positive are refused."""
+    """Contract: too few samples, NaN, and scales that are not positive are refused."""
     for samples, options in (
         ([1.0], {}),
         ([1.0, math.nan], {}),

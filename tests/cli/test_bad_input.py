@@ -59,14 +59,14 @@ def tried(capfd: pytest.CaptureFixture[str], folder: Path, first: int, last: int
 
 
 def test_mutated_case_files(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: files with slips run, or are refused or fail in one line; some do each."""
+    """Contract: files with slips run, or are refused or fail in one line; some do each."""
     assert {0, 2, 3} <= set(tried(capfd, folder, 0, QUICK))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(QUICK, ALL, BLOCK))
 def test_all_mutated_case_files(folder: Path, capfd: pytest.CaptureFixture[str], first: int) -> None:
-    """Identity: as above, for the rest of 2000 files."""
+    """Contract: as above, for the rest of 2000 files."""
     assert 2 in tried(capfd, folder, first, min(first + BLOCK, ALL))
 
 
@@ -140,7 +140,7 @@ SCAN = (
 def test_saved_runs_with_other_attributes_are_refused(
     saved: Path, folder: Path, capfd: pytest.CaptureFixture[str], value: object
 ) -> None:
-    """Identity: an attribute that a saved run needs and that is missing or holds something else is named in one line."""
+    """Contract: an attribute that a saved run needs and that is missing or holds something else is named in one line."""
     for name in ("configuration", "title"):
         run = load(saved)
         run.attrs.pop(name) if value is None else run.attrs.update({name: value})
@@ -155,7 +155,7 @@ def test_saved_runs_with_other_attributes_are_refused(
 def test_diagrams_that_are_not_whole_are_refused(
     diagram: Path, folder: Path, capfd: pytest.CaptureFixture[str], lost: str
 ) -> None:
-    """Identity: a store without one of its variables is named, and left as it is."""
+    """Contract: a store without one of its variables is named, and left as it is."""
     load(diagram).drop_vars(lost).to_netcdf("other.nc", engine="h5netcdf")
     before = Path("other.nc").read_bytes()
     status, error = said(capfd, "bifurcation", *SCAN, "-o", "other.nc")
@@ -168,7 +168,7 @@ def test_diagrams_that_are_not_whole_are_refused(
 def test_diagrams_with_other_attributes_are_refused_or_mended(
     diagram: Path, folder: Path, capfd: pytest.CaptureFixture[str], name: str
 ) -> None:
-    """Identity: an attribute that is missing or of another type is no fault of the program."""
+    """Contract: an attribute that is missing or of another type is no fault of the program."""
     for value in (None, 3, "nonsense"):
         changed: xr.Dataset = load(diagram)
         changed.attrs.pop(name) if value is None else changed.attrs.update({name: value})
@@ -183,7 +183,7 @@ def test_diagrams_with_other_attributes_are_refused_or_mended(
 
 @pytest.mark.parametrize("value", [None, "soon", [1.0, 2.0]])
 def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -> None:
-    """Identity: a run of cycles cannot be continued without its period, and says so."""
+    """Contract: a run of cycles cannot be continued without its period, and says so."""
     mechanism = read_case(EXAMPLES / "periodic.toml").mechanism
     run = cycle(mechanism, cycles=1)
     run.attrs.pop("period") if value is None else run.attrs.update(period=value)
@@ -194,7 +194,7 @@ def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -
 def test_the_drawn_variable_is_checked_first(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: an unknown name is refused before anything is computed, and so is a parameter that cannot be varied."""
+    """Contract: an unknown name is refused before anything is computed, and so is a parameter that cannot be varied."""
     monkeypatch.setattr("scissordyn.periodic.bifurcation.bifurcation", None)
     status, error = said(capfd, "bifurcation", *SCAN, "--variable", "nope", "--plot", "x.png")
     assert status == 2

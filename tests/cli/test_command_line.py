@@ -68,7 +68,7 @@ def test_a_saved_run_can_be_run_again(folder: Path, capsys: pytest.CaptureFixtur
 
 
 def test_the_number_of_contacts_shown_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: rows of the table, and a note of the others."""
+    """Contract: rows of the table, and a note of the others."""
     changes = ("--set", "run.until=6 ms", "--set", "clearance.A.friction=none")
     assert status_of(["run", str(PAPER), *changes, "--events", "2"]) == 0
     two = capsys.readouterr().out
@@ -82,7 +82,7 @@ def test_the_number_of_contacts_shown_is_chosen(folder: Path, capsys: pytest.Cap
 def test_interrupted_runs_keep_what_was_computed(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: Ctrl-C inside the run saves the part before it, marked, with exit status 130."""
+    """Contract: Ctrl-C inside the run saves the part before it, marked, with exit status 130."""
 
     @contextmanager
     def impatient(until: float) -> Iterator[Callable[[float], None]]:
@@ -105,7 +105,7 @@ def test_interrupted_runs_keep_what_was_computed(
 def test_interrupted_before_anything_was_computed(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: Ctrl-C elsewhere writes nothing, says so in a line and returns 130."""
+    """Contract: Ctrl-C elsewhere writes nothing, says so in a line and returns 130."""
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -117,7 +117,7 @@ def test_interrupted_before_anything_was_computed(
 
 
 def test_a_closed_pipe_is_no_error() -> None:
-    """Identity: a reader that closes the pipe after the first line causes no message."""
+    """Contract: a reader that closes the pipe after the first line causes no message."""
     command = f"{sys.executable} -m scissordyn.cli.main laws | head -n 1"
     piped = subprocess.run(command, shell=True, capture_output=True, text=True, check=True, timeout=60)
     assert piped.stdout.startswith("stiffness")
@@ -125,7 +125,7 @@ def test_a_closed_pipe_is_no_error() -> None:
 
 
 def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: a run out of steps is saved with its cause, with exit status 3."""
+    """Contract: a run out of steps is saved with its cause, with exit status 3."""
     assert status_of(["run", str(PAPER), "-o", "part.nc", "--set", "run.most_steps=100"]) == 3
     shown = capsys.readouterr()
     assert "100 steps are not enough" in shown.err
@@ -137,7 +137,7 @@ def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: 
 
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_bad_cases_are_refused_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
-    """Identity: the message of the reader, nothing computed, nothing written."""
+    """Contract: the message of the reader, nothing computed, nothing written."""
     output = ["-o", "run.nc"] if command == "run" else []
     line = refused(capsys, command, str(PAPER), *output, "--set", "clearance.A.clearence=1 mm")
     assert "unknown key 'clearence' (did you mean 'clearance'?)" in line
@@ -165,7 +165,7 @@ def test_bad_cases_are_refused_in_one_line(folder: Path, capsys: pytest.CaptureF
 def test_places_that_cannot_be_written_are_found_before_the_run(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, output: tuple[str, str], says: str
 ) -> None:
-    """Identity: refused although no run is possible here: the place is looked at first."""
+    """Contract: refused although no run is possible here: the place is looked at first."""
     monkeypatch.setattr("scissordyn.run.simulate.results_of", None)
     (folder / "case.toml").write_text(PAPER.read_text())
     (folder / "taken").write_text("")
@@ -175,7 +175,7 @@ def test_places_that_cannot_be_written_are_found_before_the_run(
 
 
 def test_saved_runs_that_are_not_whole_are_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: half a file, another kind of file, no file."""
+    """Contract: half a file, another kind of file, no file."""
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT]) == 0
     capsys.readouterr()
     whole = (folder / "run.nc").read_bytes()
@@ -207,13 +207,13 @@ def test_saved_runs_that_are_not_whole_are_refused(folder: Path, capsys: pytest.
 def test_what_was_mistyped_is_refused(
     folder: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
 ) -> None:
-    """Identity: one line that says what to type."""
+    """Contract: one line that says what to type."""
     assert says in refused(capsys, *arguments)
     assert not list(folder.iterdir())
 
 
 def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: an unexpected error is named, without a traceback unless the user asks for it."""
+    """Contract: an unexpected error is named, without a traceback unless the user asks for it."""
 
     def broken(*_: object) -> None:
         raise ZeroDivisionError("two\nlines")
@@ -230,7 +230,7 @@ def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeyp
 
 
 def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: mechanism, drive, joint and method of the paper's case."""
+    """Contract: mechanism, drive, joint and method of the paper's case."""
     assert status_of(["check", str(PAPER)]) == 0
     shown = capsys.readouterr().out
     for text in (
@@ -248,7 +248,7 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     "structure", ["scissor", "polar", "ring", "mast", "slider-crank", "four-bar", "n-four-bar", "mechanism"]
 )
 def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.CaptureFixture[str], structure: str) -> None:
-    """Identity: the printed case file is accepted."""
+    """Contract: the printed case file is accepted."""
     assert status_of(["new", structure]) == 0
     (folder / "case.toml").write_text(capsys.readouterr().out)
     assert status_of(["check", "case.toml"]) == 0
@@ -256,7 +256,7 @@ def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.Capt
 
 @pytest.mark.parametrize("name", ["film.gif", "film.html"])
 def test_a_film_is_made_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
-    """Identity: the file that is named is there, of its kind, and nothing else."""
+    """Contract: the file that is named is there, of its kind, and nothing else."""
     assert status_of(["run", str(PAPER), "--animate", name, *SHORT]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == name
     assert [path.name for path in folder.iterdir()] == [name]
@@ -264,14 +264,14 @@ def test_a_film_is_made_when_asked_for(folder: Path, capsys: pytest.CaptureFixtu
 
 
 def test_help_is_shown_when_nothing_is_typed(capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the four commands."""
+    """Contract: the four commands."""
     assert status_of([]) == 0
     shown = capsys.readouterr().out
     assert all(f"\n  {command} " in shown for command in ("run", "check", "new", "laws"))
 
 
 def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
-    """Identity: a process on a pseudo-terminal draws a bar on stderr; through a pipe stderr stays empty."""
+    """Contract: a process on a pseudo-terminal draws a bar on stderr; through a pipe stderr stays empty."""
     command = [sys.executable, "-m", "scissordyn.cli.main", "run", str(PAPER), *SHORT]
     piped = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
     assert piped.stderr == ""
@@ -289,7 +289,7 @@ def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
 
 
 def test_heavy_libraries_are_imported_when_needed() -> None:
-    """Identity: what the entry point alone loads."""
+    """Contract: what the entry point alone loads."""
     code = "import sys, scissordyn.cli.main; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
     assert main.__name__ in loaded
@@ -297,7 +297,7 @@ def test_heavy_libraries_are_imported_when_needed() -> None:
 
 
 def test_a_run_is_shown_without_heavy_libraries(folder: Path) -> None:
-    """Identity: what is loaded by a run that writes no file."""
+    """Contract: what is loaded by a run that writes no file."""
     code = "import sys; from scissordyn.cli.main import status_of; status_of(sys.argv[1:]); print(*sys.modules)"
     command = [sys.executable, "-c", code, "run", str(PAPER), *SHORT]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout.split()
@@ -306,7 +306,7 @@ def test_a_run_is_shown_without_heavy_libraries(folder: Path) -> None:
 
 
 def test_simulate_imports_no_heavy_libraries() -> None:
-    """Identity: what is loaded before a run has been computed, from which a Dataset is made."""
+    """Contract: what is loaded before a run has been computed, from which a Dataset is made."""
     code = "import sys; from scissordyn import simulate, Mechanism, read_case; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
     assert "numpy" in loaded
@@ -314,7 +314,7 @@ def test_simulate_imports_no_heavy_libraries() -> None:
 
 
 def test_pictures_are_drawn_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the files that are named are there, pictures, and nothing else."""
+    """Contract: the files that are named are there, pictures, and nothing else."""
     assert status_of(["run", str(PAPER), "--plot", "new/figures", *SHORT]) == 0
     named = [Path(line) for line in capsys.readouterr().out.splitlines() if line.endswith(".png")]
     assert sorted(named) == sorted(Path("new/figures").iterdir())

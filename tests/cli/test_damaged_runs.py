@@ -73,7 +73,7 @@ def tried(capfd: pytest.CaptureFixture[str], whole: list[Path], first: int, last
 def test_damaged_runs(
     capfd: pytest.CaptureFixture[str], whole: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: of twenty damaged files each is refused in one line or read; some do each."""
+    """Contract: of twenty damaged files each is refused in one line or read; some do each."""
     monkeypatch.chdir(tmp_path)
     assert {0, 2} <= tried(capfd, whole, 0, QUICK)
 
@@ -83,7 +83,7 @@ def test_damaged_runs(
 def test_a_thousand_damaged_runs(
     capfd: pytest.CaptureFixture[str], whole: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: int
 ) -> None:
-    """Identity: as above, for a thousand further files."""
+    """Contract: as above, for a thousand further files."""
     monkeypatch.chdir(tmp_path)
     assert 2 in tried(capfd, whole, first, first + BLOCK)
 
@@ -92,7 +92,7 @@ def test_a_thousand_damaged_runs(
 def test_what_is_damaged_is_named(
     capfd: pytest.CaptureFixture[str], whole: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str
 ) -> None:
-    """Identity: every command that reads a run refuses it, and names the attribute or the variable."""
+    """Contract: every command that reads a run refuses it, and names the attribute or the variable."""
     monkeypatch.chdir(tmp_path)
     shutil.copy(whole[0], "whole.nc")
     run, named = load(whole[0]), damage

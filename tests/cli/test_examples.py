@@ -21,7 +21,7 @@ def test_every_example_is_listed_with_what_it_is(capsys):
 
 
 def test_one_is_printed_as_it_is(capsys):
-    """Identity: the text of the file."""
+    """Contract: the text of the file."""
     assert status_of(["examples", "paper"]) == 0
     assert capsys.readouterr().out == (EXAMPLES / "paper.toml").read_text()
 

@@ -36,7 +36,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 @pytest.mark.parametrize("name", ["case.toml", "case.TOML", "case.txt", "case"])
 def test_the_case_file_survives(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
-    """Identity: whatever it is called, by whatever way it is named, and whatever the result is."""
+    """Contract: whatever it is called, by whatever way it is named, and whatever the result is."""
     case = folder / name
     case.write_text(PAPER.read_text())
     (folder / "other.toml").write_text(PAPER.read_text())
@@ -55,7 +55,7 @@ def test_the_case_file_survives(folder: Path, capsys: pytest.CaptureFixture[str]
 
 
 def test_results_may_be_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: by results of their kind, except that a saved run is not replaced by itself run again."""
+    """Contract: by results of their kind, except that a saved run is not replaced by itself run again."""
     for _ in range(2):
         assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", "--plot", "figures", *SHORT]) == 0
     capsys.readouterr()
@@ -64,7 +64,7 @@ def test_results_may_be_replaced(folder: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_what_has_no_end_is_not_read(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: devices, pipes, folders and huge files are refused as case files, as tables and as saved runs."""
+    """Contract: devices, pipes, folders and huge files are refused as case files, as tables and as saved runs."""
     os.mkfifo("pipe")
     os.mkfifo("pipe.nc")
     began = time.monotonic()
@@ -90,7 +90,7 @@ def soft(indentation, stiffness):
 
 
 def test_code_of_a_saved_run_needs_consent(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: a case file may name a Python file; a saved run is run again only if the user names that file."""
+    """Contract: a case file may name a Python file; a saved run is run again only if the user names that file."""
     (folder / "my_laws.py").write_text(LAWS)
     law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', constants = [1e8] }")
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT, *law]) == 2  # a case file's folder is where names begin
@@ -110,7 +110,7 @@ def test_code_of_a_saved_run_needs_consent(folder: Path, capsys: pytest.CaptureF
 
 
 def test_names_in_messages_are_text(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: neither a name in a case file nor the name of a file can send codes to the terminal."""
+    """Contract: neither a name in a case file nor the name of a file can send codes to the terminal."""
     for name in ("[/red]", "\x1b[31mred\x1b[0m", "two\nlines", "\u202eleft", "\x9b31m"):
         refused(capsys, "check", str(PAPER), "--set", f"drive.{name}=3")
         assert "cannot read" in refused(capsys, "run", f"{name}.toml")

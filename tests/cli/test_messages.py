@@ -26,7 +26,7 @@ CASE = '[structure]\nkind = "scissor"\n{}\n[run]\nuntil = "1 ms"\n'
     ],
 )
 def test_case_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: str, says: str) -> None:
-    """Identity: the line that mends it."""
+    """Contract: the line that mends it."""
     path = tmp_path / "case.toml"
     path.write_text(CASE.format(lines))
     assert status_of(["check", str(path), "--quiet"]) == (2 if says else 0)
@@ -34,7 +34,7 @@ def test_case_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: s
 
 
 def test_words_of_other_programs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Identity: a word near "simulate" means run; a missing store is not to be written as a case; pictures want a folder."""
+    """Contract: a word near "simulate" means run; a missing store is not to be written as a case; pictures want a folder."""
     for words, says in (
         (["smulate", "case.toml"], "did you mean 'run'?"),
         (["rnu"], "Did you mean 'run'?"),
@@ -61,7 +61,7 @@ def slips() -> Iterator[tuple[str, str, str]]:
 
 
 def test_keywords_of_everything_public() -> None:
-    """Identity: an unknown keyword of a public function or class is answered with its name and the nearest keyword."""
+    """Contract: an unknown keyword of a public function or class is answered with its name and the nearest keyword."""
     tried = list(slips())
     assert len(tried) > 110
     assert {"scissor", "Clearance", "LuGre", "simulate", "simulate_many", "study"} <= {name for name, _, _ in tried}
@@ -71,13 +71,13 @@ def test_keywords_of_everything_public() -> None:
 
 
 def test_public_functions_are_pickled() -> None:
-    """Identity: what answers unknown keywords is found by its name in another process."""
+    """Contract: what answers unknown keywords is found by its name in another process."""
     for called in (sd.simulate_many, sd.save, sd.Clearance, sd.fit):
         assert pickle.loads(pickle.dumps(called)) is called
 
 
 def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: every command has one, which begins with its name."""
+    """Contract: every command has one, which begins with its name."""
     assert EXAMPLES.keys() == COMMANDS.keys()
     for name, example in EXAMPLES.items():
         assert example.startswith(f"scissordyn {name}")

@@ -37,19 +37,19 @@ def pasted(line: str, folder: Path) -> list[str]:
 
 @pytest.mark.parametrize("name", [BAD, "plain.db", "a b", "--rm", "~/x", "é", "a\\b", "*", "#", "!x"])
 def test_words_stay_words(name: str, tmp_path: Path) -> None:
-    """Identity: what the shell makes of a command are the words that it was made of."""
+    """Contract: what the shell makes of a command are the words that it was made of."""
     assert pasted(command("scissordyn", "study", "resume", name), tmp_path) == ["study", "resume", name]
 
 
 def test_a_line_break_is_no_command(tmp_path: Path) -> None:
-    """Identity: a name of two lines, or with an escape code, stays one harmless word."""
+    """Contract: a name of two lines, or with an escape code, stays one harmless word."""
     line = command("scissordyn", "study", "resume", "a\ntouch pasted\n\x1b[2J")
     assert line.isprintable()
     assert len(pasted(line, tmp_path)) == 3
 
 
 def test_commands_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: the store is one word in each command that sweep, status and report show, in the report as well."""
+    """Contract: the store is one word in each command that sweep, status and report show, in the report as well."""
     monkeypatch.chdir(tmp_path)
     Path("case.toml").write_text(paper_case("2 ms"))
     steps = ("--set", "run.most_steps=3", "--vary", "A.clearance=0.1..0.2 mm, 2 values", "--threads", "1")
@@ -87,7 +87,7 @@ OURS = {"what": "one of the words of the command", "next(iter(FIGURES))": "a num
 
 
 def test_every_command_is_quoted() -> None:
-    """Identity: whatever is put into a command, in any text of the package, goes through `errors.command`."""
+    """Contract: whatever is put into a command, in any text of the package, goes through `errors.command`."""
     looked_at = 0
     for path in SOURCES.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -100,7 +100,7 @@ def test_every_command_is_quoted() -> None:
 
 
 def test_options_that_are_shown_are_quoted() -> None:
-    """Identity: so does what stands behind an option in the last argument of an error, but for whole numbers and our names."""
+    """Contract: so does what stands behind an option in the last argument of an error, but for whole numbers and our names."""
     allowed = {"2 * study.design.points", "','.join(makers)", "example(quantity)", "ending", "FEWEST"}
     for path in SOURCES.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -127,7 +127,7 @@ def soft(indentation, stiffness):
 def test_reading_a_study_executes_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: status, report and export of a study with a law of the user's own do not need, or execute, its file."""
+    """Contract: status, report and export of a study with a law of the user's own do not need, or execute, its file."""
     monkeypatch.chdir(tmp_path)
     laws, mark = tmp_path / "my_laws.py", tmp_path / "executed"
     laws.write_text(LAWS)
@@ -158,7 +158,7 @@ def test_reading_a_study_executes_nothing(
 def test_no_text_of_another_file_is_shown(
     content: str, place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: a case that names a file as its table, as somebody else's may, shows nothing that is in it."""
+    """Contract: a case that names a file as its table, as somebody else's may, shows nothing that is in it."""
     monkeypatch.chdir(tmp_path)
     Path("other").write_text(content if place == "drive.table" else f"a: [\n{content}")
     Path("case.toml").write_text(paper_case("2 ms").replace('speed = "150 rpm"', 'table = "other"'))

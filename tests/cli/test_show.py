@@ -32,7 +32,7 @@ def test_prefix_leaves_a_number_between_one_and_a_thousand(largest: float, lette
 
 
 def test_column_has_one_unit_and_aligned_decimals() -> None:
-    """Identity: decimals as the largest needs for five digits, more for fewer than three; unknown is a dash."""
+    """Contract: decimals as the largest needs for five digits, more for fewer than three; unknown is a dash."""
     unit, texts = column(np.array([12345.6, -1.0, math.nan]), "N")
     assert unit == "kN"
     assert texts == ["12.346", "-0.00100", "-"]
@@ -92,7 +92,7 @@ def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
 
 
 def test_table_of_contacts() -> None:
-    """Identity: a row for each contact, units in the heading, a dash where the run ended first."""
+    """Contract: a row for each contact, units in the heading, a dash where the run ended first."""
     lines = shown(small_run()).splitlines()
     rows = [line.split() for line in lines if line.strip()[:2] in ("1 ", "2 ", "3 ")]
     assert rows[0] == ["1", "A", "10.000", "0.5000", "0.00", "1.0000", "5.000", "10.000", "-0.4000"]
@@ -124,7 +124,7 @@ def test_a_run_without_contacts_has_no_table() -> None:
 
 
 def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the printed list against the catalogue, and each entry can be shown by its name."""
+    """Contract: the printed list against the catalogue, and each entry can be shown by its name."""
     assert status_of(["laws"]) == 0
     listed = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
     for kind, known in BY_KIND.items():
@@ -145,7 +145,7 @@ HOSTILE = "[/red][link=http://x]:smile:\x1b[31m\x07\u202e"
 
 
 def test_names_are_text() -> None:
-    """Identity: a name is printed as it is, its control characters as their codes, in the table, the summary and warnings."""
+    """Contract: a name is printed as it is, its control characters as their codes, in the table, the summary and warnings."""
     run = small_run()
     run["contact_joint"] = ("contact", [HOSTILE, "unit 1/pivot", HOSTILE])
     run.attrs["warnings"] = json.dumps([f"joint '{HOSTILE}'"])
@@ -163,7 +163,7 @@ def many_joints(names: list[str]) -> xr.Dataset:
 
 
 def test_many_joints_are_a_table() -> None:
-    """Identity: one row for each joint, the largest force first, in place of a sentence for each."""
+    """Contract: one row for each joint, the largest force first, in place of a sentence for each."""
     names = [f"unit {k}/pivot" for k in range(1, 13)]
     text = shown(many_joints(names), rows=0)
     rows = [line.split() for line in text.splitlines() if "/pivot" in line and "Largest" not in line]
@@ -174,7 +174,7 @@ def test_many_joints_are_a_table() -> None:
 
 @pytest.mark.parametrize("width", [40, 60, 80, 100])
 def test_narrow_tables_never_cut_digits(width: int) -> None:
-    """Identity: every number of the columns that are shown is there with all its digits, whatever the width."""
+    """Contract: every number of the columns that are shown is there with all its digits, whatever the width."""
     run = many_joints(["a joint with a name that is much too long for any table", "B", "C", "D"])
     to = TextConsole(file=io.StringIO(), width=width, highlight=False)
     show_events(run, 20, to)
@@ -200,7 +200,7 @@ def test_narrow_tables_never_cut_digits(width: int) -> None:
 def test_names_can_be_typed_from_a_narrow_table(
     command: list[str], names: set[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: names and defaults, which are copied into case files, are not cut where the terminal has 60 columns."""
+    """Contract: names and defaults, which are copied into case files, are not cut where the terminal has 60 columns."""
     monkeypatch.setattr("scissordyn.cli.show.console", lambda: TextConsole(highlight=False, width=60))
     assert status_of(command) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -210,7 +210,7 @@ def test_names_can_be_typed_from_a_narrow_table(
 
 
 def test_formulas_are_readable(capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the terminal shows no LaTeX for any law or controller."""
+    """Contract: the terminal shows no LaTeX for any law or controller."""
     for known in BY_KIND.values():
         for name in known:
             assert status_of(["laws", name]) == 0
@@ -223,7 +223,7 @@ def test_formulas_are_readable(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_run_and_check_for_other_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: --json prints one line with the figures of the run that is saved; --quiet prints nothing."""
+    """Contract: --json prints one line with the figures of the run that is saved; --quiet prints nothing."""
     case, saved = tmp_path / "case.toml", tmp_path / "run.nc"
     case.write_text(paper_case("3 ms"))
     assert status_of(["run", str(case), "-o", str(saved), "--json"]) == 0

@@ -80,7 +80,7 @@ def computed(process: subprocess.Popen[str]) -> float:
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, status: int) -> None:
-    """Identity: by either signal, marked, with the place where it is."""
+    """Contract: by either signal, marked, with the place where it is."""
     target = tmp_path / "part.nc"
     with started(*COMMAND, "run", str(EXAMPLES / "paper.toml"), "-o", str(target), *LONG) as process:
         wait_for(lambda: computed(process) > 4.0, process)
@@ -107,7 +107,7 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
     ],
 )
 def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, whole_group: bool) -> None:
-    """Identity: whether the signal reaches the command or its whole group, it ends, and the file holds what was done."""
+    """Contract: whether the signal reaches the command or its whole group, it ends, and the file holds what was done."""
     target = tmp_path / "diagram.nc"
     with started(*COMMAND, "bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN, "-o", str(target)) as process:
         wait_for(target.exists, process)  # written every ten seconds
@@ -138,7 +138,7 @@ QUICK = {(SIGNALS[0], ENGINES[0]), (SIGNALS[1], ENGINES[1]), (SIGNALS[0], ENGINE
     ],
 )
 def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine: tuple[str, str]) -> None:
-    """Identity: no process is left over, and what is done is kept and named."""
+    """Contract: no process is left over, and what is done is kept and named."""
     with started(*COMMAND, "paper", "-o", str(tmp_path), *engine) as process:
         wait_for(lambda: list(tmp_path.glob("runs/*.nc")), process)
         if number == signal.SIGKILL:
@@ -176,7 +176,7 @@ def says(process: subprocess.Popen[str], text: str) -> None:
 
 @pytest.mark.parametrize(("first", "second"), [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)])
 def test_a_second_signal_ends_at_once(first: signal.Signals, second: signal.Signals) -> None:
-    """Identity: a command that is busy with the first signal, or has swallowed it, is ended by the second."""
+    """Contract: a command that is busy with the first signal, or has swallowed it, is ended by the second."""
     with started(sys.executable, "-c", STUBBORN) as process:
         says(process, "ready\n")
         process.send_signal(first)
@@ -207,7 +207,7 @@ except KeyboardInterrupt:
 
 
 def test_a_signal_while_an_object_is_made() -> None:
-    """Identity: that such an object cannot be deleted in good order is nothing that the user hears of."""
+    """Contract: that such an object cannot be deleted in good order is nothing that the user hears of."""
     with started(sys.executable, "-c", HALF_MADE) as process:
         says(process, "ready\n")
         process.send_signal(signal.SIGINT)
@@ -237,7 +237,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_while_an_object_is_deleted(number: signal.Signals) -> None:
-    """Identity: Python drops what is raised there, as in the tables of weak references of h5py; it is raised again."""
+    """Contract: Python drops what is raised there, as in the tables of weak references of h5py; it is raised again."""
     with started(sys.executable, "-c", DELETED) as process:
         says(process, "ready\n")
         process.send_signal(number)
@@ -246,7 +246,7 @@ def test_a_signal_while_an_object_is_deleted(number: signal.Signals) -> None:
 
 
 def test_a_signal_while_the_commands_are_loaded() -> None:
-    """Identity: no traceback, at whatever moment of the start."""
+    """Contract: no traceback, at whatever moment of the start."""
     code = "import sys; from scissordyn.cli import entry; sys.argv[1:] = ['laws']; print('ready', flush=True); entry.run()"
     for wait in (0.02, 0.1, 0.2, 0.3, 0.4):
         with started(sys.executable, "-c", code) as process:

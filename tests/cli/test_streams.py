@@ -25,7 +25,7 @@ def shell(command: str, folder: Path, **environment: str) -> subprocess.Complete
 
 @pytest.mark.parametrize("command", ["laws", "--help", "--version", "new ring"])
 def test_a_full_disk(command: str, tmp_path: Path) -> None:
-    """Identity: what cannot be printed is an error of one line with status 2."""
+    """Contract: what cannot be printed is an error of one line with status 2."""
     done = shell(f"{PROGRAM} {command} > /dev/full", tmp_path)
     assert done.returncode == 2
     assert done.stderr.decode().startswith("scissordyn: cannot write what is printed: No space left on device; allowed: ")
@@ -34,7 +34,7 @@ def test_a_full_disk(command: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["laws | head -1", "--help | head -1", "laws >&-", "laws >&- 2>&-"])
 def test_nobody_reads(command: str, tmp_path: Path) -> None:
-    """Identity: a pipe that is closed early and an output that is closed are no error."""
+    """Contract: a pipe that is closed early and an output that is closed are no error."""
     done = shell(f"{PROGRAM} {command}", tmp_path)
     assert done.returncode == 0
     assert done.stderr == b""
@@ -43,13 +43,13 @@ def test_nobody_reads(command: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("to", ["2> /dev/full", "2>&-"])
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_no_room_for_an_error(to: str, unbuffered: str, tmp_path: Path) -> None:
-    """Identity: the status says it, whether Python keeps what could not be written or not."""
+    """Contract: the status says it, whether Python keeps what could not be written or not."""
     assert shell(f"{PROGRAM} check nothing.toml {to}", tmp_path, PYTHONUNBUFFERED=unbuffered).returncode == 2
 
 
 @pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, ASCII])
 def test_ascii_terminals(environment: dict[str, str], tmp_path: Path) -> None:
-    """Identity: every letter of units is written in ASCII, and names of files as the bytes that they are."""
+    """Contract: every letter of units is written in ASCII, and names of files as the bytes that they are."""
     case = EXAMPLES / "paper.toml"
     changes = "--set 'run.until=0.1 ms' --samples 3"
     done = shell(f"{PROGRAM} run {case} {changes} -o é.nc && {PROGRAM} laws", tmp_path, **environment)

@@ -97,7 +97,7 @@ def test_numbers_without_end_are_refused(
 def test_names_with_equals_signs_can_be_varied(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Identity: the values follow the last equals sign, or one before a distribution; the address is named as a whole."""
+    """Contract: the values follow the last equals sign, or one before a distribution; the address is named as a whole."""
     from scissordyn.cli.sweep import addressed
 
     given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", "d=e.speed=normal(1, 0.1) rpm", "gravity=9, 10 m/s^2"]
@@ -121,7 +121,7 @@ def test_sizes_in_words() -> None:
 
 
 def test_one_at_a_time_takes_each_level_once() -> None:
-    """Identity: the base, then the levels of one factor after the other, whichever points are asked for."""
+    """Contract: the base, then the levels of one factor after the other, whichever points are asked for."""
     variations = [Levels((1.0, 2.0)), Interval(5.0, 7.0, count=3)]
     base = np.array([0.0, 4.0])
     whole = [[0, 4], [1, 4], [2, 4], [0, 5], [0, 6], [0, 7]]

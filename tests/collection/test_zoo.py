@@ -86,7 +86,7 @@ def test_woodpecker_descends_as_its_page_says_with_rigid_contact() -> None:
 
 
 def test_names_are_found_however_they_are_spelt() -> None:
-    """Identity: spaces, hyphens, underscores and capital letters make no difference; every sequence method agrees."""
+    """Contract: spaces, hyphens, underscores and capital letters make no difference; every sequence method agrees."""
     assert sd.zoo["flores slider-crank"].name == sd.zoo["Flores_Slider-Crank"].name == "flores-slider-crank"
     assert "Flores slider crank" in sd.zoo
     assert "slider" not in sd.zoo
@@ -221,7 +221,7 @@ def test_wrong_addresses_are_one_line(tmp_path: Path, old: str, new: str, said: 
 
 
 def test_a_wrong_number_is_not_met(tmp_path: Path) -> None:
-    """Identity: the comparison can fail."""
+    """Contract: the comparison can fail."""
     folder = made(tmp_path, "swing", DECLARED.replace('"-1 m"', '"-1.1 m"'))
     (found,) = read_entry(folder / "swing", "theirs").check()
     assert not found.met
@@ -256,7 +256,7 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_all_are_checked_without_a_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: a table for each mechanism, and status 3 where one number of one of them differs."""
+    """Contract: a table for each mechanism, and status 3 where one number of one of them differs."""
     right = read_entry(made(tmp_path, "swing", DECLARED) / "swing", "theirs")
     wrong = read_entry(made(tmp_path, "other", DECLARED.replace('"-1 m"', '"-1.1 m"')) / "other", "theirs")
     for entries, status in ((("peaucellier",), 0), (("peaucellier", "other"), 3)):

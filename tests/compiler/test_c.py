@@ -99,7 +99,7 @@ def test_the_kernel_of_an_element_is_the_same_in_c(name: str, pointer: int, row:
 
 
 def test_all_elements_are_compared() -> None:
-    """Identity."""
+    """Contract."""
     assert len(KERNELS) > 70
 
 
@@ -235,7 +235,7 @@ def write_arithmetic(i: int, j: int, x: float, y: float, out: F1) -> None:
 
 
 def test_operators_have_the_meaning_of_python() -> None:
-    """Identity: quotients and remainders of negative numbers, chains of comparisons, tuples, loops."""
+    """Contract: quotients and remainders of negative numbers, chains of comparisons, tuples, loops."""
     compiled = in_c(write_arithmetic)
     for i, j, x, y in ((7, 2, 0.3, 0.7), (-7, 2, 2.5, -0.4), (7, -2, -2.5, 0.4), (-3, -2, 1.0, 0.1), (2, 5, -0.2, 3.0)):
         out = np.zeros(6)
@@ -251,7 +251,7 @@ def write_numpy(x: float, y: float, out: F1) -> None:
 
 
 def test_numpy_has_its_meaning() -> None:
-    """Identity: functions of numbers, also of NaN."""
+    """Contract: functions of numbers, also of NaN."""
     compiled = in_c(write_numpy)
     for x, y in ((0.3, 0.7), (-2.0, 1.0), (0.0, -0.0), (math.nan, 1.0), (1.0, math.nan)):
         out, exact = np.zeros((2, 7))
@@ -265,7 +265,7 @@ def unknown(x):
 
 
 def test_what_is_not_translated_is_one_line() -> None:
-    """Identity: a kernel with a list is refused by its file, line and word."""
+    """Contract: a kernel with a list is refused by its file, line and word."""
     with pytest.raises(
         InputError, match=rf"{Path(__file__).name}:\d+: unknown: List in a kernel: \[x\].*; allowed: numbers"
     ) as error:

@@ -208,7 +208,7 @@ def shortened(x, y):
 
 
 def test_a_zero_with_derivatives_does_not_vanish() -> None:
-    """Identity: a product with a zero may be left out only where the zero does not change; comparisons are by value."""
+    """Contract: a product with a zero may be left out only where the zero does not change; comparisons are by value."""
     recipe = Recipe(shortened, ("q[0]", "p[0]"), ("out[0]", "out[1]"))
     values, slopes = with_derivatives(library_of([recipe])[recipe], np.zeros((4, 24)), np.full(1, 3.0), [(0, 0)])
     assert (values[:2].tolist(), slopes[:2, 0].tolist()) == ([0.0, 1.0], [3.0, 0.0])

@@ -148,13 +148,13 @@ def test_two_free_bodies(method: str) -> None:
 
 
 def test_free_angle_is_as_placed() -> None:
-    """Identity: without a free angle the bushing starts without torque."""
+    """Contract: without a free angle the bushing starts without torque."""
     run = sd.simulate(plate_on(Bushing("rubber", ("ground", "O"), ("plate", "eye"), torsional_stiffness=6.0)), until=0.1)
     np.testing.assert_allclose(run["bushing_torque"], 0.0, atol=1e-12)
 
 
 def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the table is the class; ``check`` names it; its variables have units."""
+    """Contract: the table is the class; ``check`` names it; its variables have units."""
     mechanism = read(tmp_path, CASE)
     assert mechanism.components == (Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **FULL),)
     assert "Bushing rubber." in checked(tmp_path, CASE, capsys)

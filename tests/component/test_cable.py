@@ -137,7 +137,7 @@ def test_a_stretched_start_is_taut() -> None:
 
 
 def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the table is the class; ``check`` names it; its variables have units."""
+    """Contract: the table is the class; ``check`` names it; its variables have units."""
     mechanism = read(tmp_path, CASE)
     assert mechanism.components == (Cable("rope", ("ground", "O"), ("ball", "centre"), 200.0, 0.5, 3.0),)
     assert "Cable rope." in checked(tmp_path, CASE, capsys)
@@ -150,7 +150,7 @@ def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_what_it_cannot_be() -> None:
-    """Identity: a cable without stiffness, or from a body to itself, is refused in one line."""
+    """Contract: a cable without stiffness, or from a body to itself, is refused in one line."""
     with pytest.raises(InputError, match=r"stiffness = 0.*must be a finite number >= 1e-30"):
         Cable("rope", ("ground", "O"), ("ball", "centre"), 0.0, 0.5)
     with pytest.raises(InputError, match="acts between body 'ball' and itself"):
@@ -158,7 +158,7 @@ def test_what_it_cannot_be() -> None:
 
 
 def test_a_cable_that_starts_taut() -> None:
-    """Identity: what acts from the start on has its event at t = 0, as the variable says."""
+    """Contract: what acts from the start on has its event at t = 0, as the variable says."""
     ball = sd.point_mass("ball", mass=MASS, position=(0.0, -FREE - 0.1))
     run = sd.simulate(
         Mechanism((ball,), components=(ROPE,), ground=(("O", (0.0, 0.0)),), gravity=GRAVITY),

@@ -81,7 +81,7 @@ def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int)
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the example of its page is read, checked, run, documented in the Dataset, saved, run again and drawn."""
+    """Contract: the example of its page is read, checked, run, documented in the Dataset, saved, run again and drawn."""
     declared = COMPONENTS[section].declaration
     text = example(section)
     mechanism = read(tmp_path, text)
@@ -103,7 +103,7 @@ def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_its_page(section: str) -> None:
-    """Identity: the page has the component's table, which is made from its declaration; text and class cite a source."""
+    """Contract: the page has the component's table, which is made from its declaration; text and class cite a source."""
     text = parts()[heading(section)]
     assert f"<!-- made from declarations: component {section} -->\n| key |" in text
     assert "\nSource: " in text
@@ -113,13 +113,13 @@ def test_its_page(section: str) -> None:
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_its_class_and_its_table(section: str) -> None:
-    """Identity: `sd` has the class, and the printed case file its table."""
+    """Contract: `sd` has the class, and the printed case file its table."""
     assert getattr(sd, COMPONENTS[section].__name__) is COMPONENTS[section]
     assert f"# [[{section}]]" in template("mechanism")
 
 
 def test_every_symbol_of_every_port_has_strokes() -> None:
-    """Identity: lines of two points or more, with the part of the distance first on a line; an arrow follows its force."""
+    """Contract: lines of two points or more, with the part of the distance first on a line; an arrow follows its force."""
     for port in (*PORTS.values(), ACTUATOR):
         for name, strokes in port.symbols.items():
             assert (len(strokes) == 0) == (name == "arrow")
@@ -127,7 +127,7 @@ def test_every_symbol_of_every_port_has_strokes() -> None:
 
 
 def test_a_new_component_has_every_face(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: ten lines in a file, and nothing else, make a table, a line of check, variables, and a picture."""
+    """Contract: ten lines in a file, and nothing else, make a table, a line of check, variables, and a picture."""
     (tmp_path / "paddle.py").write_text(TEN_LINES, encoding="utf-8")
     text = BASE + '\n[[component]]\ntype = "paddle.py:Paddle"\nname = "oar"\nbody = "crank"\ndrag = "0.2 N m s^2/rad^2"\n'
     mechanism = read(tmp_path, text)
@@ -144,7 +144,7 @@ def test_a_new_component_has_every_face(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_the_page_s_own_component(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the page's component of a user's own does what the page says, in a process that imports nothing else."""
+    """Contract: the page's component of a user's own does what the page says, in a process that imports nothing else."""
     text = parts()["A component of your own"]
     (code,), (added,) = snippets(text, "python"), snippets(text)
     (tmp_path / "rubber.py").write_text(code, encoding="utf-8")
@@ -161,7 +161,7 @@ def test_the_page_s_own_component(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_the_decorator_before_and_after_the_package(tmp_path: Path) -> None:
-    """Identity: `sd.component` is the decorator whether or not modules of the package of that name are imported."""
+    """Contract: `sd.component` is the decorator whether or not modules of the package of that name are imported."""
     lines = ["import scissordyn as sd", "import scissordyn.component.spring", TEN_LINES.strip(), "print(Paddle('a', 'b').drag)"]
     for order in (lines, [lines[0], *lines[2:]]):
         found = subprocess.run(

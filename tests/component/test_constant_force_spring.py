@@ -106,7 +106,7 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
 
 
 def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the table is the class; ``check`` names it; its variables have units."""
+    """Contract: the table is the class; ``check`` names it; its variables have units."""
     mechanism = read(tmp_path, CASE)
     assert mechanism.components == (spring(),)
     assert "Constant force spring reel." in checked(tmp_path, CASE, capsys)
@@ -119,6 +119,6 @@ def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_what_it_cannot_be() -> None:
-    """Identity: an uncoiling length of zero would be a jump of the force, and is refused."""
+    """Contract: an uncoiling length of zero would be a jump of the force, and is refused."""
     with pytest.raises(InputError, match="uncoiling_length must be a finite number >= 1e-12"):
         ConstantForceSpring("reel", ("ground", "O"), ("ball", "centre"), 1.0, 0.0)

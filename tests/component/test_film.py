@@ -277,7 +277,7 @@ def test_oil_softens_the_first_touch_and_is_said_to_be_thin() -> None:
 
 
 def test_peaks_are_found_within_the_steps() -> None:
-    """Identity: with few samples and with many the largest pressure, the least thickness and their instants are the same."""
+    """Contract: with few samples and with many the largest pressure, the least thickness and their instants are the same."""
     few, many = (sd.simulate(oiled(), until=0.01, samples=samples) for samples in (5, 20001))
     for name in ("film_least_thickness", "film_least_thickness_time", "film_peak_pressure", "film_peak_tension_time"):
         assert few[name].item() == pytest.approx(many[name].item(), rel=1e-6)
@@ -420,7 +420,7 @@ def test_walther() -> None:
 
 
 def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:
-    """Identity: a saved run with a function of the user's is drawn without it; the dashed line is at three roughnesses."""
+    """Contract: a saved run with a function of the user's is drawn without it; the dashed line is at three roughnesses."""
     (tmp_path / "own.py").write_text("def soft(indentation):\n    return 1e9 * indentation**1.5\n", encoding="utf-8")
     text = CASE.replace("{oil}", '{ viscosity = "50 mPa s", roughness = "2 um" }\nstiffness = { law = "own.py:soft" }')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")

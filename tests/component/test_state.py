@@ -66,7 +66,7 @@ def test_the_torque_is_right_at_any_stiffness(stiffness: float, tolerance: float
 
 
 def test_a_number_is_a_scale_too() -> None:
-    """Identity: a number in the place of the function of the part."""
+    """Contract: a number in the place of the function of the part."""
     one, other = (sd.simulate(turning(kind("creep", "rod", 1e6, 1.0)), until=0.1) for kind in (BY_TORQUE, BY_NUMBER))
     np.testing.assert_array_equal(one["by_torque_torque"], other["by_number_torque"])
 
@@ -90,7 +90,7 @@ def weights(*components: object) -> Tolerances:
 
 
 def test_each_state_is_weighed_alone() -> None:
-    """Identity: the tolerance times its own scale, whatever is beside it."""
+    """Contract: the tolerance times its own scale, whatever is beside it."""
     soft, stiff = BY_TORQUE("soft", "rod", 10.0, 1.0), BY_TORQUE("stiff", "rod", 1e7, 1.0)
     found = weights(soft, stiff)
     np.testing.assert_allclose(found.absolute, [1e-9 * TORQUE / 10.0, 1e-9 * TORQUE / 1e7], rtol=1e-14)
@@ -100,14 +100,14 @@ def test_each_state_is_weighed_alone() -> None:
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf"), "1 rad"])
 def test_a_scale_that_is_no_size(scale: object) -> None:
-    """Identity: what is no size is refused before the run, in one line."""
+    """Contract: what is no size is refused before the run, in one line."""
     part = creeping(sd.State("twist", "rad", scale=lambda part: scale), "odd")("creep", "rod", 1e6, 1.0)  # type: ignore[arg-type,return-value]
     with pytest.raises(InputError, match=r"'creep': the scale of its state 'twist' is .*finite number above zero \[rad\]"):
         sd.simulate(turning(part), until=0.1)
 
 
 def test_the_torque_of_an_integrator() -> None:
-    """Identity: weighed against 1 N m, in a small mechanism against its own torques m L a, not against 1 N m."""
+    """Contract: weighed against 1 N m, in a small mechanism against its own torques m L a, not against 1 N m."""
     for size, mass in ((1.0, 2.0), (1e-3, 1e-6)):
         bar = sd.bar("rod", length=size, mass=mass)
         pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
@@ -124,7 +124,7 @@ def test_the_torque_of_an_integrator() -> None:
 
 
 def test_the_states_of_friction_laws() -> None:
-    """Identity: as docs/decisions/0003 says, 100 times the tolerance of their size in steady sliding, in one group."""
+    """Contract: as docs/decisions/0003 says, 100 times the tolerance of their size in steady sliding, in one group."""
     law = sd.LuGre(0.05)
     arm = sd.scissor().with_clearance("all", sd.Clearance(2e-4, friction=law)).driven(speed=1.0)
     made = plan(arm)

@@ -167,7 +167,7 @@ def test_a_folded_start_deploys() -> None:
 
 
 def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the table is the class, with moments as with tables; ``check`` names it; its variables have units."""
+    """Contract: the table is the class, with moments as with tables; ``check`` names it; its variables have units."""
     mechanism = read(tmp_path, CASE)
     assert mechanism.components == (TAPE,)
     assert "Tape spring tape." in checked(tmp_path, CASE, capsys)

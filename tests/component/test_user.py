@@ -145,7 +145,7 @@ def test_case_file(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_a_file_with_postponed_annotations(tmp_path: Path) -> None:
-    """Identity: annotations that are evaluated later mean the same."""
+    """Contract: annotations that are evaluated later mean the same."""
     (tmp_path / "rubber.py").write_text("from __future__ import annotations\n" + RUBBER, encoding="utf-8")
     assert read(tmp_path, CASE).components[0].free_length == 0.1
 
@@ -177,7 +177,7 @@ def test_a_guard_is_located_as_in_the_package() -> None:
 
 
 def test_two_classes_in_one_mechanism() -> None:
-    """Identity: each class has its own variables, as if it were alone."""
+    """Contract: each class has its own variables, as if it were alone."""
     maxwell, rope = Maxwell("creep", *ENDS, 80.0, 20.0, 0.3), Rope("rope", *ENDS, 200.0, 0.45)
     run = sd.simulate(ball_on(maxwell, rope), until=0.2, **TIGHT)
     length = run["position"].sel(body="ball", axis="x").values
@@ -206,7 +206,7 @@ def weight(length, rate):
     ],
 )
 def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
-    """Identity: what does not fit together is refused where the class is defined, in one line."""
+    """Contract: what does not fit together is refused where the class is defined, in one line."""
     with pytest.raises(InputError, match=message):
 
         @sd.component(force=weight, **options)  # type: ignore[arg-type]
@@ -218,7 +218,7 @@ def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
 
 @pytest.mark.parametrize("section", ["spring", "time", "contact"])
 def test_a_section_that_is_taken(section: str) -> None:
-    """Identity: a section of the package, or a dimension of every run, is refused before the run."""
+    """Contract: a section of the package, or a dimension of every run, is refused before the run."""
 
     @sd.component(port="line", force=weight, section=section)
     class Part:
@@ -231,7 +231,7 @@ def test_a_section_that_is_taken(section: str) -> None:
 
 
 def test_no_file_no_class_no_component(tmp_path: Path) -> None:
-    """Identity: what a case file names must be a component in a file."""
+    """Contract: what a case file names must be a component in a file."""
     with pytest.raises(InputError, match=r"no file '.*rubber\.py'"):
         read(tmp_path, CASE)
     (tmp_path / "rubber.py").write_text("class RubberBand:\n    pass\n", encoding="utf-8")
@@ -240,7 +240,7 @@ def test_no_file_no_class_no_component(tmp_path: Path) -> None:
 
 
 def test_a_kernel_without_an_answer() -> None:
-    """Identity: a kernel that divides by zero where it starts is refused before the run."""
+    """Contract: a kernel that divides by zero where it starts is refused before the run."""
 
     def divided(length, rate):
         return 1.0 / (length - 0.5), 0.0, 0.0
@@ -335,7 +335,7 @@ def test_the_other_ports(method: str) -> None:
 
 
 def test_a_travel_needs_its_direction() -> None:
-    """Identity: the field is asked for where the class is defined."""
+    """Contract: the field is asked for where the class is defined."""
     with pytest.raises(InputError, match="has no field 'direction'"):
 
         @sd.component(port="travel", force=weight)

@@ -66,7 +66,7 @@ def test_paper_case_is_the_one_built_in_python() -> None:
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_examples_are_whole(path: Path) -> None:
-    """Identity: each example is read, is moved by something, and begins with what it is."""
+    """Contract: each example is read, is moved by something, and begins with what it is."""
     mechanism = read_case(path).mechanism
     assert mechanism.drives or mechanism.components
     assert path.read_text(encoding="utf-8").startswith("# ")
@@ -83,7 +83,7 @@ def test_the_slider_crank_meets_its_bearing_as_it_should() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind, table in STRUCTURES.items() if issubclass(table, BuiltTable)])
 def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
-    """Identity: keys and defaults of [structure] against the signature of the function, and a unit for every number."""
+    """Contract: keys and defaults of [structure] against the signature of the function, and a unit for every number."""
     table = STRUCTURES[kind]
     assert issubclass(table, BuiltTable)
     parameters = inspect.signature(table.function).parameters
@@ -95,14 +95,14 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
 
 
 def test_left_out_keys_take_the_defaults_of_the_model(tmp_path: Path) -> None:
-    """Identity: the shortest case file against the defaults in Python."""
+    """Contract: the shortest case file against the defaults in Python."""
     case = read_case(written(tmp_path, LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n'))
     assert case.mechanism == scissor().with_clearance("A", Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
 
 def test_laws_and_materials_by_name_and_by_table(tmp_path: Path) -> None:
-    """Identity: names, tables of parameters with units, and the restitution of the joint."""
+    """Contract: names, tables of parameters with units, and the restitution of the joint."""
     text = """
 [[clearance]]
 joint = "A"
@@ -159,7 +159,7 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str) -> None:
-    """Identity: the message names the file, or the line in it."""
+    """Contract: the message names the file, or the line in it."""
     (tmp_path / "motion.csv").write_text(content)
     with pytest.raises(InputError, match=r"drive\.table") as caught:
         read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n'))
@@ -222,7 +222,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
     ],
 )
 def test_bad_values_are_refused_with_their_place(change: str, place: str, says: str) -> None:
-    """Identity: the message names the file and the place, and says what is allowed."""
+    """Contract: the message names the file and the place, and says what is allowed."""
     path = EXAMPLES / "paper.toml"
     with pytest.raises(InputError) as caught:
         read_case(path, [change])
@@ -249,7 +249,7 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
     ],
 )
 def test_half_written_files_are_refused(tmp_path: Path, text: str, says: str) -> None:
-    """Identity: what is missing is named, with something to type."""
+    """Contract: what is missing is named, with something to type."""
     with pytest.raises(InputError) as caught:
         read_case(written(tmp_path, text))
     assert says in str(caught.value)
@@ -257,7 +257,7 @@ def test_half_written_files_are_refused(tmp_path: Path, text: str, says: str) ->
 
 
 def test_unreadable_files_are_refused(tmp_path: Path) -> None:
-    """Identity: no file, a folder, and bytes that are no text."""
+    """Contract: no file, a folder, and bytes that are no text."""
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     for path, says in (
         (tmp_path / "no.toml", "No such file"),
@@ -269,7 +269,7 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_law_in_the_users_own_file(tmp_path: Path) -> None:
-    """Identity: the file beside the case file is found wherever the command is given, and a missing function is named."""
+    """Contract: the file beside the case file is found wherever the command is given, and a missing function is named."""
     (tmp_path / "my_laws.py").write_text("def soft(indentation):\n    return 1e8 * indentation\n")
     text = LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = "my_laws.py:soft"\n'
     gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
@@ -292,7 +292,7 @@ def test_own_law_with_constants(tmp_path):
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, known in BY_KIND.items() for name in known])
 def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path, kind: str, name: str) -> None:
-    """Identity: by its name, and by a table with each of its defaults written out."""
+    """Contract: by its name, and by a table with each of its defaults written out."""
     text = LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\n{kind} = "{name}"\n'
     gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
     assert getattr(gap, kind) == BY_KIND[kind][name]()
@@ -307,7 +307,7 @@ def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path
 
 
 def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
-    """Identity: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
+    """Contract: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
     slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
     table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
     end = '[run]\nuntil = "1 ms"\n'
@@ -328,7 +328,7 @@ def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
 
 
 def test_addresses_reach_what_the_file_makes() -> None:
-    """Identity: the addresses of Python and of studies change a case too, by the names of parts, with units."""
+    """Contract: the addresses of Python and of studies change a case too, by the names of parts, with units."""
     path = EXAMPLES / "paper.toml"
     case = read_case(path, ["A.clearance=0.2 mm", "unit 1/bar 2.mass=6 kg", "body.slider.mass=4 kg", "drive.speed=100 rpm"])
     assert case.mechanism.joint("A").clearance.clearance == pytest.approx(2e-4, rel=1e-15)

@@ -64,7 +64,7 @@ def assert_survives(described: sd.Mechanism | Case, path: Path) -> Case:
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example(example: Path, tmp_path: Path) -> None:
-    """Identity: the case, and every number of a short simulation of it."""
+    """Contract: the case, and every number of a short simulation of it."""
     case = sd.read_case(example, ["run.trust=false"])
     found = assert_survives(case, tmp_path / "case.toml")
     assert found.mechanism.to_case(found.run) == case.mechanism.to_case(case.run)
@@ -89,7 +89,7 @@ BUILT = {
 
 @pytest.mark.parametrize("kind", BUILT)
 def test_every_generator(kind: str, tmp_path: Path) -> None:
-    """Identity: what the generators build, with payloads, panels and clearance at all joints or at one."""
+    """Contract: what the generators build, with payloads, panels and clearance at all joints or at one."""
     made = BUILT[kind]()
     assert_survives(made, tmp_path / "case.toml")
     first = made.joints[0].name
@@ -252,7 +252,7 @@ def cases(described: type) -> Iterator[sd.Mechanism]:
 
 @pytest.mark.parametrize("described", LISTS, ids=lambda described: described.__name__)
 def test_every_class_and_field_of_a_description(described: type, tmp_path: Path) -> None:
-    """Identity: every part with every field, law, material, controller and time function, as the catalogues list them."""
+    """Contract: every part with every field, law, material, controller and time function, as the catalogues list them."""
     for mechanism in cases(described):
         found = instance(CaseTable, tomllib.loads(mechanism.to_case()), {"folder": tmp_path}).case().mechanism
         assert found == mechanism
@@ -260,7 +260,7 @@ def test_every_class_and_field_of_a_description(described: type, tmp_path: Path)
 
 
 def test_what_is_tried_is_what_is_declared() -> None:
-    """Identity: all classes of the catalogues are among the parts that were tried, but those of functions in files."""
+    """Contract: all classes of the catalogues are among the parts that were tried, but those of functions in files."""
     listed = {kind for kinds in PLUGINS.values() for kind in kinds}
     tried, waiting = set[type](), [part for kind in LISTS for part in instances(kind)]
     while waiting:
@@ -274,7 +274,7 @@ def test_what_is_tried_is_what_is_declared() -> None:
 
 
 def test_every_field_of_mechanism_and_options(tmp_path: Path) -> None:
-    """Identity: gravity, input and output body, ground points; all options."""
+    """Contract: gravity, input and output body, ground points; all options."""
     base = parts_only()
     for values in (
         {"gravity": 3.71, "gravity_direction": 0.1},
@@ -294,7 +294,7 @@ def test_every_field_of_mechanism_and_options(tmp_path: Path) -> None:
 
 
 def test_components_keep_their_order(tmp_path: Path) -> None:
-    """Identity: kinds that alternate are written in the one list that keeps the order of kinds."""
+    """Contract: kinds that alternate are written in the one list that keeps the order of kinds."""
     one = sd.Spring("one", ("crank", "end"), ("ground", "O"), 100.0)
     two = sd.Torque("two", "crank", torque=3.0)
     servo = parts_only().controlled(sd.PID(3.0), body="rod", sensor=("rod", "end")).components[0]
@@ -344,7 +344,7 @@ class Rubber:
 
 
 def test_functions_and_components_of_the_users_own(tmp_path: Path) -> None:
-    """Identity: they are written by the name of their file, relative to the case file if it lies beside it."""
+    """Contract: they are written by the name of their file, relative to the case file if it lies beside it."""
     near, far = tmp_path / "own.py", tmp_path / "elsewhere"
     far.mkdir()
     near.write_text(OWN, encoding="utf-8")
@@ -368,7 +368,7 @@ def test_functions_and_components_of_the_users_own(tmp_path: Path) -> None:
 
 
 def test_a_file_named_from_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: its name becomes absolute; all else is the same."""
+    """Contract: its name becomes absolute; all else is the same."""
     (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.UserElastic("own.py:soft", (1e7,))))
@@ -416,7 +416,7 @@ def nothing() -> Any:
     ],
 )
 def test_what_cannot_be_written(mechanism: Any, says: str, tmp_path: Path) -> None:
-    """Identity: an error of one line, and no file."""
+    """Contract: an error of one line, and no file."""
     with pytest.raises(InputError) as error:
         sd.write_case(mechanism(), tmp_path / "case.toml")
     assert says in str(error.value)
@@ -425,7 +425,7 @@ def test_what_cannot_be_written(mechanism: Any, says: str, tmp_path: Path) -> No
 
 
 def test_only_own_files_are_replaced(tmp_path: Path) -> None:
-    """Identity: a case file that somebody wrote, also one that `scissordyn new` printed, is not overwritten; our own is."""
+    """Contract: a case file that somebody wrote, also one that `scissordyn new` printed, is not overwritten; our own is."""
     path = tmp_path / "case.toml"
     for text in (template("scissor"), "notes\n", "# A case"):
         path.write_text(text, encoding="utf-8")
@@ -462,7 +462,7 @@ def test_units_as_people_write_them(value: float, unit: str, text: str) -> None:
 
 
 def test_any_number_survives() -> None:
-    """Identity: random floats of all magnitudes, to the last bit, in every unit that is abbreviated and some others."""
+    """Contract: random floats of all magnitudes, to the last bit, in every unit that is abbreviated and some others."""
     generator = np.random.default_rng(7)
     words = generator.integers(0, 2**63, 4000, dtype=np.int64).view(np.float64)
     for unit in ("m", "s", "m/s", "rad", "rad/s", "Pa", "N", "kg m^2", "N m s/rad"):
@@ -472,7 +472,7 @@ def test_any_number_survives() -> None:
 
 
 def test_the_text_is_toml_with_a_run() -> None:
-    """Identity: what `to_case` returns can be read by itself, and says its options."""
+    """Contract: what `to_case` returns can be read by itself, and says its options."""
     text = sd.scissor(units=1).driven(speed=sd.rpm(150)).to_case(Options(0.1, samples=11))
     assert 'speed = "150 rpm"' in text
     assert text.endswith('[run]\nuntil = "0.1 s"\nsamples = 11\n')

@@ -39,7 +39,7 @@ def tree() -> dict[str, Any]:
     ],
 )
 def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], value: object) -> None:
-    """Identity: the value at the path, everything else and the original as they were."""
+    """Contract: the value at the path, everything else and the original as they were."""
     before = tree()
     found: Any = changed(before, [change])
     for key in path:
@@ -49,7 +49,7 @@ def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], 
 
 
 def test_later_changes_see_earlier_ones() -> None:
-    """Identity: two changes of one value."""
+    """Contract: two changes of one value."""
     assert changed(tree(), ["drive.speed=1 rpm", "drive.speed=2 rpm"])["drive"]["speed"] == "2 rpm"
 
 
@@ -68,7 +68,7 @@ def test_later_changes_see_earlier_ones() -> None:
     ],
 )
 def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:
-    """Identity: the message quotes the change."""
+    """Contract: the message quotes the change."""
     with pytest.raises(InputError, match="--set") as caught:
         changed(tree(), [change])
     assert says in str(caught.value)

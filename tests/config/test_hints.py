@@ -11,10 +11,10 @@ from scissordyn.errors import did_you_mean
     [("revolute", "joint"), ("gas_spring", "spring"), ("damper", "spring"), ("cylinder", "rod"), ("prismatic", "guide")],
 )
 def test_words_of_the_field(word: str, part: str) -> None:
-    """Identity: a word of the field leads to the part that does it."""
+    """Contract: a word of the field leads to the part that does it."""
     assert did_you_mean(word, PARTS) == f" (did you mean '{part}'?)"
 
 
 def test_no_hint_where_there_is_no_such_part() -> None:
-    """Identity: a similar name of another thing is no hint."""
+    """Contract: a similar name of another thing is no hint."""
     assert did_you_mean("gear", PARTS) == ""

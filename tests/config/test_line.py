@@ -65,12 +65,12 @@ LEAST = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'
     ],
 )
 def test_the_line_of_a_place(place: tuple[int | str, ...], line: int) -> None:
-    """Identity: counted by hand, past texts over lines, lists over lines, comments, dotted keys and tables of a list."""
+    """Contract: counted by hand, past texts over lines, lists over lines, comments, dotted keys and tables of a list."""
     assert line_of(TEXT, place) == line
 
 
 def test_an_address_names_tables_as_the_option_set_does() -> None:
-    """Identity: a table of a list by its name, without a name by its position, counted from one."""
+    """Contract: a table of a list by its name, without a name by its position, counted from one."""
     tree = tomllib.loads(TEXT)
     assert address(tree, ("clearance", 0, "friction", "kinetic")) == "clearance.A.friction.kinetic"
     assert address(tree, ("clearance", 1)) == "clearance.B.1"
@@ -96,7 +96,7 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
     ],
 )
 def test_messages_say_the_line(tmp_path: Path, text: str, says: str) -> None:
-    """Identity: the line of the key, or that of its table where the key is missing."""
+    """Contract: the line of the key, or that of its table where the key is missing."""
     (tmp_path / "case.toml").write_text(text)
     with pytest.raises(InputError) as caught:
         read_case(tmp_path / "case.toml")
@@ -104,7 +104,7 @@ def test_messages_say_the_line(tmp_path: Path, text: str, says: str) -> None:
 
 
 def test_a_value_from_the_command_line_has_no_line(tmp_path: Path) -> None:
-    """Identity: the file does not hold it."""
+    """Contract: the file does not hold it."""
     (tmp_path / "case.toml").write_text(LEAST)
     with pytest.raises(InputError) as caught:
         read_case(tmp_path / "case.toml", ["structure.angle=30 m"])
@@ -112,7 +112,7 @@ def test_a_value_from_the_command_line_has_no_line(tmp_path: Path) -> None:
 
 
 def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path) -> None:
-    """Identity: a shell empties the file that it writes to, so only a name that is free is proposed."""
+    """Contract: a shell empties the file that it writes to, so only a name that is free is proposed."""
     (tmp_path / "case.toml").write_text("[structure\n")
     with pytest.raises(InputError) as caught:
         read_case(tmp_path / "case.toml")
@@ -123,7 +123,7 @@ def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path) -> None
 
 
 def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
-    """Identity: the mark that some editors put first changes nothing."""
+    """Contract: the mark that some editors put first changes nothing."""
     (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + LEAST.encode())
     assert read_case(tmp_path / "case.toml").run.until == 1e-3
 
@@ -141,7 +141,7 @@ def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
     ],
 )
 def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: str) -> None:
-    """Identity: a study file is read as a case file is."""
+    """Contract: a study file is read as a case file is."""
     path = tmp_path / "study.toml"
     path.write_text(text)
     with pytest.raises(InputError) as caught:

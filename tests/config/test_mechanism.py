@@ -229,7 +229,7 @@ def test_every_motion_can_be_written(tmp_path: Path, motion: str, wanted: object
     ],
 )
 def test_every_time_function_of_a_load_can_be_written(tmp_path: Path, time_function: str, wanted: object) -> None:
-    """Identity: factors are plain numbers, in the file and in a file beside it."""
+    """Contract: factors are plain numbers, in the file and in a file beside it."""
     (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
     text = CASE.replace('polynomial = [1, "0.5 1/s"]', time_function)
     torque = read_case(written(tmp_path, text)).mechanism.components[3]
@@ -238,7 +238,7 @@ def test_every_time_function_of_a_load_can_be_written(tmp_path: Path, time_funct
 
 
 def test_several_drives(tmp_path: Path) -> None:
-    """Identity: one for each body, the first for the input body; they are found by their body from the command line."""
+    """Contract: one for each body, the first for the input body; they are found by their body from the command line."""
     text = CASE.replace('[drive]\nspeed = "30 rpm"', '[[drive]]\nspeed = "30 rpm"\n[[drive]]\nbody = "tool"\nspeed = "60 rpm"')
     path = written(tmp_path, text)
     drives = (Drive("crank", ConstantSpeed(math.pi)), Drive("tool", ConstantSpeed(2.0 * math.pi)))
@@ -250,7 +250,7 @@ def test_several_drives(tmp_path: Path) -> None:
 
 
 def test_parts_are_added_to_any_structure(tmp_path: Path) -> None:
-    """Identity: a payload welded to an array, a spring between its bars, and the array as it was."""
+    """Contract: a payload welded to an array, a spring between its bars, and the array as it was."""
     text = """
 [structure]
 kind = "scissor"
@@ -280,7 +280,7 @@ until = "1 ms"
 
 
 def test_patterns_give_clearance_to_several_joints(tmp_path: Path) -> None:
-    """Identity: all pivots, of which the last table that names one has the last word."""
+    """Contract: all pivots, of which the last table that names one has the last word."""
     text = """
 [structure]
 kind = "mast"
@@ -354,7 +354,7 @@ until = "1 ms"
     ],
 )
 def test_bad_parts_are_refused_with_their_place(tmp_path: Path, change: str, place: str, says: str) -> None:
-    """Identity: one line with the place in the file, the body and the joint."""
+    """Contract: one line with the place in the file, the body and the joint."""
     path = written(tmp_path, CASE)
     with pytest.raises(InputError) as caught:
         read_case(path, [change])
@@ -366,14 +366,14 @@ def test_bad_parts_are_refused_with_their_place(tmp_path: Path, change: str, pla
 
 
 def test_a_mechanism_without_bodies_is_refused(tmp_path: Path) -> None:
-    """Identity: said in one line."""
+    """Contract: said in one line."""
     text = '[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n'
     with pytest.raises(InputError, match="a mechanism without bodies"):
         read_case(written(tmp_path, text))
 
 
 def test_parts_of_the_template_can_be_put_in(tmp_path: Path) -> None:
-    """Identity: spring, load and motor of the printed case, which are shown as comments, become part of it."""
+    """Contract: spring, load and motor of the printed case, which are shown as comments, become part of it."""
     text, active = template("mechanism"), list[str]()
     for block in text.split("\n\n"):
         shown = any(f"[[{name}]]" in block for name in ("spring", "torsion_spring", "force", "torque", "motor"))
@@ -463,7 +463,7 @@ start = "static"
 
 
 def test_links_latches_and_stops(tmp_path):
-    """Identity: connections and stops in a file, in SI units."""
+    """Contract: connections and stops in a file, in SI units."""
     path = tmp_path / "connections.toml"
     path.write_text(CONNECTIONS)
     case = read_case(path)

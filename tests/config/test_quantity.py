@@ -79,7 +79,7 @@ def test_text_becomes_si(text: str, unit: str, value: float) -> None:
     ],
 )
 def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) -> None:
-    """Identity: each refusal names its reason and what is allowed."""
+    """Contract: each refusal names its reason and what is allowed."""
     with pytest.raises(InputError, match="allowed: a finite number") as caught:
         read_quantity(text, Quantity(unit))
     assert reason in str(caught.value)
@@ -88,12 +88,12 @@ def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) ->
 @pytest.mark.parametrize("unit", [*FAMILIAR, "kg", "1/m", "s/m", "m/s^2"])
 @given(st.floats(min_value=-1e5, max_value=1e5))
 def test_what_is_written_can_be_read(unit: str, value: float) -> None:
-    """Identity: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
+    """Contract: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
     assert read_quantity(written(value, unit), Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
 
 
 def test_a_number_is_written_in_a_familiar_unit() -> None:
-    """Identity: the examples that the messages show."""
+    """Contract: the examples that the messages show."""
     assert [written(0.5e-3, "m"), written(2.0, "m"), written(0.05, "s")] == ["0.5 mm", "2 m", "50 ms"]
     assert [written(rpm(150.0), "rad/s"), written(degrees(30.0), "rad"), written(0.9, "1")] == ["150 rpm", "30 deg", "0.9"]
 
@@ -108,7 +108,7 @@ def test_a_number_is_written_in_a_familiar_unit() -> None:
     ],
 )
 def test_an_example_is_allowed(quantity: Quantity) -> None:
-    """Identity: the example in a message is accepted."""
+    """Contract: the example in a message is accepted."""
     text = example(quantity)
     assert quantity.admits(read_quantity(float(text) if quantity.unit == "1" else text, quantity))
 
@@ -155,6 +155,6 @@ def test_usual_units_are_those_of_the_registry(unit: str, target: str) -> None:
 
 @pytest.mark.parametrize("unit", ["Grad", "Mdeg", "Grad/s"])
 def test_an_angle_has_no_large_prefix(unit):
-    """Identity: "Grad", a degree in German, is no gigaradian."""
+    """Contract: "Grad", a degree in German, is no gigaradian."""
     with pytest.raises(InputError, match="did you mean 'deg'"):
         read_quantity(f"30 {unit}", Quantity("rad/s" if "/" in unit else "rad"))

@@ -49,24 +49,24 @@ def of_studies():
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_case_of_the_repository_is_valid(of_cases, path):
-    """Identity: what the program reads, the schema takes."""
+    """Contract: what the program reads, the schema takes."""
     assert not list(of_cases.iter_errors(tomllib.loads(path.read_text(encoding="utf-8"))))
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.name)
 def test_every_study_of_the_repository_is_valid(of_studies, path):
-    """Identity: what the program reads, the schema takes."""
+    """Contract: what the program reads, the schema takes."""
     assert not list(of_studies.iter_errors(tomllib.loads(path.read_text(encoding="utf-8"))))
 
 
 @pytest.mark.parametrize("kind", STRUCTURES)
 def test_what_new_prints_is_valid(of_cases, kind):
-    """Identity: a printed case of each structure."""
+    """Contract: a printed case of each structure."""
     assert not list(of_cases.iter_errors(tomllib.loads(template(kind))))
 
 
 def test_samples_of_every_key_are_valid(of_cases):
-    """Identity: the example that help shows for each key of each table is one that the schema takes."""
+    """Contract: the example that help shows for each key of each table is one that the schema takes."""
     definitions, checked = of_cases.schema["definitions"], 0
     for section, part in PARTS.items():
         table = part.table
@@ -98,7 +98,7 @@ def _walk(schema):
 
 
 def test_every_key_says_what_it_is(of_cases):
-    """Identity: editors show a description of every key of structures, parts and options."""
+    """Contract: editors show a description of every key of structures, parts and options."""
     tables = [
         name for name in of_cases.schema["definitions"] if name in ("scissor", "four_bar", "Options", "Body", "Clearance")
     ]
@@ -187,7 +187,7 @@ def spoilt(name, place, value):
 
 @pytest.mark.parametrize(("name", "place", "value"), WRONG, ids=lambda each: str(each)[:30])
 def test_wrong_files_are_refused(of_cases, name, place, value):
-    """Identity: the schema and the program refuse each of fifty files with one fault, and the schema says where."""
+    """Contract: the schema and the program refuse each of fifty files with one fault, and the schema says where."""
     tree = spoilt(name, place, value)
     errors = list(of_cases.iter_errors(tree))
     assert errors
@@ -198,7 +198,7 @@ def test_wrong_files_are_refused(of_cases, name, place, value):
 
 
 def test_there_are_fifty():
-    """Identity: as many as are claimed."""
+    """Contract: as many as are claimed."""
     assert len(WRONG) >= 50
 
 
@@ -214,7 +214,7 @@ def test_there_are_fifty():
     ],
 )
 def test_wrong_studies_are_refused(of_studies, key, value):
-    """Identity: the schema and the program refuse studies with one fault."""
+    """Contract: the schema and the program refuse studies with one fault."""
     tree = tomllib.loads((ROOT / "examples/studies/solar_array.toml").read_text(encoding="utf-8"))
     if value is None:
         del tree[key]
@@ -231,7 +231,7 @@ COMPOSED = "N/m,kN/mm,N m,N*m,N m s/rad,kg m^2,kg*m**2,mm²,1/s,m/s^2,N/(m/s),kg
 
 @pytest.mark.parametrize("unit", sorted({*SI_UNITS, "m"} - {"1"}))
 def test_patterns_take_every_unit_that_fits(unit):
-    """Identity: of many units a pattern takes those that the program converts, and of single ones no other."""
+    """Contract: of many units a pattern takes those that the program converts, and of single ones no other."""
     pattern = re.compile(quantity_pattern(unit))
     for typed in (*UNITS, *COMPOSED):
         try:
@@ -248,7 +248,7 @@ def test_patterns_take_every_unit_that_fits(unit):
 
 
 def test_command_prints_and_writes(tmp_path):
-    """Identity: the command writes what the function gives, and no other kind of file."""
+    """Contract: the command writes what the function gives, and no other kind of file."""
     from scissordyn.cli.main import status_of
 
     path = tmp_path / "study.json"

@@ -43,7 +43,7 @@ def test_template_is_the_paper_case(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", TEMPLATES)
 def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
-    """Identity: each printed case is read, assembled and runs a few steps to its end."""
+    """Contract: each printed case is read, assembled and runs a few steps to its end."""
     path = tmp_path / "case.toml"
     path.write_text(template(kind), encoding="utf-8")
     case = read_case(path, ["run.until=0.1 ms", "run.samples=3"])
@@ -53,7 +53,7 @@ def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", TEMPLATES)
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
-    """Identity: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
+    """Contract: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
     tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Options, until="50 ms")]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
@@ -69,7 +69,7 @@ def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", TEMPLATES)
 def test_keys_left_out_can_be_put_in(kind: str) -> None:
-    """Identity: a commented key is valid TOML once its mark is taken away."""
+    """Contract: a commented key is valid TOML once its mark is taken away."""
     keys = {key for name in CaseTable.model_fields if name in PARTS for key in PARTS[name].table.model_fields}
     keys |= {*DriveTable.model_fields, *ClearanceTable.model_fields, *STRUCTURES[kind].model_fields}
     lines = [line[2:] for line in template(kind).splitlines() if line.startswith("# ") and line[2:].split(" = ")[0] in keys]
@@ -104,7 +104,7 @@ def test_structures_of_the_templates_are_the_defaults(tmp_path: Path, kind: str)
 
 
 def test_unknown_structures_are_refused() -> None:
-    """Identity: with the name that was meant."""
+    """Contract: with the name that was meant."""
     with pytest.raises(InputError, match="did you mean 'scissor'"):
         template("scisor")
 
@@ -112,7 +112,7 @@ def test_unknown_structures_are_refused() -> None:
 @pytest.mark.parametrize("kind", TEMPLATES)
 @pytest.mark.parametrize("part", FURTHER)
 def test_every_structure_has_every_part(tmp_path: Path, kind: str, part: str) -> None:
-    """Identity: the file is read, has the part, and its move is carried out with ideal joints."""
+    """Contract: the file is read, has the part, and its move is carried out with ideal joints."""
     path, asked = tmp_path / "case.toml", ["servo", "latch"] if part == "latch" else [part]
     if (kind, part) == ("slider-crank", "rod"):
         with pytest.raises(InputError, match="cannot drive this structure at its start"):
@@ -138,7 +138,7 @@ def test_every_structure_has_every_part(tmp_path: Path, kind: str, part: str) ->
 
 @pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "four-bar"])
 def test_a_printed_servo_follows_its_reference(tmp_path: Path, kind: str) -> None:
-    """Identity: with the gains that are printed, and a payload, the move ends where it should, within the servo's limit."""
+    """Contract: with the gains that are printed, and a payload, the move ends where it should, within the servo's limit."""
     path = tmp_path / "case.toml"
     path.write_text(template(kind, ["servo", "tip", "payload"]), encoding="utf-8")
     case = read_case(path)
@@ -179,7 +179,7 @@ def test_a_printed_servo_has_the_natural_frequency_that_is_said() -> None:
     ],
 )
 def test_parts_that_cannot_be_are_refused(parts: list[str], changes: list[str], said: str) -> None:
-    """Identity: one line that says what to type."""
+    """Contract: one line that says what to type."""
     with pytest.raises(InputError, match=re.escape(said)):
         template("scissor", parts, changes)
 

@@ -62,7 +62,7 @@ def test_one_table(tmp_path):
 
 
 def test_several_tables(tmp_path):
-    """Identity: [[control]] stacks actuators; a reference of its own replaces the drive's."""
+    """Contract: [[control]] stacks actuators; a reference of its own replaces the drive's."""
     read = case(
         tmp_path,
         '[[control]]\nname = "servo"\ncontroller = { name = "pid", proportional = "2e4 N m/rad" }\n'
@@ -76,7 +76,7 @@ def test_several_tables(tmp_path):
 
 
 def test_own_file(tmp_path):
-    """Identity: a controller in the user's own file, beside the case."""
+    """Contract: a controller in the user's own file, beside the case."""
     names = "t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque"
     (tmp_path / "mine.py").write_text(f"def steer({names}):\n    return 2e4 * error - 10.0 * delayed\n")
     read = case(tmp_path, '[control]\ncontroller = { name = "mine.py:steer", delay = "5 ms", recorded = "error" }')
@@ -96,13 +96,13 @@ def test_own_file(tmp_path):
     ],
 )
 def test_errors(tmp_path, control, words):
-    """Identity: what is wrong is named with its place."""
+    """Contract: what is wrong is named with its place."""
     with pytest.raises(sd.InputError, match=words):
         case(tmp_path, control)
 
 
 def test_catalogue_on_the_command_line(capsys):
-    """Identity: the list names every controller; one is shown with its parameters; an unknown one is refused."""
+    """Contract: the list names every controller; one is shown with its parameters; an unknown one is refused."""
     assert status_of(["controllers"]) == 0
     listed = capsys.readouterr().out
     assert all(name in listed for name in ("pid", "feed-forward", "pyragas", "extended", "none"))

@@ -136,7 +136,7 @@ def test_odd_number_limitation(gain):
 
 
 def test_extended_without_memory_is_pyragas():
-    """Identity: with R = 0 the extended feedback is Pyragas's, to the last bit."""
+    """Contract: with R = 0 the extended feedback is Pyragas's, to the last bit."""
     pair = Pyragas(0.5, 0.2, onset=0.0), ExtendedDelayedFeedback(0.5, 0.2, 0.0, onset=0.0)
     runs = [sd.simulate(turning(spin=1.0).controlled(PID(18.0)).controlled(law), until=1.0, samples=101) for law in pair]
     assert np.array_equal(runs[0]["angle"].values, runs[1]["angle"].values)
@@ -157,7 +157,7 @@ def recursion_error(limit):
 
 
 def test_onset_limit_and_record():
-    """Identity: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
+    """Contract: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
     run = extended(0.4)
     torque, t = run["control_torque"][:, 1].values, run["time"].values
     assert np.all(torque[t < 0.5 - 1e-9] == 0.0)
@@ -168,7 +168,7 @@ def test_onset_limit_and_record():
 
 
 def test_every_recorded_signal_has_its_unit():
-    """Identity: signals of different kinds are variables of their own with units that pint reads, NaN at the other actuator."""
+    """Contract: signals of different kinds are variables of their own with units that pint reads, NaN at the other actuator."""
     law = Pyragas(0.5, 0.2, onset=0.0)
     both = turning(spin=1.0).controlled(law).controlled(dataclasses.replace(law, recorded="error"), name="second")
     run = sd.simulate(both, until=0.1, samples=3)

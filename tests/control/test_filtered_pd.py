@@ -35,7 +35,7 @@ def test_a_linear_loop(method: str) -> None:
 
 
 def test_its_limit() -> None:
-    """Identity: the torque is cut off either way, while the filter goes on."""
+    """Contract: the torque is cut off either way, while the filter goes on."""
     run = sd.simulate(held(FilteredPD(PROPORTIONAL, DERIVATIVE, TIME, limit=3.0), 0.2), until=1.0, samples=201)
     wanted = PROPORTIONAL * run["control_error"] + DERIVATIVE * run["filtered_rate"]
     np.testing.assert_allclose(run["control_torque"], np.clip(wanted, -3.0, 3.0), rtol=1e-12)

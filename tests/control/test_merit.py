@@ -87,7 +87,7 @@ def test_control_keeps_contact(disturbed_array, ideal):
 
 
 def test_errors(ideal):
-    """Identity: runs that do not fit are refused."""
+    """Contract: runs that do not fit are refused."""
     with pytest.raises(sd.InputError, match="without a drive"):
         figures_of_merit(sd.simulate(sd.scissor(units=1), until=0.01, samples=3), ideal)
     with pytest.raises(sd.InputError, match="fewer than two samples"):

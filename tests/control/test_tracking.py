@@ -133,7 +133,7 @@ def test_feedback_is_a_hinge_spring():
 
 
 def test_actuators_add_up():
-    """Identity: two actuators of half the gain are one of the whole gain."""
+    """Contract: two actuators of half the gain are one of the whole gain."""
     reference = Harmonic(0.3, 0.2, 5.0)
     whole = sd.simulate(hanging().controlled(PID(50.0, 4.0), reference=reference), until=1.0, **TIGHT)
     half = hanging().controlled(PID(25.0, 2.0), reference=reference).controlled(PID(25.0, 2.0), reference=reference)
@@ -154,7 +154,7 @@ def test_rotor_counts():
 
 
 def test_no_control_is_no_torque():
-    """Identity: with the controller 'none' the bar falls as it does alone."""
+    """Contract: with the controller 'none' the bar falls as it does alone."""
     alone = sd.simulate(hanging(gravity=9.81), until=1.0, **TIGHT)
     left = sd.simulate(hanging(gravity=9.81).controlled(NoControl()), until=1.0, **TIGHT)
     assert np.allclose(alone["angle"], left["angle"], atol=1e-10)
@@ -221,7 +221,7 @@ def test_replay():
 
 
 def test_catalogue():
-    """Identity: every controller of the folders keeps the contract."""
+    """Contract: every controller of the folders keeps the contract."""
     made = {"pid": PID(1.0), "feed-forward": FeedForward(), "none": NoControl()}
     made |= {name: CONTROLLERS[name](1.0, 0.5) for name in ("filtered-pd", "pyragas", "extended")}
     assert set(made) == set(CONTROLLERS)
@@ -249,6 +249,6 @@ def test_catalogue():
     ],
 )
 def test_errors(make, words):
-    """Identity: wrong input is refused with its name."""
+    """Contract: wrong input is refused with its name."""
     with pytest.raises(sd.InputError, match=words):
         make()

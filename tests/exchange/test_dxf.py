@@ -76,7 +76,7 @@ def test_bars_that_cross_are_joined_where_a_point_is_drawn():
 
 
 def test_ends_that_nearly_meet_or_touch_a_bar_are_named():
-    """Identity: what is not joined is said."""
+    """Contract: what is not joined is said."""
     document, space = drawing()
     space.add_line((0, 0), (100, 0))
     space.add_line((100.02, 0), (100, 80))
@@ -124,14 +124,14 @@ def arcs_only():
     ],
 )
 def test_what_is_no_linkage_is_one_line(content, options, said):
-    """Identity: the error names what came."""
+    """Contract: the error names what came."""
     with pytest.raises(InputError, match=said) as error:
         sd.read_dxf(content, **options)
     assert "\n" not in str(error.value)
 
 
 def test_a_file_without_a_header_has_no_unit():
-    """Identity: the unit of the library's new documents is none of the file."""
+    """Contract: the unit of the library's new documents is none of the file."""
     content = "0 SECTION 2 ENTITIES 0 LINE 8 0 10 0 20 0 11 80 21 60 0 ENDSEC 0 EOF ".replace(" ", "\n")
     with pytest.raises(InputError, match="without a unit of length"):
         sd.read_dxf(content)

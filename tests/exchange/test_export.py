@@ -105,7 +105,7 @@ def test_the_ideal_mechanism_moves_the_same_in_mujoco(made, allowed):
 
 
 def test_drives_and_components_are_named_and_a_rod_is_refused():
-    """Identity: what MJCF does not hold is said; the speed of a drive is kept at the start."""
+    """Contract: what MJCF does not hold is said; the speed of a drive is kept at the start."""
     model = mjcf(arm().driven(speed=sd.rpm(150)))
     assert any("the prescribed angle of 'unit 1/bar 1'" in note for note in model.notes)
     assert "joints with clearance are ideal" in model.notes
@@ -116,7 +116,7 @@ def test_drives_and_components_are_named_and_a_rod_is_refused():
 
 
 def test_a_link_becomes_a_case_that_runs_and_is_exported(tmp_path, capsys, monkeypatch):
-    """Identity: import, run and export by the commands; wrong input is one line with status 2 and writes nothing."""
+    """Contract: import, run and export by the commands; wrong input is one line with status 2 and writes nothing."""
     monkeypatch.chdir(tmp_path)
     places = {"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.75, 1.1), "D": (1.6, 0.0)}
     address = linkage(places, {"AB": "AB", "BC": "BC", "CD": "CD"}, "AD", "A", speed=30)

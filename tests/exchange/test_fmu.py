@@ -126,7 +126,7 @@ def test_a_unit_moves_as_the_mechanism(units, name, kind):
 
 
 def test_the_description_is_valid(units):
-    """Identity: the checks of fmpy, against the standard's schema and its rules for references."""
+    """Contract: the checks of fmpy, against the standard's schema and its rules for references."""
     for name in CASES:
         assert validate_fmu(units(name)) == []
     description = fmpy.read_model_description(units("servo"))
@@ -191,7 +191,7 @@ def test_a_step_ends_early_where_a_contact_begins_or_ends(units, tmp_path):
 
 
 def test_a_kept_state_is_where_it_goes_on(units, tmp_path):
-    """Identity: a step from a state that was put back, or read from bytes, is the same to the last bit."""
+    """Contract: a step from a state that was put back, or read from bytes, is the same to the last bit."""
     made, references = slave(units("crank"), tmp_path)
     wanted = [references["bodies.slider.x"], references["joints.slider pin.force_x"]]
     made.doStep(0.0, 0.004)
@@ -218,7 +218,7 @@ def test_a_kept_state_is_where_it_goes_on(units, tmp_path):
 
 
 def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
-    """Identity: one line for the whole unit; the sources alone need no compiler."""
+    """Contract: one line for the whole unit; the sources alone need no compiler."""
     mechanism, until = CASES["crank"]
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(InputError, match="needs a C compiler: no C compiler") as error:
@@ -255,7 +255,7 @@ def soft(indentation, stiffness):
 
 
 def test_an_element_of_a_users_own_is_in_a_unit_and_a_function_is_not():
-    """Identity: the clutch's kernel is translated; a function that may raise anything is refused by its name."""
+    """Contract: the clutch's kernel is translated; a function that may raise anything is refused by its name."""
     mechanism, until = CASES["crank"]
     with_clutch = dataclasses.replace(mechanism, components=(OwnClutch("clutch", "rod"),))
     content = pack.fmu(with_clutch, sd.Options(until=until), sources_only=True)
@@ -269,7 +269,7 @@ def test_an_element_of_a_users_own_is_in_a_unit_and_a_function_is_not():
 
 
 def test_a_controller_that_looks_back_is_for_co_simulation(units):
-    """Identity: the integrator of an importer keeps no history, so the unit offers its own steps alone."""
+    """Contract: the integrator of an importer keeps no history, so the unit offers its own steps alone."""
     description = fmpy.read_model_description(units("delayed"))
     assert description.modelExchange is None
     assert description.coSimulation is not None

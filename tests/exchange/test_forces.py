@@ -48,7 +48,7 @@ def test_the_force_on_a_turning_bar_is_centripetal_force_and_weight(pendulum):
 
 
 def test_forces_on_all_bars_balance_with_clearance():
-    """Identity: both bodies of a joint feel opposite forces, and no bar has further forces; friction acts as a torque."""
+    """Contract: both bodies of a joint feel opposite forces, and no bar has further forces; friction acts as a torque."""
     loose = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
     mechanism = sd.slider_crank(gravity=9.81).with_clearance("slider pin", loose).driven(speed=50.0)
     run = sd.simulate(mechanism, until=0.05, samples=301)
@@ -70,7 +70,7 @@ def test_forces_on_all_bars_balance_with_clearance():
 
 
 def test_a_peak_between_samples_is_in_the_envelope_and_said():
-    """Identity: with few samples the located peak is in its column and named; samples at the contacts' instants reach it."""
+    """Contract: with few samples the located peak is in its column and named; samples at the contacts' instants reach it."""
     mechanism = sd.slider_crank().with_clearance("slider pin", sd.Clearance(5e-4)).driven(speed=50.0)
     run = sd.simulate(mechanism, until=0.05, samples=21)
     rows = envelope(sd.pin_forces(run, mechanism)).set_index(["body", "joint"])
@@ -84,7 +84,7 @@ def test_a_peak_between_samples_is_in_the_envelope_and_said():
 
 
 def test_beams_are_in_equilibrium_and_refuse_what_they_cannot_say(pendulum):
-    """Identity: forces and moments of an input file of CalculiX add up to nothing; a round section is an error."""
+    """Contract: forces and moments of an input file of CalculiX add up to nothing; a round section is an error."""
     mechanism, run = pendulum
     forces = sd.pin_forces(run, mechanism)
     text = beam_file(forces, run, mechanism, section="20x30 mm").decode()

@@ -110,7 +110,7 @@ def test_a_urdf_is_a_chain():
     ],
 )
 def test_what_is_not_planar_is_one_line(content, said):
-    """Identity: the error names what came."""
+    """Contract: the error names what came."""
     with pytest.raises(InputError, match=said) as error:
         sd.read_mjcf(content)
     assert "\n" not in str(error.value)
@@ -156,7 +156,7 @@ def test_limits_are_end_stops():
 
 
 def test_speeds_of_the_own_export_return():
-    """Identity: a mechanism that is exported and read again starts with its speed."""
+    """Contract: a mechanism that is exported and read again starts with its speed."""
     arm = sd.Body("arm", 1.0, 0.02, {"start": (0.0, 0.0)}, (0.25, 0.0), angle=0.35, angular_velocity=3.0)
     joint = sd.Revolute("p", ("arm", "start"), ("ground", "O"))
     again = sd.read_mjcf(mjcf(sd.Mechanism((arm,), (joint,), ground=(("O", (0.0, 0.0)),))).text).mechanism
@@ -165,7 +165,7 @@ def test_speeds_of_the_own_export_return():
 
 
 def test_a_urdf_with_a_mesh_to_look_at_and_a_loop():
-    """Identity: what is only looked at is no error; an element of another dialect is named."""
+    """Contract: what is only looked at is no error; an element of another dialect is named."""
     text = """<robot name="m"><link name="base"/><link name="arm"><visual><geometry><mesh filename="package://p/l.stl"/></geometry>
     </visual><inertial><origin xyz="0 0 .45"/><mass value="1"/><inertia ixx=".1" ixy="0" ixz="0" iyy=".1" iyz="0" izz=".01"/>
     </inertial></link><joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>

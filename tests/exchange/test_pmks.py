@@ -218,7 +218,7 @@ GOOD = linkage(CRANK_ROCKER, FOUR, "AD", "A")
     ],
 )
 def test_what_cannot_be_understood_is_one_line(address, said):
-    """Identity: the error names what came and what is allowed."""
+    """Contract: the error names what came and what is allowed."""
     with pytest.raises(InputError, match=said.replace("+", r"\+")) as error:
         sd.read_pmks(address)
     assert "\n" not in str(error.value)

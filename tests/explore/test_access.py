@@ -93,7 +93,7 @@ UPGRADE = {
     "host", ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"]
 )
 def test_other_hosts_are_refused(url: str, path: str, host: str) -> None:
-    """Identity: whatever is asked for, a host that is no name of this machine gets one line, also with an equal origin."""
+    """Contract: whatever is asked for, a host that is no name of this machine gets one line, also with an equal origin."""
     host = host.format(port=urlsplit(url).port)
     headers = UPGRADE if path == "ws" else {}
     for origin in ({}, {"Origin": f"http://{host}"}):
@@ -105,7 +105,7 @@ def test_other_hosts_are_refused(url: str, path: str, host: str) -> None:
 
 @pytest.mark.parametrize("path", PATHS)
 def test_other_origins_are_refused(url: str, path: str) -> None:
-    """Identity: a page of another site, or of another server of this machine, gets nothing, not even a session."""
+    """Contract: a page of another site, or of another server of this machine, gets nothing, not even a session."""
     for origin in ("http://evil.example", "null", "http://127.0.0.1:1", f"http://localhost:{urlsplit(url).port}"):
         status, given, _ = get(url, path, Origin=origin, **(UPGRADE if path == "ws" else {}))
         assert status == 403
@@ -114,7 +114,7 @@ def test_other_origins_are_refused(url: str, path: str) -> None:
 
 @pytest.mark.parametrize("path", PATHS)
 def test_address_without_its_random_part_leads_nowhere(url: str, path: str) -> None:
-    """Identity: without the token, or with another one, there is nothing, whatever is asked for."""
+    """Contract: without the token, or with another one, there is nothing, whatever is asked for."""
     token = urlsplit(url).path.strip("/")
     assert len(token) >= 32
     other = token[:-1] + ("a" if token[-1] != "a" else "b")
@@ -126,7 +126,7 @@ def test_address_without_its_random_part_leads_nowhere(url: str, path: str) -> N
 
 
 def test_page_is_served_to_its_own_names(url: str) -> None:
-    """Identity: names of this machine, also through a tunnel, get the page; no other site may frame or read it."""
+    """Contract: names of this machine, also through a tunnel, get the page; no other site may frame or read it."""
     port = urlsplit(url).port
     for host in (f"127.0.0.1:{port}", f"localhost:{port}", "localhost:9999", f"[::1]:{port}"):
         status, given, body = get(url, "", host=host)
@@ -143,7 +143,7 @@ def test_page_is_served_to_its_own_names(url: str) -> None:
 
 
 def test_each_start_has_its_own_address(tmp_path: Path) -> None:
-    """Identity: two servers have two tokens."""
+    """Contract: two servers have two tokens."""
     with listen("127.0.0.1", 0) as one, listen("127.0.0.1", 0) as two:
         assert Access.to(one, "127.0.0.1").token != Access.to(two, "127.0.0.1").token
 
@@ -161,7 +161,7 @@ def test_each_start_has_its_own_address(tmp_path: Path) -> None:
     ],
 )
 def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
-    """Identity: listening everywhere admits addresses in numbers and names of this machine, no other name or origin."""
+    """Contract: listening everywhere admits addresses in numbers and names of this machine, no other name or origin."""
     with listen(address, 0) as listening:
         access = Access.to(listening, address)
         named = host.format(port=listening.getsockname()[1])
@@ -177,7 +177,7 @@ def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
 
 
 def test_empty_address_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: no address is an error of one line, and nothing listens anywhere."""
+    """Contract: no address is an error of one line, and nothing listens anywhere."""
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     for address in ("", " "):

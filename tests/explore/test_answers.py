@@ -46,7 +46,7 @@ def test_cards_judge_by_what_is_allowed() -> None:
 
 
 def test_allowed_values_are_drawn_where_curves_come_near() -> None:
-    """Identity: the limit that is reached is a line, at the sides that are; one that is far off is none."""
+    """Contract: the limit that is reached is a line, at the sides that are; one that is far off is none."""
     for run, near in ((held(5.0, 1e-6), True), (held(1e4, 1.0), False)):
         torques, _ = chosen_torques(run)
         point = chosen_point(summary_of(run))
@@ -58,7 +58,7 @@ def test_allowed_values_are_drawn_where_curves_come_near() -> None:
 
 
 def test_file_of_curves_has_their_values() -> None:
-    """Identity: each column of the file is a curve of the run at its samples, with its unit."""
+    """Contract: each column of the file is a curve of the run at its samples, with its unit."""
     run = held(5.0, 1e-3)
     rows = list(csv.reader(curves_as_csv(run, "slider", "slider pin").splitlines()))
     table = {head: np.array([float(row[k]) for row in rows[1:]]) for k, head in enumerate(rows[0])}
@@ -70,7 +70,7 @@ def test_file_of_curves_has_their_values() -> None:
 
 
 def test_legend_names_the_numbers_that_differ(tmp_path: Path) -> None:
-    """Identity: of two cases the changed numbers in both, and of equal ones that they are."""
+    """Contract: of two cases the changed numbers in both, and of equal ones that they are."""
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     case = open_case(path)
@@ -84,7 +84,7 @@ def test_legend_names_the_numbers_that_differ(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_starred_angles_move_the_mechanism(path: Path) -> None:
-    """Identity: an angle with a slider of its own changes where the mechanism starts; one that a drive overrides has none."""
+    """Contract: an angle with a slider of its own changes where the mechanism starts; one that a drive overrides has none."""
     case = open_case(path)
     for field in case.fields:
         if field.starred and field.name == "angle":

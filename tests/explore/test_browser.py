@@ -68,7 +68,7 @@ def test_page_shows_the_run(tab: Tab, case: Path) -> None:
 
 
 def test_slider_gives_a_new_trajectory(tab: Tab) -> None:
-    """Identity: moving a slider changes the number, the run and the curves; undo and redo bring both states back."""
+    """Contract: moving a slider changes the number, the run and the curves; undo and redo bring both states back."""
     tab.fine()
     before, first = tab.curve("torque"), tab.run
     slider = tab.page.get_by_role("slider", name="drive speed")
@@ -89,7 +89,7 @@ def test_slider_gives_a_new_trajectory(tab: Tab) -> None:
 
 
 def test_scrub_moves_animation_and_cursor(tab: Tab) -> None:
-    """Identity: the clock, the frame and the cursors of all curves are at the instant of the time slider."""
+    """Contract: the clock, the frame and the cursors of all curves are at the instant of the time slider."""
     tab.page.locator("[data-id=scrub]").fill("200")
     tab.page.locator("canvas[data-frame='200']").wait_for()
     assert tab.page.locator("[data-id=clock]").text_content() == "t = 4 ms"
@@ -102,7 +102,7 @@ def test_scrub_moves_animation_and_cursor(tab: Tab) -> None:
 
 
 def test_row_of_a_contact_jumps_there(tab: Tab) -> None:
-    """Identity: a click on a contact moves the animation to its start."""
+    """Contract: a click on a contact moves the animation to its start."""
     shown = tab.table()
     assert shown["titles"][2] == "start [ms]"
     tab.page.locator(".sd-rows [role=row]").nth(1).click()
@@ -111,7 +111,7 @@ def test_row_of_a_contact_jumps_there(tab: Tab) -> None:
 
 
 def test_click_on_a_joint_follows_it(tab: Tab) -> None:
-    """Identity: the curves of contact are those of the joint that was clicked, which stays in the middle."""
+    """Contract: the curves of contact are those of the joint that was clicked, which stays in the middle."""
     titles = (
         "() => [...Bokeh.documents[0]._all_models.values()].map(m => m.text).filter(t => t && t.startsWith('contact force at'))"
     )
@@ -128,7 +128,7 @@ def test_click_on_a_joint_follows_it(tab: Tab) -> None:
 
 @pytest.mark.parametrize(("across", "down"), [(0.0, 0.5), (1.0, 0.5), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)])
 def test_names_stay_in_the_drawing(tab: Tab, across: float, down: float) -> None:
-    """Identity: however the drawing is panned, the name of a joint that is in it is in it as a whole."""
+    """Contract: however the drawing is panned, the name of a joint that is in it is in it as a whole."""
     stage = tab.page.locator(".sd-stage")
     box = stage.locator("canvas").bounding_box()
     room = stage.evaluate("root => root.names()")
@@ -152,7 +152,7 @@ def test_names_stay_in_the_drawing(tab: Tab, across: float, down: float) -> None
 
 
 def test_dragged_pin_changes_the_case(tab: Tab) -> None:
-    """Identity: while a pin is dragged it follows the pointer, assembled; released, the numbers of the case have changed."""
+    """Contract: while a pin is dragged it follows the pointer, assembled; released, the numbers of the case have changed."""
     first, before = tab.run, (tab.text("structure.bar_length"), tab.text("structure.angle"))
     x, y = tab.handle("unit 1/upper")
     mouse = tab.page.mouse
@@ -174,7 +174,7 @@ def test_dragged_pin_changes_the_case(tab: Tab) -> None:
 
 
 def test_dragged_length_changes_the_case(tab: Tab) -> None:
-    """Identity: the handle of a bar's length changes that length alone."""
+    """Contract: the handle of a bar's length changes that length alone."""
     first, angle = tab.run, tab.text("structure.angle")
     x, y = tab.handle("length unit 1/bar 1")
     mouse = tab.page.mouse
@@ -189,7 +189,7 @@ def test_dragged_length_changes_the_case(tab: Tab) -> None:
 
 
 def test_wrong_number_stands_beside_its_field(tab: Tab) -> None:
-    """Identity: the message is in the field's row, the last good run stays, and a right number clears it."""
+    """Contract: the message is in the field's row, the last good run stays, and a right number clears it."""
     first, torque = tab.run, tab.curve("torque")
     tab.type("structure.bar_length", "-1 m")
     error = tab.field("structure.bar_length").locator(".sd-error")
@@ -204,7 +204,7 @@ def test_wrong_number_stands_beside_its_field(tab: Tab) -> None:
 
 
 def test_pinned_run_is_compared(tab: Tab) -> None:
-    """Identity: the second curve is that of the run that was pinned."""
+    """Contract: the second curve is that of the run that was pinned."""
     tab.fine()
     before, first = tab.curve("torque"), tab.run
     tab.press("pin")
@@ -224,7 +224,7 @@ def test_pinned_run_is_compared(tab: Tab) -> None:
 
 
 def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
-    """Identity: case, run, Python, picture and film of a changed number; the case keeps its comments."""
+    """Contract: case, run, Python, picture and film of a changed number; the case keeps its comments."""
     first = tab.run
     tab.type("drive.speed", "120 rpm")
     tab.ready(first)
@@ -252,7 +252,7 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
 
 
 def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:
-    """Identity: a number that changes in one page stays in the other."""
+    """Contract: a number that changes in one page stays in the other."""
     other = Tab(browser, url)
     torque = other.curve("torque")
     first = tab.run
@@ -265,7 +265,7 @@ def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:
 
 
 def test_long_run_can_be_stopped(tab: Tab) -> None:
-    """Identity: a long run shows progress; stopped, its part is shown, and it says so."""
+    """Contract: a long run shows progress; stopped, its part is shown, and it says so."""
     first = tab.run
     tab.type("run.until", "30 s")
     progress = tab.page.locator(".sd-bar progress[value]")
@@ -288,7 +288,7 @@ def test_errors_of_the_page_are_noticed(browser: Any, url: str) -> None:
 
 
 def test_names_are_text(browser: Any, tmp_path: Path) -> None:
-    """Identity: a joint and a body that are named like a script show as text and run nothing, also in the film."""
+    """Contract: a joint and a body that are named like a script show as text and run nothing, also in the film."""
     case = tmp_path / "hostile.toml"
     case.write_text(f"""
 [structure]
@@ -332,7 +332,7 @@ samples = 201
 
 
 def test_hard_contact(browser: Any, tmp_path: Path) -> None:
-    """Identity: a page of hard contact opens, its clearance changes, a pin is dragged, and no number of it is unknown."""
+    """Contract: a page of hard contact opens, its clearance changes, a pin is dragged, and no number of it is unknown."""
     case = tmp_path / "hard.toml"
     hard = 'mm"\ncontact = "hard"'
     case.write_text(CASE.replace('0.5 mm"', f"0.5 {hard}").replace('0.3 mm"', f"0.3 {hard}"))
@@ -356,7 +356,7 @@ def test_hard_contact(browser: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("width", [420, 800, 1280, 1920])
 @pytest.mark.parametrize("dark", [False, True])
 def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) -> None:
-    """Identity: no horizontal scroll, no heading cut in the table, and figures in the colours that the system asks for."""
+    """Contract: no horizontal scroll, no heading cut in the table, and figures in the colours that the system asks for."""
     tab = Tab(browser, url, size=(width, 900), dark=dark)
     page = tab.page
     assert page.evaluate("document.documentElement.scrollWidth") <= width

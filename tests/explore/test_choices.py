@@ -27,7 +27,7 @@ until = "1 ms"
 
 
 def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
-    """Identity: texts with what is allowed, temperatures in kelvin, and a case that changes with them."""
+    """Contract: texts with what is allowed, temperatures in kelvin, and a case that changes with them."""
     (tmp_path / "case.toml").write_text(BENDING, encoding="utf-8")
     case = open_case(tmp_path / "case.toml")
     plain = {each["key"]: each for each in (field.plain() for field in case.fields)}

@@ -27,7 +27,7 @@ def test_controller_and_motor_have_torque_and_work() -> None:
 
 @pytest.mark.parametrize("samples", [41, 3 * MOST_POINTS])
 def test_curves_of_the_page_reach_their_peaks(samples: int) -> None:
-    """Identity: the curves of few and of very many samples reach the located peaks of force and torque."""
+    """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
     scales, data = scaled(run, "slider pin", "slider", ["driving torque"], "", None)
@@ -39,7 +39,7 @@ def test_curves_of_the_page_reach_their_peaks(samples: int) -> None:
 
 
 def test_long_orbit_keeps_its_outermost_points() -> None:
-    """Identity: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
+    """Contract: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * MOST_POINTS)
     drawn = orbit(run, "slider pin", 1.0)

@@ -44,7 +44,7 @@ def test_first_drawing_moves_with_ideal_joints(tmp_path: Path) -> None:
 
 
 def test_page_that_has_ordered_a_run_keeps_it() -> None:
-    """Identity: the run of the opened case does not take the place of one that a page has asked for."""
+    """Contract: the run of the opened case does not take the place of one that a page has asked for."""
     import tomllib
 
     case = FileCase("case.toml", CASE, Path(), tomllib.loads(CASE))
@@ -60,7 +60,7 @@ def test_page_that_has_ordered_a_run_keeps_it() -> None:
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
 def test_mechanism_is_drawn_before_the_page(tmp_path: Path) -> None:
-    """Identity: the drawing is there before the page has its bar, moves, and gives way to the run in the same turn."""
+    """Contract: the drawing is there before the page has its bar, moves, and gives way to the run in the same turn."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
     with served(case) as url, chromium() as browser:

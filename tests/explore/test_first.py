@@ -69,7 +69,7 @@ def begun(case: FileCase) -> FirstRun:
 
 
 def test_those_who_wait_for_the_case_are_told_once(case: FileCase) -> None:
-    """Identity: who asks before the case has been read is told when it is, and who asks later at once, of an error too."""
+    """Contract: who asks before the case has been read is told when it is, and who asks later at once, of an error too."""
     told: list[str] = []
 
     def broken() -> FileCase:
@@ -90,7 +90,7 @@ def test_those_who_wait_for_the_case_are_told_once(case: FileCase) -> None:
 
 
 def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
-    """Identity: a page that comes while the run is going on takes it over; later ones have its result at once."""
+    """Contract: a page that comes while the run is going on takes it over; later ones have its result at once."""
     opened, runs = gate
     first = begun(case)
     early = Session(case, lambda what: None, first)
@@ -111,7 +111,7 @@ def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event,
 
 
 def test_page_that_ends_or_stops_leaves_others_alone(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
-    """Identity: a page beside the one that has taken the first run over computes its own, whatever that one does."""
+    """Contract: a page beside the one that has taken the first run over computes its own, whatever that one does."""
     opened, runs = gate
     first = begun(case)
     stopping = Session(case, lambda what: None, first)
@@ -129,7 +129,7 @@ def test_page_that_ends_or_stops_leaves_others_alone(case: FileCase, gate: tuple
 
 
 def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
-    """Identity: the motion with ideal joints is there while the run is held, also for a page that comes later; then the run."""
+    """Contract: the motion with ideal joints is there while the run is held, also for a page that comes later; then the run."""
     opened, _ = gate
     first = begun(case)
     until(lambda: first.preview is not None)
@@ -152,7 +152,7 @@ def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[thread
 
 
 def test_long_run_is_preceded_by_a_coarse_one(case: FileCase, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
+    """Contract: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
     monkeypatch.setattr("scissordyn.explore.worker.JUDGED", 0.0)
     monkeypatch.setattr("scissordyn.explore.worker.LONG", 0.0)
     found: list[Outcome] = []
@@ -169,7 +169,7 @@ def test_long_run_is_preceded_by_a_coarse_one(case: FileCase, monkeypatch: pytes
 
 @pytest.mark.parametrize("samples", [41, "auto"])
 def test_curves_follow_with_the_instants_of_contacts(case: FileCase, samples: int | str) -> None:
-    """Identity: a run is reported once more for its curves, that of `samples = "auto"`, and the session has both."""
+    """Contract: a run is reported once more for its curves, that of `samples = "auto"`, and the session has both."""
     few = case.changed({})
     few.options = replace(case.options, samples=samples)
     found: list[str] = []

@@ -55,7 +55,7 @@ def test_wish_is_a_number_or_auto(given: Any) -> None:
 
 
 def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
-    """Identity: "auto" is 1, 2 or 5 times a power of ten; the largest deflection is then a 50th to a 20th of the mechanism."""
+    """Contract: "auto" is 1, 2 or 5 times a power of ten; the largest deflection is then a 50th to a 20th of the mechanism."""
     case = read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
     factor = factor_of("auto", run, case.mechanism)
@@ -70,7 +70,7 @@ def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
 
 
 def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> None:
-    """Identity: a joint of bars that bend moves with the numbers of the case; a cross-section has no length."""
+    """Contract: a joint of bars that bend moves with the numbers of the case; a cross-section has no length."""
     case = open_case(path)
     drag = Drag(case, "pin", "unit 1/pivot")
     drag.to(0.01, 0.02)

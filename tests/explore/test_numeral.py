@@ -23,7 +23,7 @@ def drawn() -> list[tuple[float, int]]:
 
 
 def test_number_has_three_digits_or_more() -> None:
-    """Identity: the text has three significant digits and is the number rounded to them; zeros are kept."""
+    """Contract: the text has three significant digits and is the number rounded to them; zeros are kept."""
     assert [numeral(value) for value in (9.5, 0.1, 123456.7, 0.00095, 4e-9, 0.0)] == [
         "9.50",
         "0.100",
@@ -45,7 +45,7 @@ def test_number_has_three_digits_or_more() -> None:
 
 
 def test_column_has_common_digits() -> None:
-    """Identity: the largest number chooses the digits after the point; small ones beside it have more."""
+    """Contract: the largest number chooses the digits after the point; small ones beside it have more."""
     assert numerals([42.944, 9.5, 0.0232, math.nan]) == ["42.94", "9.50", "0.0232", "-"]
     assert numerals([0.0, 0.0]) == ["0.000", "0.000"]
     assert decimals([12345.6, 1.0], 5) == 0

@@ -48,7 +48,7 @@ def until(condition: Any) -> None:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example_has_fields(path: Path) -> None:
-    """Identity: writing any field as it stands changes nothing, and the file text comes back letter by letter."""
+    """Contract: writing any field as it stands changes nothing, and the file text comes back letter by letter."""
     opened = open_case(path)
     assert opened.text() == path.read_text()
     assert len({field.key for field in opened.fields}) == len(opened.fields)
@@ -71,7 +71,7 @@ def test_python_makes_the_same_mechanism(path: Path) -> None:
 
 
 def test_saved_run_is_a_case(case: FileCase, tmp_path: Path) -> None:
-    """Identity: the fields of a saved run are those of its mechanism; a change is that of `Mechanism.replace`."""
+    """Contract: the fields of a saved run are those of its mechanism; a change is that of `Mechanism.replace`."""
     run = sd.simulate(case.mechanism, until=1e-3, samples=11)
     opened = open_case(sd.save(run, tmp_path / "run.nc"))
     assert isinstance(opened, RunCase)
@@ -85,7 +85,7 @@ def test_saved_run_is_a_case(case: FileCase, tmp_path: Path) -> None:
 
 
 def test_changed_file_keeps_its_comments(case: FileCase) -> None:
-    """Identity: only the value differs; a number that was not written is added to its table."""
+    """Contract: only the value differs; a number that was not written is added to its table."""
     assert case.changed({"structure.angle": "35 deg"}).text() == CASE.replace("30 deg", "35 deg")
     added = case.changed({"clearance.1.damping.restitution": "0.7"})
     assert "# two of them" in added.text()
@@ -108,7 +108,7 @@ def test_text_keeps_its_unit(case: FileCase) -> None:
 
 
 def test_session_keeps_the_last_good_run(case: FileCase) -> None:
-    """Identity: a wrong number leaves case and run as they are and is noted; undo brings the state before a change back."""
+    """Contract: a wrong number leaves case and run as they are and is noted; undo brings the state before a change back."""
     session = Session(case, lambda what: None)
     until(lambda: not session.computing)
     good = session.good
@@ -129,7 +129,7 @@ def test_session_keeps_the_last_good_run(case: FileCase) -> None:
 
 
 def test_slider_on_its_way_is_one_change(case: FileCase) -> None:
-    """Identity: after many steps of a slider one undo leads back."""
+    """Contract: after many steps of a slider one undo leads back."""
     session = Session(case, lambda what: None)
     for speed in (151, 152, 153):
         session.change("drive.speed", f"{speed} rpm", final=False)
@@ -142,7 +142,7 @@ def test_slider_on_its_way_is_one_change(case: FileCase) -> None:
 
 
 def test_latest_order_wins(case: FileCase) -> None:
-    """Identity: of many orders at once the last one is reported, and an order that is going on ends for a newer one."""
+    """Contract: of many orders at once the last one is reported, and an order that is going on ends for a newer one."""
     reported: list[Outcome] = []
     began = threading.Event()
 
@@ -163,7 +163,7 @@ def test_latest_order_wins(case: FileCase) -> None:
 
 
 def test_stopped_run_keeps_its_part(case: FileCase) -> None:
-    """Identity: a stopped run is reported, interrupted, with what it has."""
+    """Contract: a stopped run is reported, interrupted, with what it has."""
     reported: list[Outcome] = []
     began = threading.Event()
     worker = Worker(reported.append, lambda number, fraction: began.set())
@@ -177,7 +177,7 @@ def test_stopped_run_keeps_its_part(case: FileCase) -> None:
 
 
 def test_wrong_mechanism_is_reported(case: FileCase) -> None:
-    """Identity: what cannot be assembled is an error of the session's run, not of its thread."""
+    """Contract: what cannot be assembled is an error of the session's run, not of its thread."""
     mechanism = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12)
     broken = mechanism.replace("body.coupler.points", {**mechanism.body("coupler").points, "end": (9.0, 0.0)})
     session = Session(RunCase("x", broken, case.options), lambda what: None)
@@ -211,14 +211,14 @@ def test_drag_reaches_the_pointer(example: str, kind: str, name: str, changed: s
 
 
 def test_fixed_pin_cannot_be_dragged() -> None:
-    """Identity: a pin that no number of the case moves is refused with a message."""
+    """Contract: a pin that no number of the case moves is refused with a message."""
     with pytest.raises(sd.InputError, match="no length or angle of the case moves joint 'O'"):
         Drag(open_case(EXAMPLES[0].with_name("paper.toml")), "pin", "O")
 
 
 @pytest.mark.parametrize("named", ['friction = "law.py:f"', 'friction = { law = "../law.py:f" }'])
 def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: a case that names a Python file is refused before the file is looked at, unless it is allowed by name."""
+    """Contract: a case that names a Python file is refused before the file is looked at, unless it is allowed by name."""
     folder = tmp_path / "inner"
     folder.mkdir()
     path = folder / "case.toml"
@@ -232,7 +232,7 @@ def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.Captur
 
 
 def test_other_address_says_what_it_means(case: FileCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    """Identity: only an address that others can reach gives a warning."""
+    """Contract: only an address that others can reach gives a warning."""
     pytest.importorskip("panel", reason="the package panel is not installed")
     monkeypatch.setattr("scissordyn.explore.serve.serve", lambda *given, **named: None)
     path = str(tmp_path / "case.toml")
@@ -243,7 +243,7 @@ def test_other_address_says_what_it_means(case: FileCase, tmp_path: Path, monkey
 
 
 def test_widget_of_a_notebook_has_the_scene(case: FileCase) -> None:
-    """Identity: the widget holds the run's scene, of every joint, and the same component as the page."""
+    """Contract: the widget holds the run's scene, of every joint, and the same component as the page."""
     pytest.importorskip("anywidget", reason="the package anywidget is not installed")
     run = sd.simulate(case.mechanism, until=1e-3, samples=11)
     widget = sd.view(run)
@@ -252,7 +252,7 @@ def test_widget_of_a_notebook_has_the_scene(case: FileCase) -> None:
 
 
 def test_server_ends_with_the_error_of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: a case that cannot be read ends the server with one line, which names the place, and exit status 2."""
+    """Contract: a case that cannot be read ends the server with one line, which names the place, and exit status 2."""
     pytest.importorskip("panel", reason="the package panel is not installed")
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace('speed = "150 rpm"', 'speed = "150 rmp"'))
@@ -264,7 +264,7 @@ def test_server_ends_with_the_error_of_a_case(tmp_path: Path, capsys: pytest.Cap
 
 
 def test_addresses_that_cannot_be_listened_on_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: an address that is not of this machine is an error of one line before anything is served."""
+    """Contract: an address that is not of this machine is an error of one line before anything is served."""
     pytest.importorskip("panel", reason="the package panel is not installed")
     path = tmp_path / "case.toml"
     path.write_text(CASE)

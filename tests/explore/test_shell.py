@@ -36,7 +36,7 @@ def test_frame_has_the_scripts_of_the_page() -> None:
 
 
 def test_scripts_are_files_of_the_packages() -> None:
-    """Identity: each script is where the server looks for it, without an import of the packages."""
+    """Contract: each script is where the server looks for it, without an import of the packages."""
     folders = {
         "static/extensions/panel/": package_folder("panel") / "dist",
         "static/js/": package_folder("bokeh") / "server" / "static" / "js",
@@ -47,7 +47,7 @@ def test_scripts_are_files_of_the_packages() -> None:
 
 
 def test_name_of_a_case_is_text_in_the_first_page() -> None:
-    """Identity: a file named like a script shows its name."""
+    """Contract: a file named like a script shows its name."""
     frame = Entrance("<script>alert(1)</script>.toml", Access("token", ())).frame
     assert "<script>alert" not in frame
     assert "&lt;script&gt;alert(1)&lt;/script&gt;.toml" in frame

@@ -62,7 +62,7 @@ def _seen(page: Any) -> tuple[dict[str, list[float]], dict[str, Any]]:
 
 
 def test_joint_is_not_dragged_in_a_notebook(output: Any) -> None:
-    """Identity: nothing in a notebook assembles what is dragged: the drawing is panned, and no message is sent."""
+    """Contract: nothing in a notebook assembles what is dragged: the drawing is panned, and no message is sent."""
     before, _ = _seen(output)
     start = before["unit 1/pivot"]
     output.mouse.move(*start)
@@ -77,7 +77,7 @@ def test_joint_is_not_dragged_in_a_notebook(output: Any) -> None:
 
 
 def test_keys_go_through_clearance_joints_and_frames(output: Any) -> None:
-    """Identity: without a pointer the arrow keys choose each clearance joint in turn, and go from frame to frame."""
+    """Contract: without a pointer the arrow keys choose each clearance joint in turn, and go from frame to frame."""
     canvas = output.locator("canvas")
     canvas.focus()
     chosen = []
@@ -95,7 +95,7 @@ def test_keys_go_through_clearance_joints_and_frames(output: Any) -> None:
 
 
 def test_name_below_the_pointer_goes_with_its_joint(output: Any) -> None:
-    """Identity: a click lets the view follow a joint; its name stays nowhere else, and goes when the pointer leaves."""
+    """Contract: a click lets the view follow a joint; its name stays nowhere else, and goes when the pointer leaves."""
     before, _ = _seen(output)
     output.mouse.click(*before["O"])
     assert output.evaluate("window.model.get('selected')") == "O"

@@ -63,7 +63,7 @@ def test_weights_are_the_noise(found):
 
 
 def test_fit_can_be_run_again(found):
-    """Identity: the mechanism of the result has the fitted numbers, and shows the fitted curve."""
+    """Contract: the mechanism of the result has the fitted numbers, and shows the fitted curve."""
     made = read_configuration(found)
     run = motion(made.build_mechanism(), made.options, found["time"].values)
     assert np.allclose(run["angle"].values[:, 0], found["fitted"].values[:, 0], rtol=0.0, atol=1e-9)
@@ -86,7 +86,7 @@ def test_standard_errors_are_those_of_the_linear_theory(arm, found):
 
 
 def test_numbers_that_cannot_be_told_apart_are_named(arm):
-    """Identity: a free oscillation depends on m, I and d by their ratios only, at a given centre."""
+    """Contract: a free oscillation depends on m, I and d by their ratios only, at a given centre."""
     said = fit(arm, record(), ["arm.mass", "arm.inertia", "pivot.damping"], segment=math.inf)
     (line,) = (each for each in json.loads(said.attrs["warnings"]) if "cannot be distinguished" in each)
     assert "'arm.mass'" in line
@@ -121,7 +121,7 @@ def test_small_jumps_make_segments_one_motion(arm):
 
 
 def test_turns_of_measured_angles_count(arm):
-    """Identity: an angle that is larger by whole turns is the same."""
+    """Contract: an angle that is larger by whole turns is the same."""
     first = record()
     turned = Measured(first.time, first.headings, first.values + 4.0 * math.pi, first.units)
     one, other = (fit(arm, each, ["arm.inertia"], segment=math.inf) for each in (first, turned))

@@ -60,7 +60,7 @@ def test_impacts_on_a_linear_floor(name: str, crosses: bool) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_steps_go_across(name: str) -> None:
-    """Identity: with a loose tolerance a step goes across levels that change nothing; there are as few as without guards."""
+    """Contract: with a loose tolerance a step goes across levels that change nothing; there are as few as without guards."""
     levels = (0.1, 0.2, 0.7)
     across = solve_problem(name, OSCILLATOR, (0.0, 1.0), 9.0, levels=levels, crosses=True, rtol=1e-6, atol=1e-6)
     free = solve_problem(name, OSCILLATOR, (0.0, 1.0), 9.0, rtol=1e-6, atol=1e-6)

@@ -123,7 +123,7 @@ def test_a_guard_beyond_zero_at_the_start():
 
 
 def test_guards_crossed_at_one_instant():
-    """Identity: two guards with the same root are both logged there; one that moves the other way is not."""
+    """Contract: two guards with the same root are both logged there; one that moves the other way is not."""
     table = polynomials((-0.5, 1.0), (-1.0, 2.0), (0.5, -1.0))
     found = run("dopri5", 1.0, guards_=table, modes=(0, 0, 0), first=0.9)
     assert found.log[:, TIME] == pytest.approx([0.0, 0.5, 0.5][-found.log.shape[0] :], abs=1e-12)
@@ -131,7 +131,7 @@ def test_guards_crossed_at_one_instant():
 
 
 def test_an_event_that_its_guard_refuses():
-    """Identity: a reset that does not change its mode leaves no row in the log, and the run goes on to its end."""
+    """Contract: a reset that does not change its mode leaves no row in the log, and the run goes on to its end."""
     found = run("dop853", 1.0, guards_=polynomials((-0.5, 1.0)), refuses=(1,), first=0.3)
     assert found.status in (loop.FINISHED, loop.STUCK)
     assert found.log.shape[0] == 0
@@ -176,7 +176,7 @@ def test_cubic():
 
 
 def test_where_a_rise_may_hide(monkeypatch):
-    """Identity: a cubic that stays below zero hides no rise, one with a hump above does; an error halfway may hide one, too."""
+    """Contract: a cubic that stays below zero hides no rise, one with a hump above does; an error halfway may hide one, too."""
     monkeypatch.setattr(event, "cubic_value", cubic_value)
     below = np.polynomial.Polynomial((-0.3, 1.0, -1.0))  # highest at -0.05
     above = np.polynomial.Polynomial((-0.2, 1.0, -1.0))  # highest at 0.05
@@ -189,7 +189,7 @@ def test_where_a_rise_may_hide(monkeypatch):
 
 
 def test_a_guard_out_of_reach_costs_nothing():
-    """Identity: a guard that cannot come to zero within a step leaves the dense output alone; one that may does not."""
+    """Contract: a guard that cannot come to zero within a step leaves the dense output alone; one that may does not."""
     far = run("dop853", 1.0, guards_=polynomials((-100.0, 1.0)), step=0.5, first=0.5, samples=0)
     near = run("dop853", 1.0, guards_=polynomials((-0.51, 0.5)), step=0.5, first=0.5, samples=0)
     assert int(near.state.counts["rates"][0]) > int(far.state.counts["rates"][0])

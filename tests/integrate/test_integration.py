@@ -13,7 +13,7 @@ from scissordyn.integrate.tableau import METHODS
 
 @pytest.mark.parametrize("name", METHODS)
 def test_full_stores_lose_nothing(name: str) -> None:
-    """Identity: where the log or the record is full the run stops before a step, with all that was found so far."""
+    """Contract: where the log or the record is full the run stops before a step, with all that was found so far."""
     options = {"levels": (0.3,), "rtol": 1e-7, "atol": 1e-7}
     whole = solve_problem(name, OSCILLATOR, (0.0, 1.0), 40.0, **options)
     assert whole.status == FINISHED
@@ -36,7 +36,7 @@ def test_a_history_that_is_full() -> None:
 
 
 def test_begin_anew() -> None:
-    """Identity: after `reset_state` nothing of an earlier run is left but the problem's own arrays."""
+    """Contract: after `reset_state` nothing of an earlier run is left but the problem's own arrays."""
     mode = np.array([1, 0])
     state = make_state(
         np.array([1.0, 2.0]), mode=mode, memory=np.ones(2), reference=np.zeros(0), quadratures=1, monitors=2,

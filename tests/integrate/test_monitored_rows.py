@@ -153,7 +153,7 @@ def test_a_wave_that_steps_follow(name):
 
 
 def test_unmonitored():
-    """Identity: with monitoring off nothing is integrated and no peak is kept; the motion is the same."""
+    """Contract: with monitoring off nothing is integrated and no peak is kept; the motion is the same."""
     on = run("dop853", 1.0, rows=polynomials((1.0,)), powers=polynomials((1.0,)), first=0.4)
     off = run("dop853", 1.0, rows=polynomials((1.0,)), powers=polynomials((1.0,)), first=0.4, monitors=False)
     assert np.array_equal(on.ends, off.ends)

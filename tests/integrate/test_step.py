@@ -112,6 +112,6 @@ def test_overflow_is_a_status(name: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_counts_of_evaluations(name: str) -> None:
-    """Identity: the rates that a run counts are those that its problem was asked for."""
+    """Contract: the rates that a run counts are those that its problem was asked for."""
     result = solve_problem(name, OSCILLATOR, (1.0, 0.0), 3.0, parameters=(2.0,), samples=50, rtol=1e-7, atol=1e-7)
     assert result.end.counts["rates"][0] == result.calls

@@ -108,7 +108,7 @@ def test_order_conditions_of_the_step(name):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_the_order_is_no_higher(name):
-    """Identity: some tree of the next order has another weight, so that the conditions above say something."""
+    """Contract: some tree of the next order has another weight, so that the conditions above say something."""
     above = trees(ORDER[name][0] + 1)
     assert max(abs(condition(name, weights(name, 1.0), tree) - 1.0 / density(tree)) for tree in above) > 1e-7
 
@@ -116,7 +116,7 @@ def test_the_order_is_no_higher(name):
 @pytest.mark.parametrize("theta", [0.13, 0.5, 0.81])
 @pytest.mark.parametrize("name", METHODS)
 def test_order_conditions_inside_the_step(name, theta):
-    """Identity: the same for the dense output, with theta to the power of the tree's nodes."""
+    """Contract: the same for the dense output, with theta to the power of the tree's nodes."""
     weight = weights(name, theta)
     for order in range(1, ORDER[name][1] + 1):
         for tree in trees(order):
@@ -139,7 +139,7 @@ def test_stages_are_consistent(name):
     ("name", "which", "blind"), [("dop853", 0, 5), ("dop853", 1, 3), ("dopri5", 0, 4), ("rodas5p", 0, 4), ("rodas4p", 0, 3)]
 )
 def test_error_estimates(name, which, blind):
-    """Identity: an estimate vanishes on every tree up to its order, and not on all of the next."""
+    """Contract: an estimate vanishes on every tree up to its order, and not on all of the next."""
     method = tableau(name)
     weight = method.error[which]
     if method.kind != EXPLICIT:
@@ -164,7 +164,7 @@ def test_stiff_end(name):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_followed_stages(name):
-    """Identity: powers are evaluated at every stage that the step or its dense output weighs, and at its end."""
+    """Contract: powers are evaluated at every stage that the step or its dense output weighs, and at its end."""
     method = tableau(name)
     if method.kind != EXPLICIT:
         assert not np.any(method.followed)

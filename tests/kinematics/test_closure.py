@@ -125,7 +125,7 @@ def test_mobility() -> None:
 
 
 def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it() -> None:
-    """Identity: the positions of a four-bar close along its own motion; with one of them elsewhere, they are not its own."""
+    """Contract: the positions of a four-bar close along its own motion; with one of them elsewhere, they are not its own."""
     closure = closed(four_bar())
     time = np.linspace(0.0, 0.5, 6)
     z = [closure.placed()]

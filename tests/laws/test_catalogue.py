@@ -34,7 +34,7 @@ def answer(kind, law):
 
 
 def test_everything_is_there():
-    """Identity: the catalogue holds the laws of this list, no more and no fewer."""
+    """Contract: the catalogue holds the laws of this list, no more and no fewer."""
     assert set(catalogue.ELASTIC) == {
         *("bai-zhao-as-printed", "braendlein", "dubowsky-freudenstein", "esdu-78035", "hertz", "johnson"),
         *("linear", "liu", "pereira", "persson", "power", "radzimovsky"),
@@ -52,13 +52,13 @@ def test_everything_is_there():
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_every_law_has_its_kernels(kind, name):
-    """Identity: a law is evaluated by the addresses of its kernels."""
+    """Contract: a law is evaluated by the addresses of its kernels."""
     assert math.isfinite(answer(kind, catalogue.law(kind, name)()))
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_facts(kind, name):
-    """Identity: every law satisfies its protocol, fits in its row and has name, source, units and help."""
+    """Contract: every law satisfies its protocol, fits in its row and has name, source, units and help."""
     law = catalogue.law(kind, name)
     assert isinstance(law(), KINDS[kind])
     assert len(law().parameters(JOINT)) <= PARAMETERS
@@ -75,7 +75,7 @@ def test_facts(kind, name):
 
 
 def test_friction_states():
-    """Identity: laws with memory declare their states and the units."""
+    """Contract: laws with memory declare their states and the units."""
     assert {
         name: tuple((state.name, state.unit) for state in law.states) for name, law in catalogue.FRICTION.items() if law.states
     } == {

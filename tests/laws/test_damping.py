@@ -95,7 +95,7 @@ def test_carvalho_martins_fits_exact():
 
 
 def test_whole_table():
-    """Identity: ln[(1+xi)/(1-xi e)] = xi (1+e) and int F_el = m v0^2 [xi - ln(1+xi)]/xi^2 for every elastic part and factor.
+    """Contract: ln[(1+xi)/(1-xi e)] = xi (1+e) and int F_el = m v0^2 [xi - ln(1+xi)]/xi^2 for every elastic part and factor.
 
     By a Runge-Kutta method of order four with 4000 steps to the deepest point, whose own error is about 1e-10.
     """
@@ -120,7 +120,7 @@ def test_whole_table():
 
 @pytest.mark.parametrize("law", FACTORS, ids=by_name)
 def test_each_factor_in_an_impact(law):
-    """Identity: e_out of an impact on a linear spring is the root of the identity for the factor worked out elsewhere."""
+    """Contract: e_out of an impact on a linear spring is the root of the identity for the factor worked out elsewhere."""
     stiffness, damping = Linear(1e8), law(restitution=0.7)
     _, rebound = bounce(at(stiffness), row(stiffness), at(damping), row(damping), 0.3, MASS, step(stiffness, MASS, 0.3))
     assert rebound / 0.3 == pytest.approx(returned_restitution(damping.factor), rel=1e-7)
@@ -180,7 +180,7 @@ def test_restitution_bounds(law):
 
 @pytest.mark.parametrize("law", FACTORS, ids=by_name)
 def test_claimed_ranges(law):
-    """Identity: sources that speak of high restitution without a number claim no range, the others the whole of it."""
+    """Contract: sources that speak of high restitution without a number claim no range, the others the whole of it."""
     silent = ("hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh")
     assert law.restitution_range == (None if law.name in silent else (0.0, 1.0))
 

@@ -143,7 +143,7 @@ def test_johnson_domain():
 
 
 def test_dubowsky_freudenstein_length():
-    """Identity: with m = 3 a change of the unit of length changes nothing, so f(L_b) depends on L_b^2 c/(R_B R_J) only."""
+    """Contract: with m = 3 a change of the unit of length changes nothing, so f(L_b) depends on L_b^2 c/(R_B R_J) only."""
     law = DubowskyFreudenstein()
     scaled = replace(JOINT, clearance=1e-3, journal_radius=19e-3, length=30e-3)
     assert force(law, 2e-5, scaled) == pytest.approx(4.0 * force(law, 1e-5, JOINT), rel=1e-13)
@@ -163,7 +163,7 @@ def test_persson_small_arcs():
 
 
 def test_persson_as_printed():
-    """Identity: the half-angle form is the printed form in eps."""
+    """Contract: the half-angle form is the printed form in eps."""
     for delta in np.geomspace(1e-7, 2.9e-3, 40):
         b = math.tan(0.5 * math.acos(0.5e-3 / (0.5e-3 + delta)))
         printed = E_STAR * 0.5e-3 * math.pi * b**2 * (b**2 + 1) / (2 - math.log(b**2 + 1) - 2 * b**4)
@@ -210,7 +210,7 @@ def test_pereira_large_clearance():
 
 
 def test_bai_zhao_as_printed_is_the_slope_of_liu():
-    """Identity: the printed K_n is dF/d delta of Liu's law per unit length; by a sixth-order difference."""
+    """Contract: the printed K_n is dF/d delta of Liu's law per unit length; by a sixth-order difference."""
     weights = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
     for delta in (1e-7, 1e-5, 3e-4):
         h = 1e-3 * delta

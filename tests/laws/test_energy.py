@@ -90,7 +90,7 @@ def test_liu_far_beyond_the_clearance():
 
 
 def test_continued_laws_say_so():
-    """Identity: the laws with a tangent, and where it begins: at TURN e^(1-TURN) of the deepest point, at six clearances."""
+    """Contract: the laws with a tangent, and where it begins: at TURN e^(1-TURN) of the deepest point, at six clearances."""
     names = {law.name for law in ALL if isinstance(law, Continued)}
     assert names == {"johnson", "esdu-78035", "radzimovsky", "dubowsky-freudenstein", "persson"}
     assert Persson().deepest(JOINT) == pytest.approx(6.0 * C, rel=1e-14)

@@ -51,7 +51,7 @@ def test_reversal():
 
 
 def test_steady_and_start():
-    """Identity: sliding is mu at any speed; a contact starts with the part tanh(v/(1 mm/s)) of it in each element."""
+    """Contract: sliding is mu at any speed; a contact starts with the part tanh(v/(1 mm/s)) of it in each element."""
     np.testing.assert_allclose(steady_coefficient(LAW, JOINT, [-1.0, -1e-5, 1e-5, 1.0]), [-0.2, -0.2, 0.2, 0.2], rtol=1e-14)
     z = np.zeros(2)
     friction_states(at(LAW, "start"), 5e-4, z, row(LAW, JOINT))

@@ -36,7 +36,7 @@ def test_grades_are_those_of_their_definition() -> None:
 
 
 def test_an_oil_by_its_index() -> None:
-    """Identity, and bad input: the index of the oil is the given one; one that is too thin when hot is refused."""
+    """Contract, and bad input: the index of the oil is the given one; one that is too thin when hot is refused."""
     made = sd.Oil.of_index("synthetic", 46e-6, 140.0, density=830.0)
     assert viscosity_index(46.0, 1e6 * made.viscosity_100) == pytest.approx(140.0, abs=1e-6)
     assert made.density == 830.0

@@ -65,7 +65,7 @@ def test_every_law_can_be_drawn(kind, name):
 
 
 def test_the_gallery_shows_all():
-    """Identity: one curve for each law of the catalogue."""
+    """Contract: one curve for each law of the catalogue."""
     axes = draw_gallery()
     for panel, laws in zip(axes, catalogue.BY_KIND.values(), strict=True):
         assert [line.get_label().split(" ")[0] for line in panel.lines] == list(laws)

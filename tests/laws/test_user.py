@@ -73,7 +73,7 @@ def test_many_laws_at_once():
 
 
 def test_survives_pickling():
-    """Identity: a description travels to another process; the address is found anew there."""
+    """Contract: a description travels to another process; the address is found anew there."""
     law = pickle.loads(pickle.dumps(UserElastic(spring, (1e9, 1.0))))
     assert force(law, 1e-5) == pytest.approx(1e4, rel=1e-14)
 
@@ -144,7 +144,7 @@ def test_exceptions_of_friction_and_damping_are_named():
 
 
 def test_from_file(tmp_path):
-    """Identity: a law in a file by its name; the saved description refuses the file once it has been edited."""
+    """Contract: a law in a file by its name; the saved description refuses the file once it has been edited."""
     file = tmp_path / "my_laws.py"
     file.write_text("import math\n\n\ndef soft(indentation):\n    return 2e9 * indentation\n")
     law = catalogue.from_file("my_laws.py:soft", "stiffness", tmp_path)

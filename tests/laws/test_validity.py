@@ -94,7 +94,7 @@ def test_continued_laws(stiffness, share):
 
 
 def test_doubts_about_users_laws_are_warnings():
-    """Identity: each kind of a user's law is asked, with the joint's name before its answer."""
+    """Contract: each kind of a user's law is asked, with the joint's name before its answer."""
     flat, gaining = UserElastic(lambda delta: 1e9 * min(delta, 1e-4)), UserDamping(lambda f, d, r, a: 0.5 * f)
     viscous = UserFriction(lambda slip, normal: slip + 0.0 * normal)
     found = contact_warnings("A", JOINT, flat, gaining, viscous, approach_speed=[], indentation=0.0)

@@ -57,7 +57,7 @@ def test_pendulum_of_varying_length(method):
 
 
 def test_link_is_a_bar_without_mass():
-    """Identity: a double pendulum whose upper bar is a rod, against the same with a bar of a nanogram."""
+    """Contract: a double pendulum whose upper bar is a rod, against the same with a bar of a nanogram."""
     bob = sd.Body("bob", mass=1.0, inertia=0.1, points={"top": (0.0, 0.0)}, centre=(0.4, 0.0), position=(0.6, 0.0), angle=-1.0)
     rod = sd.Rod("rope", ("ground", "origin"), ("bob", "top"))
     run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, rods=(rod,)), until=0.8, **TIGHT)
@@ -160,7 +160,7 @@ def test_travel_stop_without_loss_reverses(method):
 
 
 def test_equilibrium_in_clearance_joints():
-    """Identity: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
+    """Contract: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
     mechanism = sd.scissor(units=2).with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
     run = sd.simulate(mechanism, until=0.02, start="static", samples=11)
     assert float(np.max(np.abs(run["velocity"]))) < 1e-8
@@ -209,7 +209,7 @@ def test_mass_without_anything_rests_on_its_guide():
 
 
 def test_equilibrium_of_many_clearance_joints():
-    """Identity: from static equilibrium of 54 clearance joints nothing moves."""
+    """Contract: from static equilibrium of 54 clearance joints nothing moves."""
     mechanism = sd.scissor(units=18).with_clearance("all", sd.Clearance(0.2e-3)).driven(speed=0.0)
     assert len(mechanism.clearance_joints) == 54
     run = sd.simulate(mechanism, until=1e-3, start="static", samples=3)
@@ -282,7 +282,7 @@ def test_more_contacts_at_the_start_than_the_log_begins_with():
 
 
 def test_assembly_far_from_its_place_is_said():
-    """Identity: a rocker placed at 124 deg is assembled at 89.66 deg, and the run says by how much it was rotated."""
+    """Contract: a rocker placed at 124 deg is assembled at 89.66 deg, and the run says by how much it was rotated."""
     linkage = sd.four_bar(angle=math.radians(60.0))
     placed = (dataclasses.replace(b, angle=math.radians(124.0)) if b.name == "rocker" else b for b in linkage.bodies)
     far = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=1.0)
@@ -293,7 +293,7 @@ def test_assembly_far_from_its_place_is_said():
 
 
 def test_a_body_moved_without_rotation_is_said_in_lengths():
-    """Identity: a slider placed 30 mm off its guide is moved by 30 mm, and the run says so."""
+    """Contract: a slider placed 30 mm off its guide is moved by 30 mm, and the run says so."""
     mechanism = sd.slider_crank().driven(speed=1.0)
     placed = next(body for body in mechanism.bodies if body.name == "slider")
     there = dataclasses.replace(placed, position=(placed.position[0], placed.position[1] + 0.03))

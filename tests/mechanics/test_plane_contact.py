@@ -100,7 +100,7 @@ def test_time_derivative():
 
 
 def test_rate_of_the_gap_is_its_derivative():
-    """Identity: delta' of each corner is the change of delta along the motion (error of central differences)."""
+    """Contract: delta' of each corner is the change of delta along the motion (error of central differences)."""
     handle, state, n = touching_state(floating(BLOCK), np.random.default_rng(5))
     gap, rate = np.zeros(4), np.zeros(4)
     functions.guards(0.0, state, handle.address, gap, rate)

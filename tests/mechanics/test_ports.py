@@ -84,7 +84,7 @@ def test_gradients(name, seed):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", PORTS)
 def test_forces_do_the_work_of_their_coordinates(name, seed):
-    """Identity: forces on the maps are the gradients times the port's forces, a tension's against its length."""
+    """Contract: forces on the maps are the gradients times the port's forces, a tension's against its length."""
     port, module = PORTS[name]
     maps, rates, speeds = at(seed)
     out = np.random.default_rng(seed + 10).normal(size=4)

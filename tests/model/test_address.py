@@ -37,7 +37,7 @@ def frictional():
     ],
 )
 def test_a_number_and_its_change(frictional, path, value, unit):
-    """Identity: what is there, its unit, and after a change the new number there and nothing else."""
+    """Contract: what is there, its unit, and after a change the new number there and nothing else."""
     found = number(frictional, path)
     assert (found.value, found.quantity.unit) == (pytest.approx(value, rel=1e-15), unit)
     changed = frictional.replace(path, 0.5 * value)
@@ -64,13 +64,13 @@ def test_a_number_and_its_change(frictional, path, value, unit):
     ],
 )
 def test_paths_that_lead_nowhere(frictional, path, words):
-    """Identity: one-line errors."""
+    """Contract: one-line errors."""
     with pytest.raises(InputError, match=words):
         number(frictional, path)
 
 
 def test_patterns_change_all():
-    """Identity: an address with a pattern leads to all clearance joints that match, and changes them alone."""
+    """Contract: an address with a pattern leads to all clearance joints that match, and changes them alone."""
     loose = sd.scissor(units=2).with_clearance(("A", "unit 1/pivot"), sd.Clearance(1e-4)).driven(speed=1.0)
     assert [place.value for place in find(loose, "joint.all.clearance")] == [1e-4, 1e-4]
     wider = loose.replace("clearance.all.clearance", 3e-4)

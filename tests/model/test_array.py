@@ -117,7 +117,7 @@ def test_pushed_ring():
     ids=["polar", "kinked", "ring 6", "ring 13", "mast", "platform", "ring with clearance at a pivot", "ring with clearance"],
 )
 def test_degrees_of_freedom(array, freedom):
-    """Identity: free coordinates less constraints are the degrees of freedom, also where joints are redundant."""
+    """Contract: free coordinates less constraints are the degrees of freedom, also where joints are redundant."""
     assert degrees_of_freedom(array) == freedom
 
 
@@ -189,7 +189,7 @@ def test_clearance_everywhere(case):
     ],
 )
 def test_refused_arrays(build):
-    """Identity: an array that cannot be built is refused in one line that says what is allowed."""
+    """Contract: an array that cannot be built is refused in one line that says what is allowed."""
     with pytest.raises(InputError, match="allowed: ") as caught:
         build()
     assert "\n" not in str(caught.value)

@@ -8,7 +8,7 @@ import scissordyn as sd
 
 
 def test_both_spellings_are_the_same_mechanism() -> None:
-    """Identity: "BODY.POINT" and (BODY, POINT) give equal parts, wherever a body and a point are named."""
+    """Contract: "BODY.POINT" and (BODY, POINT) give equal parts, wherever a body and a point are named."""
     arm = sd.scissor(units=2)
     for made in (
         lambda point, other: sd.Revolute("pin", point, other),
@@ -27,7 +27,7 @@ def test_both_spellings_are_the_same_mechanism() -> None:
 
 
 def test_a_joint_goes_before_a_point() -> None:
-    """Identity: where a joint or a point may be named, the name of a joint is a joint."""
+    """Contract: where a joint or a point may be named, the name of a joint is a joint."""
     arm = sd.scissor(units=1)
     assert arm.joint_or_point("A") == arm.joint("A")
     assert arm.joint_or_point("slider.centre") == ("slider", "centre")
@@ -37,6 +37,6 @@ def test_a_joint_goes_before_a_point() -> None:
 
 @pytest.mark.parametrize("given", ["", "end", ".end", "bar.", ("bar",), 3])
 def test_what_is_no_point(given: object) -> None:
-    """Identity: one line that says what is wanted."""
+    """Contract: one line that says what is wanted."""
     with pytest.raises(sd.InputError, match=r"joint 'pin'|Revolute"):
         sd.Revolute("pin", given, ("ground", "O"))  # type: ignore[arg-type]

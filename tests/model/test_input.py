@@ -91,7 +91,7 @@ LOOSE = ARM.with_clearance("A", sd.Clearance(1e-4)).driven(sd.Harmonic(1.0, 0.1,
     ],
 )  # fmt: skip
 def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object], says: str) -> None:
-    """Identity: one line at construction that says what came, what is allowed and what to write in Python."""
+    """Contract: one line at construction that says what came, what is allowed and what to write in Python."""
     with pytest.raises(sd.InputError) as caught:
         make()
     message = str(caught.value)
@@ -102,7 +102,7 @@ def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
-    """Identity: numpy's numbers, arrays, truth values and lists give the description that Python's own give."""
+    """Contract: numpy's numbers, arrays, truth values and lists give the description that Python's own give."""
     ours = sd.scissor(units=2, bar_length=2.0, angle=0.5)
     assert sd.scissor(units=np.int64(2), bar_length=np.float32(2.0), angle=np.float64(0.5)) == ours
     assert sd.scissor(units=2.0, bar_length=2, angle=0.5) == ours
@@ -116,7 +116,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 
 def test_every_quantity_has_bounds() -> None:
-    """Identity: a quantity that declares none has those of its unit, and a positive one is no smaller than any machine's."""
+    """Contract: a quantity that declares none has those of its unit, and a positive one is no smaller than any machine's."""
     for unit, (smallest, largest) in {**RANGES, "N/m^7": (1e-30, 1e30)}.items():
         free, positive = Quantity(unit), Quantity(unit, above=0.0)
         assert free.admits(-largest)
@@ -129,7 +129,7 @@ def test_every_quantity_has_bounds() -> None:
 
 
 def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
-    """Identity: angular_frequency is in rad/s in Python and has any unit of it in a file, where 1 Hz is one turn per second."""
+    """Contract: angular_frequency is in rad/s in Python and has any unit of it in a file, where 1 Hz is one turn per second."""
     from scissordyn.config.file import read_case
 
     text = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n[drive.harmonic]\nmean = "45 deg"\namplitude = "1 deg"\n%s\n'

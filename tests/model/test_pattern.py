@@ -25,12 +25,12 @@ def clearance_joints(*patterns):
     ],
 )
 def test_patterns(patterns, expected):
-    """Identity: names, words and patterns choose the joints they say, in the order of the mechanism."""
+    """Contract: names, words and patterns choose the joints they say, in the order of the mechanism."""
     assert clearance_joints(*patterns) == expected
 
 
 def test_all():
-    """Identity: "all" is every revolute joint, and a single string is as good as a list of one."""
+    """Contract: "all" is every revolute joint, and a single string is as good as a list of one."""
     arm = sd.scissor(units=3)
     assert arm.with_clearance("all", PIN).clearance_joints == arm.with_clearance(["*"], PIN).clearance_joints
     assert arm.with_clearance("all", PIN).ideal_joints == ()
@@ -38,7 +38,7 @@ def test_all():
 
 
 def test_a_name_goes_before_a_word():
-    """Identity: a joint that is called like a word or a pattern is itself."""
+    """Contract: a joint that is called like a word or a pattern is itself."""
     assert matching("joint", "all", ("all", "other")) == ("all",)
     assert matching("joint", "a[1]", ("a1", "a[1]")) == ("a[1]",)
 
@@ -47,7 +47,7 @@ def test_a_name_goes_before_a_word():
     ("pattern", "hint"), [("unit 1/pivto", "did you mean 'unit 1/pivot'"), ("pivot", "did you mean"), ("unit 9/*", "pattern")]
 )
 def test_nothing_matches(pattern, hint):
-    """Identity: a pattern that matches nothing is refused with the nearest name."""
+    """Contract: a pattern that matches nothing is refused with the nearest name."""
     with pytest.raises(InputError, match="joint") as caught:
         sd.scissor(units=3).with_clearance(pattern, PIN)
     assert hint in str(caught.value)
@@ -55,6 +55,6 @@ def test_nothing_matches(pattern, hint):
 
 
 def test_no_names():
-    """Identity: an empty list of joints is an error, not a mechanism that stays as it was."""
+    """Contract: an empty list of joints is an error, not a mechanism that stays as it was."""
     with pytest.raises(InputError, match="no joint named"):
         sd.scissor(units=3).with_clearance([], PIN)

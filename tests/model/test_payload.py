@@ -62,7 +62,7 @@ def test_payload_at_a_joint():
 
 
 def test_panels_take_patterns():
-    """Identity: a pattern puts a panel on each bar it matches, and on no other body."""
+    """Contract: a pattern puts a panel on each bar it matches, and on no other body."""
     arm = sd.with_panels(sd.scissor(units=3), "unit */bar 1", 2.0)
     heavier = [body.name for body in arm.bodies if body.mass == pytest.approx(7.68)]
     assert heavier == ["unit 1/bar 1", "unit 2/bar 1", "unit 3/bar 1"]
@@ -82,7 +82,7 @@ def test_panels_take_patterns():
     ],
 )
 def test_refused_loads(load, hint):
-    """Identity: what cannot be carried is refused in one line that says why."""
+    """Contract: what cannot be carried is refused in one line that says why."""
     with pytest.raises(InputError) as caught:
         load(sd.scissor(units=2))
     assert hint in str(caught.value)
@@ -112,6 +112,6 @@ def test_straight_bar_is_a_bar():
 
 @pytest.mark.parametrize("length", [0.0, -1.0, math.inf, True, "1 m"])
 def test_refused_lengths(length):
-    """Identity: a length that is none is refused by its name."""
+    """Contract: a length that is none is refused by its name."""
     with pytest.raises(InputError, match="second"):
         sd.angulated_bar("rod", first=0.5, second=length, mass=1.0)

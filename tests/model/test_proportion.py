@@ -55,7 +55,7 @@ def test_absurd_numbers_are_told_once(mechanism: Mechanism, message: str) -> Non
 
 
 def test_a_run_and_a_check_tell_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Identity: the warning stands in a run, in many runs, and on the terminal before a run."""
+    """Contract: the warning stands in a run, in many runs, and on the terminal before a run."""
     from scissordyn.cli.main import status_of
     from scissordyn.config.template import template
 

@@ -14,7 +14,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 @pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
 def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
-    """Identity: what the walk meets is at its path, and another number there changes that one value alone."""
+    """Contract: what the walk meets is at its path, and another number there changes that one value alone."""
     mechanism = sd.read_case(case).mechanism
     met = list(leaves(mechanism))
     assert len({leaf.path for leaf in met}) == len(met) > 10
@@ -29,7 +29,7 @@ def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
 
 @pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
 def test_what_is_given_makes_the_same(case: Path) -> None:
-    """Identity: the fields that are not their default, handed to the class, make an equal description."""
+    """Contract: the fields that are not their default, handed to the class, make an equal description."""
     mechanism = sd.read_case(case).mechanism
     parts = [part for field in ("bodies", "joints", "guides", "drives", "components") for part in getattr(mechanism, field)]
     assert parts
@@ -39,7 +39,7 @@ def test_what_is_given_makes_the_same(case: Path) -> None:
 
 
 def test_a_tuple_with_a_unit_is_one_value() -> None:
-    """Identity: points are values in metres by their names; the sign of a zero is no default."""
+    """Contract: points are values in metres by their names; the sign of a zero is no default."""
     body = sd.Body("rod", 1.0, 0.1, points={"tip": (0.2, 0.0)}, centre=(-0.0, 0.0))
     units = {leaf.path: leaf.quantity.unit for leaf in leaves(body) if leaf.quantity is not None}
     assert units["points", "tip"] == units["centre",] == "m"

@@ -19,7 +19,7 @@ ROWS = [
 
 
 def test_claims_have_a_check_a_command_a_figure_and_a_date() -> None:
-    """Identity: no cell of the table is empty."""
+    """Contract: no cell of the table is empty."""
     assert len(ROWS) > 20
     for row in ROWS:
         assert len(row) == 5, row
@@ -27,7 +27,7 @@ def test_claims_have_a_check_a_command_a_figure_and_a_date() -> None:
 
 
 def test_commands_of_claims_exist() -> None:
-    """Identity: tests, validation cases, benchmarks and programs that the page names are there."""
+    """Contract: tests, validation cases, benchmarks and programs that the page names are there."""
     for *_, command, _figure, _date in ROWS:
         for words in (text.split() for text in re.findall(r"`([^`]+)`", command)):
             match words:

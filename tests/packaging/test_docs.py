@@ -38,7 +38,7 @@ def blocks(text: str, language: str) -> list[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_links(page: Path) -> None:
-    """Identity: every relative link and picture of a page exists; the generated pages are those of `docs/_generate.py`."""
+    """Contract: every relative link and picture of a page exists; the generated pages are those of `docs/_generate.py`."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", text):
         if "://" in target or target.startswith("doi:"):
@@ -112,7 +112,7 @@ def generator() -> Any:
 
 
 def test_tables_are_those_of_the_declarations() -> None:
-    """Identity: units, defaults and ranges in the pages are the declared ones; `python docs/_tables.py` writes them."""
+    """Contract: units, defaults and ranges in the pages are the declared ones; `python docs/_tables.py` writes them."""
     found = subprocess.run(
         [sys.executable, DOCS / "_tables.py", "--check"], capture_output=True, text=True, check=False, timeout=120
     )
@@ -121,7 +121,7 @@ def test_tables_are_those_of_the_declarations() -> None:
 
 
 def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
-    """Identity: pages of the API that are no longer made do not stay, as the site would have their names twice."""
+    """Contract: pages of the API that are no longer made do not stay, as the site would have their names twice."""
     for name in ("theory", "api"):
         (tmp_path / name).mkdir()
     (tmp_path / "api" / "old.md").write_text("# Old", encoding="utf-8")
@@ -133,7 +133,7 @@ def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
 
 
 def test_every_public_name_is_documented_and_shown() -> None:
-    """Identity: each public name has a docstring, a place in the API, and is used in code of these pages that is executed."""
+    """Contract: each public name has a docstring, a place in the API, and is used in code of these pages that is executed."""
     generate = generator()
     listed = [one for names in generate.groups().values() for one in names]
     assert sorted(listed) == sorted(sd.__all__)
@@ -163,7 +163,7 @@ def test_every_public_name_is_documented_and_shown() -> None:
 
 
 def test_what_examples_import_is_public() -> None:
-    """Identity: names that the documentation imports from modules are public there, or modules themselves."""
+    """Contract: names that the documentation imports from modules are public there, or modules themselves."""
     imports = {
         (module, name.split(" as ")[0].strip())
         for page in PAGES
@@ -200,7 +200,7 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_examples_of_the_gallery_are_cases() -> None:
-    """Identity: every picture of the gallery has its case."""
+    """Contract: every picture of the gallery has its case."""
     for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
         assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
 

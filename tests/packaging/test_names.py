@@ -23,7 +23,7 @@ print(json.dumps([before, [dir(sd), dir(sd.plot)], found, str(engine), callable(
 
 
 def test_shown_names() -> None:
-    """Identity: the public names and the version, before and after rooms are loaded, and no name of the ground."""
+    """Contract: the public names and the version, before and after rooms are loaded, and no name of the ground."""
     done = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
     before, after, completed, engine, callable_ = json.loads(done.stdout)
     wanted = sorted(["__version__", *sd.__all__])
@@ -37,7 +37,7 @@ def test_shown_names() -> None:
 
 
 def test_a_room_that_is_called() -> None:
-    """Identity: `sd.study` has the signature and the documentation of its function, and stays the room for imports."""
+    """Contract: `sd.study` has the signature and the documentation of its function, and stays the room for imports."""
     import inspect
 
     from scissordyn.config.studies import study

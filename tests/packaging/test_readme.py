@@ -28,7 +28,7 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_checks_call_what_is_named() -> None:
-    """Identity: the commands of make on the page are targets with their set-up, and the checks call the tests by the same."""
+    """Contract: the commands of make on the page are targets with their set-up, and the checks call the tests by the same."""
     named = re.findall(r"\bmake (\w+)", "".join(blocks("sh")))
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert {"paper", "test"} <= set(named)
@@ -40,7 +40,7 @@ def test_the_checks_call_what_is_named() -> None:
 
 
 def test_links_lead_somewhere() -> None:
-    """Identity: every relative link of README and CONTRIBUTING is a file or a folder."""
+    """Contract: every relative link of README and CONTRIBUTING is a file or a folder."""
     for page in ("README.md", "CONTRIBUTING.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         for target in re.findall(r"\]\(([^)#:]+)\)", text):

@@ -26,7 +26,7 @@ def spaceless(requirement: str) -> str:
 
 
 def test_conda_recipe_needs_what_the_package_needs() -> None:
-    """Identity: version, dependencies and the command of the recipe are those of the package."""
+    """Contract: version, dependencies and the command of the recipe are those of the package."""
     recipe = yaml.safe_load((ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     assert recipe["context"]["version"] == sd.__version__
     python, *needed = recipe["requirements"]["run"]
@@ -37,7 +37,7 @@ def test_conda_recipe_needs_what_the_package_needs() -> None:
 
 
 def test_changelog_has_the_version() -> None:
-    """Identity: the first section is that of the version, with its date or unreleased."""
+    """Contract: the first section is that of the version, with its date or unreleased."""
     heading = re.search(r"^## (\S+) \((.+)\)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert heading is not None
     assert heading[1] == sd.__version__
@@ -46,7 +46,7 @@ def test_changelog_has_the_version() -> None:
 
 @pytest.mark.parametrize("path", sorted((GITHUB / "workflows").glob("*.yml")), ids=lambda path: path.name)
 def test_actions_are_pinned(path: Path) -> None:
-    """Identity: each action is named by its digest, with the version behind it, and a checkout keeps no credentials."""
+    """Contract: each action is named by its digest, with the version behind it, and a checkout keeps no credentials."""
     text = path.read_text(encoding="utf-8")
     used = re.findall(r"uses: (\S+)(.*)", text)
     assert used
@@ -58,7 +58,7 @@ def test_actions_are_pinned(path: Path) -> None:
 
 
 def test_forms_are_forms() -> None:
-    """Identity: each form of an issue has a name, a description and fields with labels; Dependabot knows both kinds of pins."""
+    """Contract: each form of an issue has a name, a description and fields with labels; Dependabot knows both kinds of pins."""
     forms = [path for path in (GITHUB / "ISSUE_TEMPLATE").glob("*.yml") if path.name != "config.yml"]
     assert len(forms) == 3
     for path in forms:
@@ -75,7 +75,7 @@ def test_forms_are_forms() -> None:
 
 @pytest.mark.slow
 def test_wheel_of_the_sdist(tmp_path: Path) -> None:
-    """Identity: a wheel can be built from what the sdist holds, and has the examples; the sdist has the tests."""
+    """Contract: a wheel can be built from what the sdist holds, and has the examples; the sdist has the tests."""
     source, made = tmp_path / "source", tmp_path / "made"
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
     for name in filter(None, listed):

@@ -50,7 +50,7 @@ def imported(folder: str) -> set[str]:
 
 
 def test_ci_installs_what_the_tests_import() -> None:
-    """Identity: with the extras of the workflow, but for peers and pictures of a browser, which tests skip without."""
+    """Contract: with the extras of the workflow, but for peers and pictures of a browser, which tests skip without."""
     (extras,) = set(re.findall(r'--editable "\.\[([\w,]+)\]"', WORKFLOW))
     there = installed(set(extras.split(",")))
     distributions = packages_distributions()

@@ -26,7 +26,7 @@ OFFLINE = (
 @pytest.mark.skipif(BROWSER is None, reason="no chromium")
 @pytest.mark.skipif(importlib.util.find_spec("myst_nb") is None, reason="the site's requirements are not installed")
 def test_equations_render_without_a_network(tmp_path: Path) -> None:
-    """Identity: every displayed equation of the theory becomes a picture, and none an error."""
+    """Contract: every displayed equation of the theory becomes a picture, and none an error."""
     theory = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "theory").glob("*.md")))
     equations = re.findall(r"^\$\$\n.*?^\$\$\n", theory, flags=re.MULTILINE | re.DOTALL)
     assert len(equations) > 30

@@ -38,7 +38,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
-    """Identity: every file of the package and every example is in the wheel; tests and documentation are not."""
+    """Contract: every file of the package and every example is in the wheel; tests and documentation are not."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
@@ -57,7 +57,7 @@ def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
 
 
 def test_one_version(capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the package, the citation file and the program name the same version."""
+    """Contract: the package, the citation file and the program name the same version."""
     assert re.fullmatch(r"\d+\.\d+\.\d+", sd.__version__)
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {sd.__version__}\n" in citation
@@ -66,7 +66,7 @@ def test_one_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_module_is_the_program() -> None:
-    """Identity: `python -m scissordyn` is the program, with its exit statuses."""
+    """Contract: `python -m scissordyn` is the program, with its exit statuses."""
     done = subprocess.run([sys.executable, "-m", "scissordyn", "--version"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, f"scissordyn {sd.__version__}\n")
     done = subprocess.run([sys.executable, "-m", "scissordyn", "nonsense"], capture_output=True, text=True, check=False)

@@ -12,7 +12,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 
 
 def test_systems_and_versions() -> None:
-    """Identity: tests run on three systems with every version of Python that the classifiers name."""
+    """Contract: tests run on three systems with every version of Python that the classifiers name."""
     named = [one.rpartition(" ")[2] for one in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d", one)]
     quoted = ", ".join(f'"{one}"' for one in named)
     assert f"python: [{quoted}]" in WORKFLOW
@@ -20,7 +20,7 @@ def test_systems_and_versions() -> None:
 
 
 def test_commands_exist() -> None:
-    """Identity: each command is a target of make, an installation with extras that exist, or tests that exist."""
+    """Contract: each command is a target of make, an installation with extras that exist, or tests that exist."""
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     commands = [line.strip("\"'").split() for line in re.findall(r"^ *- run: (.+)$", WORKFLOW, re.MULTILINE)]
     assert len(commands) >= 6

@@ -21,7 +21,7 @@ from scissordyn_paper.sensitivity import full_factorial, one_at_a_time
 
 
 def test_the_case_file_says_what_python_says(tmp_path):
-    """Identity: the default choice is the array of the package's contract, built by hand."""
+    """Contract: the default choice is the array of the package's contract, built by hand."""
     path = tmp_path / "case.toml"
     path.write_text(PaperCase(friction=0.03).toml)
     case = read_case(path)
@@ -35,7 +35,7 @@ def test_the_case_file_says_what_python_says(tmp_path):
 
 
 def test_a_choice_reaches_the_mechanism():
-    """Identity: every field of a choice is found in what it describes."""
+    """Contract: every field of a choice is found in what it describes."""
     choice = Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
     described = PaperCase(0.2e-3, rpm(100), choice=choice).described()
     joint = described.mechanism.joint("A").clearance
@@ -48,7 +48,7 @@ def test_a_choice_reaches_the_mechanism():
     "choice", [Choice(), Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed"), PERIODIC]
 )
 def test_cases_made_of_the_parts_of_others_are_those_of_their_files(choice):
-    """Identity: mechanism and options are those of the case file; the ideal run is that of any contact law."""
+    """Contract: mechanism and options are those of the case file; the ideal run is that of any contact law."""
     for case in (*every_case(choice), *contact_starts(choice)):
         ideal = case.ideal.without_contact_laws.described()
         assert ideal == case.ideal.described()
@@ -57,7 +57,7 @@ def test_cases_made_of_the_parts_of_others_are_those_of_their_files(choice):
 
 
 def test_contact_laws_have_no_effect_on_a_constrained_contact():
-    """Identity: the survey computes such a run once for all of them, as it does the ideal one."""
+    """Contract: the survey computes such a run once for all of them, as it does the ideal one."""
     case = PaperCase(0.3e-3, constrained=True, choice=Choice(angle=degrees(45), restitution=0.5, bearing_length=30e-3))
     other = case.without_contact_laws
     assert other.choice == Choice(angle=degrees(45))
@@ -88,7 +88,7 @@ def test_no_run_meets_the_change_point():
 
 
 def test_names_and_choices_are_distinct():
-    """Identity: no run overwrites another one's file, no choice is counted twice."""
+    """Contract: no run overwrites another one's file, no choice is counted twice."""
     cases = every_case(Choice())
     assert len({case.name for case in cases}) == len(cases) == 20
     for choices in (one_at_a_time(), full_factorial()):
@@ -97,7 +97,7 @@ def test_names_and_choices_are_distinct():
 
 
 def test_every_figure_finds_its_runs():
-    """Identity: what the figures need is among the runs that are made."""
+    """Contract: what the figures need is among the runs that are made."""
     cases = set(every_case(Choice()))
     for figure in FIGURES.values():
         assert cases.issuperset(figure.cases)
@@ -105,7 +105,7 @@ def test_every_figure_finds_its_runs():
 
 
 def test_bad_input_is_refused_in_one_line():
-    """Identity: what came and what is allowed."""
+    """Contract: what came and what is allowed."""
     with pytest.raises(InputError, match=r"figure 5; allowed: a figure with results: 6, 7"):
         figure_of(5)
     with pytest.raises(InputError, match="ideal joint"):

@@ -13,7 +13,7 @@ HALF = 1.0  # of a bar of 2 m
 
 @pytest.mark.parametrize("size", CONTROLLED)
 def test_the_journal_stays_on_the_clearance_circle(runs, size):
-    """Identity: the eccentricity found from the bodies' motion is what the constraint prescribes."""
+    """Contract: the eccentricity found from the bodies' motion is what the constraint prescribes."""
     place = runs[PaperCase(size, constrained=True)]["eccentricity"].sel(joint="A").values
     assert np.hypot(*place.T) == pytest.approx(size, rel=1e-7)
 

@@ -18,7 +18,7 @@ from scissordyn_paper.controlled import (
 
 
 def test_names_and_mechanisms_are_distinct():
-    """Identity: no run overwrites another one's file, and their keys differ."""
+    """Contract: no run overwrites another one's file, and their keys differ."""
     assert len({job.name for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     assert len({(job.manoeuvre, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     for job in CONTROLLED_RUNS:

@@ -30,7 +30,7 @@ def test_every_case_has_its_own_file(tmp_path):
 
 
 def test_rigid_and_dry_is_the_run_of_the_paper():
-    """Identity: without bars that bend and without oil, the largest force is that of the paper's run."""
+    """Contract: without bars that bend and without oil, the largest force is that of the paper's run."""
     found, known = compute(OpenCase(clearance=0.4e-3)), compute_paper(PaperCase(0.4e-3), trust=False)
     assert float(found["peak_force"]) == float(known["peak_force"].max())
     assert float(found["contacts"]) == known.sizes["contact"]

@@ -59,7 +59,7 @@ def short(monkeypatch):
 
 @pytest.mark.usefixtures("short")
 def test_a_verdict_is_the_same_each_time():
-    """Identity: no clock and no random start in the stored results; few samples are undecided."""
+    """Contract: no clock and no random start in the stored results; few samples are undecided."""
     one, two = (examine(PaperCase(choice=PERIODIC)) for _ in range(2))
     assert one.attrs["regularity"] == two.attrs["regularity"]
     assert (read(one).kind, read(one).regular) == ("transient only", None)
@@ -68,7 +68,7 @@ def test_a_verdict_is_the_same_each_time():
 
 @pytest.mark.usefixtures("short")
 def test_a_diagram_of_another_version_is_made_anew(tmp_path):
-    """Identity: a file that is cut is replaced by the same diagram; a whole one is read."""
+    """Contract: a file that is cut is replaced by the same diagram; a whole one is read."""
     path = tmp_path / "diagram.nc"
     first = fetch_diagram(path, engine=Threads(1))
     assert first["value"].values == pytest.approx([0.2e-3, 0.7e-3])
@@ -82,7 +82,7 @@ def test_a_diagram_of_another_version_is_made_anew(tmp_path):
 
 
 def test_a_full_disk_does_not_cost_the_diagram(tmp_path, monkeypatch):
-    """Identity: only a stored diagram that is cut or another one is thrown away, not one that could not be written."""
+    """Contract: only a stored diagram that is cut or another one is thrown away, not one that could not be written."""
     path = tmp_path / "bifurcation.nc"
     kept = b"what was done so far"
     path.write_bytes(kept)
@@ -97,7 +97,7 @@ def test_a_full_disk_does_not_cost_the_diagram(tmp_path, monkeypatch):
 
 
 def test_a_file_of_somebody_else_is_no_diagram(tmp_path):
-    """Identity: what lies under the diagram's name and is no NetCDF file of ours is left alone."""
+    """Contract: what lies under the diagram's name and is no NetCDF file of ours is left alone."""
     path = tmp_path / "bifurcation.nc"
     path.write_text("notes")
     with pytest.raises(InputError, match="not overwritten"):

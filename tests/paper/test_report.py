@@ -94,7 +94,7 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(report):
 
 
 def test_the_tables_say_the_same_as_the_page(report):
-    """Identity: answers in JSON and CSV are those of the verdicts; case files can be read."""
+    """Contract: answers in JSON and CSV are those of the verdicts; case files can be read."""
     folder = report.report.parent
     rows = json.loads((folder / "verdicts.json").read_text())["verdicts"]
     assert [(row["clause"], row["answer"]) for row in rows] == [(v.clause.key, v.answer) for v in report.verdicts]
@@ -114,7 +114,7 @@ def test_the_tables_say_the_same_as_the_page(report):
 
 
 def test_the_tables_beyond_the_paper_have_every_case(report):
-    """Identity: a row for each motion, each contact statistic and each control scheme, and counts that the top repeats."""
+    """Contract: a row for each motion, each contact statistic and each control scheme, and counts that the top repeats."""
     text = report.report.read_text()
 
     def rows(name):
@@ -130,7 +130,7 @@ def test_the_tables_beyond_the_paper_have_every_case(report):
 
 
 def test_a_second_time_gives_the_same_bytes(report):
-    """Identity: no clock, no random name in the page and the tables."""
+    """Contract: no clock, no random name in the page and the tables."""
     folder = report.report.parent
     kept = [*folder.glob("*.html"), *folder.glob("verdicts.*")]
     before = {path: path.read_bytes() for path in kept}
@@ -145,7 +145,7 @@ def test_a_second_time_gives_the_same_bytes(report):
 
 
 def test_one_figure_can_be_drawn_alone(report):
-    """Identity: the two files of that figure, and the same bytes as among the others."""
+    """Contract: the two files of that figure, and the same bytes as among the others."""
     folder = report.report.parent
     before = {path: path.read_bytes() for path in (folder / "figures").glob("figure-09.*")}
     written = draw_figure(9, folder, engine=Threads(1))
@@ -154,7 +154,7 @@ def test_one_figure_can_be_drawn_alone(report):
 
 
 def test_a_figure_without_results_is_refused(tmp_path):
-    """Identity: nothing is written."""
+    """Contract: nothing is written."""
     with pytest.raises(InputError, match="figure 4"):
         draw_figure(4, tmp_path / "none", engine=Threads(1))
     assert not (tmp_path / "none").exists()
@@ -178,7 +178,7 @@ def test_processes_are_the_default(monkeypatch, processors, options, expected):
 
 
 def test_the_command_shows_the_answers(report, capsys, monkeypatch):
-    """Identity: every clause with its answer, and where the report is, in a hundred columns."""
+    """Contract: every clause with its answer, and where the report is, in a hundred columns."""
     monkeypatch.setattr(module, "reproduce", lambda folder, **_: report)
     assert command.paper(report.report.parent, threads=1) == 0
     shown = capsys.readouterr().out

@@ -45,7 +45,7 @@ def test_a_second_call_computes_nothing(folder, monkeypatch):
 
 @pytest.mark.parametrize("spoil", ["cut", "case", "provenance"])
 def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
-    """Identity: half a file, a file of another choice, a file of another version."""
+    """Contract: half a file, a file of another choice, a file of another version."""
     path = folder / f"{CASE.name}.nc"
     if spoil == "cut":
         path.write_bytes(path.read_bytes()[:1000])
@@ -111,7 +111,7 @@ def test_the_first_contacts_are_those_of_a_second_program(runs):
 
 
 def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
-    """Identity: each kind has its own folder, its results in the order asked for, and its own progress."""
+    """Contract: each kind has its own folder, its results in the order asked for, and its own progress."""
     moved, steps = PaperCase(0.2e-3), []
     free, ideal = fetch_all(
         Jobs((moved,), compute, tmp_path / "free", "clearance"),
@@ -126,7 +126,7 @@ def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
 
 
 def test_what_is_in_work_stops_with_an_error():
-    """Identity: a consumer that fails, as where a picture cannot be drawn, leaves no task at work."""
+    """Contract: a consumer that fails, as where a picture cannot be drawn, leaves no task at work."""
     ended = []
 
     class Engine:

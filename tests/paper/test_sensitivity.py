@@ -55,7 +55,7 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
 
 
 def test_several_surveys_are_done_in_one_go(tmp_path):
-    """Identity: each has its own file, its own choices and members, and is what it is alone."""
+    """Contract: each has its own file, its own choices and members, and is what it is alone."""
     steps = []
     asked = (
         Survey((DEFAULT,), tmp_path / "one.nc", members=2),
@@ -71,7 +71,7 @@ def test_several_surveys_are_done_in_one_go(tmp_path):
 
 
 def test_settled_answers_replace_those_of_two_oscillations(tmp_path):
-    """Identity: for the periodic drive the named clauses have the given answers, others the surveyed ones."""
+    """Contract: for the periodic drive the named clauses have the given answers, others the surveyed ones."""
     choices = (DEFAULT, PERIODIC)
     plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, engine=Threads(1))
     at = [clause.key for clause in CLAUSES].index("5e")
@@ -84,7 +84,7 @@ def test_settled_answers_replace_those_of_two_oscillations(tmp_path):
 
 
 def test_factors_distinguish_all_choices():
-    """Identity: the levels of a choice name it, and one at a time changes one factor."""
+    """Contract: the levels of a choice name it, and one at a time changes one factor."""
     for choices in (full_factorial(), one_at_a_time()):
         assert len({tuple(level(choice) for level in FACTORS.values()) for choice in choices}) == len(choices)
     changed = [sum(level(choice) != level(DEFAULT) for level in FACTORS.values()) for choice in one_at_a_time()]

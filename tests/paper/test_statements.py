@@ -121,7 +121,7 @@ def test_a_clause_is_yes_or_no(clause):
 
 
 def test_a_verdict_depends_on_its_own_runs():
-    """Identity: a run beyond its predictability horizon marks its own clauses only."""
+    """Contract: a run beyond its predictability horizon marks its own clauses only."""
     measured = as_the_paper_says()
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
     doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}
@@ -160,7 +160,7 @@ UNSETTLED = {
 
 
 def test_every_clause_that_the_periodic_drive_answers_is_spoiled():
-    """Identity: the table above includes all."""
+    """Contract: the table above includes all."""
     assert set(UNSETTLED) == {clause.key for clause in CLAUSES if clause.periodically is not None}
 
 

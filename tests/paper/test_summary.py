@@ -11,7 +11,7 @@ from scissordyn_paper.verdict import Finding, Verdict
 
 
 def test_clauses_are_sorted_by_how_often_they_hold():
-    """Identity: at and beyond the bounds, and between them."""
+    """Contract: at and beyond the bounds, and between them."""
     said = in_words(["a", "b", "c", "d"], np.array([0.95, 0.05, 0.5, 1.0]))
     assert f"These agree for at least {percent(0.95)} of the choices: a, d." in said
     assert "differ for as many: b." in said

@@ -86,7 +86,7 @@ def test_a_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> No
 
 @pytest.mark.parametrize("other", OTHERS)
 def test_a_change_of_the_tables_is_planned_anew(other: str) -> None:
-    """Identity: a change that does not fit has the plan that it would have by itself."""
+    """Contract: a change that does not fit has the plan that it would have by itself."""
     known = array()
     plan(known)
     changed = OTHERS[other](known)
@@ -101,7 +101,7 @@ def test_what_enters_the_tables_does_not_fit(other: str) -> None:
 
 
 def test_equal_mechanisms_fit() -> None:
-    """Identity: what is equal fits, whoever made it."""
+    """Contract: what is equal fits, whoever made it."""
     assert plan(array()).fits(array())
 
 
@@ -117,7 +117,7 @@ def test_the_plan_is_no_part_of_the_mechanism() -> None:
 
 
 def test_numbers_are_not_shared() -> None:
-    """Identity: two systems of one plan have arrays of their own, where a driver may write."""
+    """Contract: two systems of one plan have arrays of their own, where a driver may write."""
     made = plan(array())
     one, other = made.numbers(), made.numbers()
     for name, first, second in zip(one._fields, one, other, strict=True):

@@ -78,7 +78,7 @@ def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: Mechanism, scene:
 
 
 def test_everything_stays_inside_the_picture(scene: Scene) -> None:
-    """Identity: every point of a body, pin or spring is inside the corners."""
+    """Contract: every point of a body, pin or spring is inside the corners."""
     for shape in scene.shapes:
         if shape.kind != "guide":
             assert np.all((shape.points >= scene.low) & (shape.points <= scene.high))
@@ -94,7 +94,7 @@ def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> 
 
 
 def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
-    """Identity: with a frame every 8 ms, of 0.3 ms contacts, each frame has the largest force since the one before."""
+    """Contract: with a frame every 8 ms, of 0.3 ms contacts, each frame has the largest force since the one before."""
     frames = np.arange(0, INSTANTS, 320)
     joint = scene_of(run, arm, frames, ["A"]).clearance_joints[0]
     force, touching = run["normal_force"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
@@ -106,7 +106,7 @@ def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> N
 
 
 def test_a_film_moves_its_artists(scene: Scene) -> None:
-    """Identity: the lines of a frame are the scene's, and the title says when."""
+    """Contract: the lines of a frame are the scene's, and the title says when."""
     film = Film(scene, 120.0)
     film.show(3)
     for artist, shape in zip(film.shapes, scene.shapes, strict=True):
@@ -119,7 +119,7 @@ def test_a_film_moves_its_artists(scene: Scene) -> None:
 
 
 def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Identity: frames and their duration, and different pictures in them."""
+    """Contract: frames and their duration, and different pictures in them."""
     path = animate(run, arm, tmp_path / "film.gif", seconds=0.4, rate=10)
     with Image.open(path) as film:
         assert film.n_frames == 4
@@ -144,7 +144,7 @@ def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
 def test_mp4_without_ffmpeg_is_refused(
     run: xr.Dataset, arm: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: one line that says what is missing and what to do."""
+    """Contract: one line that says what is missing and what to do."""
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
     with pytest.raises(InputError, match=r"needs the program ffmpeg.*film\.gif or film\.html"):
         animate(run, arm, tmp_path / "film.mp4")
@@ -152,7 +152,7 @@ def test_mp4_without_ffmpeg_is_refused(
 
 
 def test_an_ffmpeg_that_fails_is_reported(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Identity: an ffmpeg that ends with an error leaves one line and no file."""
+    """Contract: an ffmpeg that ends with an error leaves one line and no file."""
     broken = tmp_path / "bin" / "ffmpeg"
     broken.parent.mkdir()
     broken.write_text("#!/bin/sh\ncat >/dev/null\nexit 3\n")
@@ -175,7 +175,7 @@ def floats(packed: str) -> np.ndarray:
 
 
 def test_pages_are_of_one_piece(run: xr.Dataset, scene: Scene) -> None:
-    """Identity: nothing is fetched, the same scene gives the same page, and every point is there in single precision."""
+    """Contract: nothing is fetched, the same scene gives the same page, and every point is there in single precision."""
     text = page(scene, run, 6.0)
     assert text == page(scene, run, 6.0)
     assert not re.search(r"https?:|src=|href=|@import|url\(|import ", text)
@@ -189,7 +189,7 @@ def test_pages_are_of_one_piece(run: xr.Dataset, scene: Scene) -> None:
 
 
 def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
-    """Identity: a joint named like the end of a script is text."""
+    """Contract: a joint named like the end of a script is text."""
     name = "</script><b>&"
     arm = mechanism_with(())
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
@@ -229,7 +229,7 @@ def test_a_browser_shows_the_frame_that_is_asked_for(run: xr.Dataset, scene: Sce
 def test_what_cannot_be_filmed_is_refused(
     run: xr.Dataset, arm: Mechanism, tmp_path: Path, name: str, options: dict, says: str
 ) -> None:
-    """Identity: one line, and no file."""
+    """Contract: one line, and no file."""
     with pytest.raises(InputError) as caught:
         animate(run, arm, tmp_path / name, **options)
     assert says in str(caught.value)
@@ -248,7 +248,7 @@ def test_runs_without_clearance_joints_and_short_ones(
 
 
 def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
-    """Identity: every clearance joint has its ring and its magnified view, those that were asked for first."""
+    """Contract: every clearance joint has its ring and its magnified view, those that were asked for first."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
     film = data_of(animate(many, mechanism, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8"))
@@ -258,7 +258,7 @@ def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
 
 
 def test_film_names_its_joints_and_counts_the_others() -> None:
-    """Identity: a name is at the place of its joint in each frame; a film of fewer joints says how many more there are."""
+    """Contract: a name is at the place of its joint in each frame; a film of fewer joints says how many more there are."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
     film = Film(scene_of(many, mechanism, FRAMES, ["A", "unit 1/pivot"], shown=1), 1.0)

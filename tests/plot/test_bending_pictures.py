@@ -97,7 +97,7 @@ def whole():
 
 @pytest.mark.parametrize("quantity", ["bending moment", "stress"])
 def test_values_on_bars_are_those_of_the_run(run, unit, whole, quantity):
-    """Identity: by elements and by modes, at the places of the run's own axis, ordinates on the side in tension."""
+    """Contract: by elements and by modes, at the places of the run's own axis, ordinates on the side in tension."""
     for mechanism, found in ((unit, run), whole):
         diagram = diagram_of(found, mechanism, quantity)
         scene = scene_of(found, mechanism, np.arange(4), [], on_bars=quantity)
@@ -133,7 +133,7 @@ def test_a_cantilever_is_in_tension_above():
 
 
 def test_the_envelope_has_the_largest_and_the_least(run, unit):
-    """Identity: at every place of all samples; the picture names the largest."""
+    """Contract: at every place of all samples; the picture names the largest."""
     diagram = diagram_of(run, unit, "bending moment")
     np.testing.assert_array_equal(diagram.envelope().values, [diagram.values.max(axis=0), diagram.values.min(axis=0)])
     drawn = sd.plot.bending(run, unit, envelope=True)
@@ -172,7 +172,7 @@ def test_a_film_has_the_colours_of_the_stress(run, unit, tmp_path):
 
 
 def test_a_mode_is_drawn_and_oscillates(unit, tmp_path):
-    """Identity: a quarter of a period from rest the displacement is the shape; films and curves are written."""
+    """Contract: a quarter of a period from rest the displacement is the shape; films and curves are written."""
     found = sd.modes(unit, count=3, times=[0.0, 0.1])
     first, ideal = found.isel(time=0), unit.ideal()
     motion = oscillation(first, ideal, 2, frames=9, periods=1)
@@ -200,7 +200,7 @@ def test_the_command_draws_modes_along_the_stroke(tmp_path, capsys):
 
 
 def test_parts_of_a_bar_have_one_area_and_one_line() -> None:
-    """Identity: two parts that go on from each other, and one apart; a jump is in the line, and no area is lost."""
+    """Contract: two parts that go on from each other, and one apart; a jump is in the line, and no area is lost."""
     places = np.array(
         [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]], [[0.0, 9.0], [1.0, 9.0], [2.0, 9.0]]]
     )

@@ -64,7 +64,7 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
 
 
 def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
-    """Identity: four corners make one panel; there is no orbit without a journal; an ideal guide is refused."""
+    """Contract: four corners make one panel; there is no orbit without a journal; an ideal guide is refused."""
     assert guides_of(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
     assert len(structure(fallen, linkage, times=2)) == 4
     drawn = draw_all(fallen, None, tmp_path, linkage)
@@ -102,7 +102,7 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
 
 
 def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
-    """Identity: film and page leave the pole inside a ring to be seen; a block in a channel is filled."""
+    """Contract: film and page leave the pole inside a ring to be seen; a block in a channel is filled."""
     ring = GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
     for mechanism, hollow in ((linkage, False), (linkage.ideal().with_clearance("guide", ring), True)):
         run = simulate(mechanism, until=1e-3, samples=3)
@@ -113,7 +113,7 @@ def test_a_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
 
 
 def test_the_time_above_a_film_is_inside_it(fallen: xr.Dataset, linkage: Mechanism) -> None:
-    """Identity: equal scales move the panel after the first layout; the text above it stays in the figure."""
+    """Contract: equal scales move the panel after the first layout; the text above it stays in the figure."""
     scene = scene_of(fallen, linkage, np.arange(3), [], guides=["guide"])
     for height in (0.8, 0.9, 1.0, 1.2):
         film = Film(dataclasses.replace(scene, low=np.array([0.0, 0.0]), high=np.array([1.0, height])), 1.0)

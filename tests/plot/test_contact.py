@@ -42,7 +42,7 @@ def line(axes: Axes, label: str) -> np.ndarray:
 
 
 def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
-    """Identity: each marked peak is a point of the line, which has every sample too, and the samples alone miss the peaks."""
+    """Contract: each marked peak is a point of the line, which has every sample too, and the samples alone miss the peaks."""
     (axes,) = force(coarse)
     drawn, peaks = line(axes, "normal force"), line(axes, "peak of a contact")
     assert len(peaks) == coarse.sizes["contact"] > 5
@@ -57,7 +57,7 @@ def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
 
 
 def test_flights_between_contacts_have_no_force(coarse: xr.Dataset) -> None:
-    """Identity: between the end of a contact and the start of the next one the line is at zero."""
+    """Contract: between the end of a contact and the start of the next one the line is at zero."""
     curve, found = force_curve(coarse, "slider pin"), contact_times(coarse, "slider pin")
     for end, start in zip(found.end[:-1], found.start[1:], strict=True):
         between = (curve["time"].values >= end) & (curve["time"].values <= start)
@@ -77,7 +77,7 @@ def test_point_at_a_sample_stays_one_point() -> None:
 
 
 def test_largest_torque_is_on_its_line(coarse: xr.Dataset) -> None:
-    """Identity: the mark of the largest torque is a point of the line, and no point of it is farther from zero."""
+    """Contract: the mark of the largest torque is a point of the line, and no point of it is farther from zero."""
     (axes,) = torque(coarse)
     drawn, (mark,) = line(axes, "with clearance"), line(axes, "largest")
     assert tuple(mark) in {tuple(point) for point in drawn}
@@ -85,7 +85,7 @@ def test_largest_torque_is_on_its_line(coarse: xr.Dataset) -> None:
 
 
 def test_frames_of_a_film_have_the_peaks(coarse: xr.Dataset) -> None:
-    """Identity: the largest force of all frames is that of all contacts, and each contact is in a frame."""
+    """Contract: the largest force of all frames is that of all contacts, and each contact is in a frame."""
     mechanism = coarse.scissordyn.mechanism
     (joint,) = scene_of(coarse, mechanism, np.arange(0, SAMPLES, 4), ["slider pin"]).clearance_joints
     assert joint.force.max() == coarse["peak_force"].max()
@@ -95,7 +95,7 @@ def test_frames_of_a_film_have_the_peaks(coarse: xr.Dataset) -> None:
 
 
 def test_compared_forces_reach_their_peaks(coarse: xr.Dataset) -> None:
-    """Identity: both lines of a comparison reach the largest contact force."""
+    """Contract: both lines of a comparison reach the largest contact force."""
     drawn = comparison(coarse, coarse)
     axes = next(each for each in drawn if "slider pin" in " ".join(each.get_ylabel().split()))
     factor = 1e-3 if "kN" in axes.get_ylabel() else 1.0

@@ -36,7 +36,7 @@ def anchored() -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
 
 
 def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]) -> None:
-    """Identity: a name is nearest to its own joint, or has a leader to it that passes no other clearance joint."""
+    """Contract: a name is nearest to its own joint, or has a leader to it that passes no other clearance joint."""
     assert len(anchored) == 3
     for low, high, place, others in anchored:
         near = np.clip(place, low, high)

@@ -13,7 +13,7 @@ RING = 5.5
 
 
 def test_names_keep_off_lines_joints_and_each_other() -> None:
-    """Identity: in every frame of a crank that turns half a revolution, no name is on a joint, a bar, or another name."""
+    """Contract: in every frame of a crank that turns half a revolution, no name is on a joint, a bar, or another name."""
     angle = np.linspace(0.0, math.pi, 60)
     crank = 0.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     end = np.stack([crank[:, 0] + np.sqrt(0.25 - crank[:, 1] ** 2), 0.0 * angle], axis=1)
@@ -42,7 +42,7 @@ def test_names_keep_off_lines_joints_and_each_other() -> None:
 
 
 def test_names_of_a_crowd_stay_apart() -> None:
-    """Identity: names of six joints on a line that a film draws two letters apart never cover each other."""
+    """Contract: names of six joints on a line that a film draws two letters apart never cover each other."""
     names = [f"unit {k}/pivot" for k in range(2, 8)]
     high = np.linspace(0.1, 0.4, 24)[:, None] * np.arange(1, 7)
     joints = np.stack([0.0 * high, high], axis=2)
@@ -75,7 +75,7 @@ def test_rings_leave_room_between_joints() -> None:
 
 
 def test_names_stay_with_their_joints_and_in_the_picture() -> None:
-    """Identity: of three joints of an array that closes, each name is nearest to its own joint, and none is cut off."""
+    """Contract: of three joints of an array that closes, each name is nearest to its own joint, and none is cut off."""
     gap = np.linspace(1.0, 0.25, 30)
     joints = np.stack([np.stack([k * gap, 0.0 * gap], axis=1) for k in range(3)], axis=1)
     region = np.array([-0.05, -0.5]), np.array([2.2, 0.5])

@@ -82,7 +82,7 @@ def test_engineering_scale(unit: str, largest: float, factor: float, shown: str)
 
 
 def test_response_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: six panels with the run's and the ideal mechanism's numbers, in the units of their labels."""
+    """Contract: six panels with the run's and the ideal mechanism's numbers, in the units of their labels."""
     drawn = response(run, ideal)
     bar_2 = run.sel(body="unit 1/bar 2")
     expected = [
@@ -104,7 +104,7 @@ def test_response_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_response_of_another_body(run: xr.Dataset) -> None:
-    """Identity: `body` chooses whose angle; a wrong name gets the right one suggested; with no ideal run nothing is dashed."""
+    """Contract: `body` chooses whose angle; a wrong name gets the right one suggested; with no ideal run nothing is dashed."""
     drawn = response(run, body="unit 2/bar 1")
     np.testing.assert_array_equal(drawn[3].lines[0].get_ydata(), run["angular_velocity"].sel(body="unit 2/bar 1"))
     assert [len(axes.lines) for axes in drawn] == [1] * 6
@@ -113,7 +113,7 @@ def test_response_of_another_body(run: xr.Dataset) -> None:
 
 
 def test_response_without_a_slider(run: xr.Dataset) -> None:
-    """Identity: a mechanism without a guided output has the three panels of its first body."""
+    """Contract: a mechanism without a guided output has the three panels of its first body."""
     names = {"unit 1/bar 2": "rod"}
     bodies = [names.get(str(name), str(name)) for name in run["body"].values]
     drawn = response(run.drop_vars([name for name in run if str(name).startswith("slider")]).assign_coords(body=bodies))
@@ -131,7 +131,7 @@ def test_constant_stays_flat(ideal: xr.Dataset) -> None:
 
 
 def test_torque_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: the torque in kN m beside the ideal one, one panel per drive."""
+    """Contract: the torque in kN m beside the ideal one, one panel per drive."""
     (axes,) = torque(run, ideal)
     assert axes.get_ylabel() == "driving torque [kN·m]"
     np.testing.assert_allclose(curve(axes, "with clearance").get_ydata(), run["drive_torque"] / 1e3, rtol=1e-14)
@@ -144,7 +144,7 @@ def test_torque_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_force_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: normal and friction force, the peaks of the contact table, the contacts' intervals, the ideal reaction."""
+    """Contract: normal and friction force, the peaks of the contact table, the contacts' intervals, the ideal reaction."""
     normal, friction = force(run, ideal)
     at_a = run.sel(joint="A")
     assert (normal.get_ylabel(), friction.get_ylabel()) == ("normal force [kN]", "friction force [kN]")
@@ -182,7 +182,7 @@ def test_force_without_contacts(ideal: xr.Dataset) -> None:
 
 
 def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
-    """Identity: each joint has its own panels with its own contacts; a wrong name gets the right one suggested."""
+    """Contract: each joint has its own panels with its own contacts; a wrong name gets the right one suggested."""
     drawn = force(two_joints)
     assert [axes.get_title(loc="left") for axes in drawn] == ["joint A", "", "joint unit 1/pivot", ""]
     first, second = (curve(axes, "peak of a contact").get_xdata() for axes in (drawn[0], drawn[2]))
@@ -194,7 +194,7 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
 
 
 def test_joints_with_the_largest_forces() -> None:
-    """Identity: of more clearance joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
+    """Contract: of more clearance joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
     names = [f"j{k}" for k in range(9)]
     peaks = [3.0, 9.0, 1.0, 8.0, 2.0, 7.0, 6.0, 5.0, 4.0]
     many = xr.Dataset(
@@ -206,7 +206,7 @@ def test_joints_with_the_largest_forces() -> None:
 
 
 def test_orbit_shows_the_data(run: xr.Dataset) -> None:
-    """Identity: free flight and contact together are the orbit, each where it belongs, and the circle is the clearance."""
+    """Contract: free flight and contact together are the orbit, each where it belongs, and the circle is the clearance."""
     (axes,) = orbit(run, exaggeration=1.0)
     place, touching = 1e3 * run["eccentricity"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
     contact = np.array(curve(axes, "contact").get_xydata())
@@ -263,7 +263,7 @@ def test_energy_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
-    """Identity: every panel over time is shaded from the horizon to the end; each figure says once what that means."""
+    """Contract: every panel over time is shaded from the horizon to the end; each figure says once what that means."""
     doubtful = made_up(trusted_until=0.021)
     for name, drawn in figures(doubtful, ideal, arm).items():
         figure = drawn[0].get_figure(root=True)
@@ -287,13 +287,13 @@ def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
 @pytest.mark.parametrize("joints", [("A",), tuple(CLEARANCE_JOINTS)])
 @pytest.mark.parametrize("until", [math.nan, 0.021])
 def test_no_text_lies_on_another(joints: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
-    """Identity: the boxes of all shown texts are apart from each other and inside the figure."""
+    """Contract: the boxes of all shown texts are apart from each other and inside the figure."""
     for name, drawn in figures(made_up(joints, trusted_until=until), ideal, mechanism_with(joints)).items():
         assert overlaps(drawn[0].get_figure(root=True)) == [], name
 
 
 def test_overlap_is_seen() -> None:
-    """Identity: the check of the test above finds two texts on one place, and one outside."""
+    """Contract: the check of the test above finds two texts on one place, and one outside."""
     figure = Figure()
     for text in ("one", "two"):
         figure.text(0.5, 0.5, text)
@@ -302,7 +302,7 @@ def test_overlap_is_seen() -> None:
 
 
 def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: pictures go onto the Axes they are given and nowhere else; a wrong number of them is refused."""
+    """Contract: pictures go onto the Axes they are given and nowhere else; a wrong number of them is refused."""
     figure = Figure()
     six = figure.subplots(3, 2)
     assert response(run, ideal, axes=six.flat) == list(six.flat)
@@ -315,7 +315,7 @@ def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism) -> None:
-    """Identity: no two curves of one panel share colour, dash and marker."""
+    """Contract: no two curves of one panel share colour, dash and marker."""
     for name, drawn in figures(run, ideal, arm).items():
         for axes in drawn:
             handles, labels = axes.get_legend_handles_labels()
@@ -344,7 +344,7 @@ def test_one_sample() -> None:
 
 @pytest.mark.parametrize("name", [r"$\frac{$", "a $ b", "[/red]pin", "\x1b[31m\x00m", r"$\alpha$", r"a\$b", "{x}^_%"])
 def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
-    """Identity: a joint's name is drawn as it is written, not as a formula; a control character as its code."""
+    """Contract: a joint's name is drawn as it is written, not as a formula; a control character as its code."""
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
     named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
     named["contact_joint"] = named["contact_joint"].astype(object).where(named["contact_joint"] != "A", name)
@@ -359,7 +359,7 @@ def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
 
 @pytest.mark.parametrize("format", ["png", "svg"])
 def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Identity: all pictures in a folder that is made, in the asked format, the same bytes each time and nothing else."""
+    """Contract: all pictures in a folder that is made, in the asked format, the same bytes each time and nothing else."""
     first = draw_all(run, ideal, tmp_path / "a" / "b", arm, format)
     second = draw_all(run, ideal, tmp_path / "c", arm, format=format)
     assert [path.name for path in first] == [f"{name}.{format}" for name in ALL]
@@ -377,7 +377,7 @@ def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_nothing_is_left_by_a_failed_write(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
-    """Identity: an unknown format writes nothing; a file that cannot be replaced leaves no parts; both say what to type."""
+    """Contract: an unknown format writes nothing; a file that cannot be replaced leaves no parts; both say what to type."""
     with pytest.raises(InputError, match=r"did you mean 'png'\?"):
         draw_all(run, None, tmp_path / "new", arm, "pgn")
     assert not (tmp_path / "new").exists()
@@ -391,7 +391,7 @@ def test_nothing_is_left_by_a_failed_write(run: xr.Dataset, arm: Mechanism, tmp_
 
 
 def test_no_pyplot() -> None:
-    """Identity: drawing never loads pyplot, with its windows and global state."""
+    """Contract: drawing never loads pyplot, with its windows and global state."""
     import subprocess
     import sys
 
@@ -415,7 +415,7 @@ def test_energy_has_every_account(run: xr.Dataset) -> None:
 
 
 def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> None:
-    """Identity: a contact between two samples counts with its located peak; figures say how many joints they leave out."""
+    """Contract: a contact between two samples counts with its located peak; figures say how many joints they leave out."""
     names = [f"joint {k}" for k in range(8)]
     force_ = np.tile(np.linspace(1.0, 8.0, 8), (run.sizes["time"], 1))
     many = xr.Dataset(
@@ -439,7 +439,7 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
 
 
 def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
-    """Identity: the mark is at the maximum that the run has located between its samples, in the part that is drawn."""
+    """Contract: the mark is at the maximum that the run has located between its samples, in the part that is drawn."""
     spike = xr.Dataset({"peak_drive_torque": ("drive", [2e5]), "peak_drive_torque_time": ("drive", [0.01234])})
     located = run.merge(spike.assign_coords(drive=["unit 1/bar 1"]))
     mark = next(line for line in torque(located)[0].lines if line.get_label() == "largest")

@@ -48,7 +48,7 @@ def on_rings(axes: Axes) -> list[str]:
 
 
 def test_long_names_keep_off_clearance_joints() -> None:
-    """Identity: a flat array with a clearance beside each of twelve names has no name on a joint."""
+    """Contract: a flat array with a clearance beside each of twelve names has no name on a joint."""
     mechanism = read_case(next(path for path in EXAMPLES if path.stem == "solar_array"), []).mechanism
     axes = preview(mechanism.replace("A.clearance", 2e-4))
     assert sum("(clearance 0.1 mm)" in text for text in written(axes.texts)) == 11
@@ -57,7 +57,7 @@ def test_long_names_keep_off_clearance_joints() -> None:
 
 @pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
 def test_names_are_all_there_and_apart(case: Path) -> None:
-    """Identity: all bodies, joints, drives and components of every example have their names, apart and off clearance joints."""
+    """Contract: all bodies, joints, drives and components of every example have their names, apart and off clearance joints."""
     mechanism = read_case(case, []).mechanism
     axes = preview(mechanism)
     named = [
@@ -96,7 +96,7 @@ def hostile() -> sd.Mechanism:
 
 
 def test_names_are_text() -> None:
-    """Identity: names show letter by letter, and an SVG is well-formed without a script."""
+    """Contract: names show letter by letter, and an SVG is well-formed without a script."""
     shown = written(preview(hostile()).texts)
     assert r"$\frac{$" in shown
     assert "<script>alert(1)</script>" in shown
@@ -122,7 +122,7 @@ def test_more_names_than_room_are_counted() -> None:
 
 
 def test_mechanism_draws_itself() -> None:
-    """Identity: plot() gives Axes, a notebook gets the same as SVG."""
+    """Contract: plot() gives Axes, a notebook gets the same as SVG."""
     arm = sd.scissor(units=1).driven(speed=1.0)
     assert "drive of unit 1/bar 1" in written(arm.plot().texts)
     assert arm._repr_svg_() == arm._repr_svg_()
@@ -147,7 +147,7 @@ def test_transmission_angle_of_a_slider_crank() -> None:
 
 
 def test_every_body_of_an_array_is_in_a_dyad() -> None:
-    """Identity: behind the driven bar an array of N units has N dyads, for a jack at the slider too; a ring has none."""
+    """Contract: behind the driven bar an array of N units has N dyads, for a jack at the slider too; a ring has none."""
     for units in (1, 2, 5):
         assert len(dyads(plan(sd.scissor(units=units).driven(speed=1.0)))) == units
     lift = read_case(EXAMPLES[0].with_name("lift.toml"), []).mechanism
@@ -181,7 +181,7 @@ def test_ideal_kinematics_marks_singular_positions() -> None:
 
 
 def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the command says what it found and writes what it is asked for."""
+    """Contract: the command says what it found and writes what it is asked for."""
     picture, curves = tmp_path / "picture.svg", tmp_path / "curves.png"
     assert status_of(["preview", PAPER, "-o", str(picture), "--curves", str(curves), "--set", "drive.speed='250 rpm'"]) == 0
     said = " ".join(capsys.readouterr().out.split())

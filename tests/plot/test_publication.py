@@ -40,7 +40,7 @@ def figure_of(axes: Axes) -> Figure:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_pictures_have_the_width_and_the_letters_of_a_column(run: xr.Dataset, kind: str) -> None:
-    """Identity: 90 mm wide, labels of 8 pt, ticks of 7 pt, and no two labels of y axes on each other."""
+    """Contract: 90 mm wide, labels of 8 pt, ticks of 7 pt, and no two labels of y axes on each other."""
     with sd.style("single-column"):
         drawn = getattr(sd.plot, kind)(run)
     figure = figure_of(drawn[0])
@@ -73,7 +73,7 @@ def many() -> dict[str, xr.Dataset]:
 
 @pytest.mark.parametrize("kind", sorted({*sd.plot.__all__} - {"Pictures"}))
 def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: str) -> None:
-    """Identity: in the column of a page no text reaches beyond the figure, and no panel is below a fifth of its width."""
+    """Contract: in the column of a page no text reaches beyond the figure, and no panel is below a fifth of its width."""
     run = many[kind]
     with sd.style("single-column"):
         drawn = getattr(run.scissordyn.plot, kind)(*([run] if kind == "comparison" else []))
@@ -94,7 +94,7 @@ def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: s
 
 
 def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
-    """Identity: pictures before and after have the same size, and one row of panels that of the parameters."""
+    """Contract: pictures before and after have the same size, and one row of panels that of the parameters."""
     before, kept = figure_of(sd.plot.torque(run)[0]).get_size_inches(), {name: mpl.rcParams[name] for name in NAMES}
     for name in STYLES:
         with sd.style(name, font_family="serif"):
@@ -109,7 +109,7 @@ def test_a_style_ends_with_its_block(run: xr.Dataset) -> None:
 
 
 def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
-    """Identity: in narrow Axes of a figure of the user's it is inside; in wide ones beside them."""
+    """Contract: in narrow Axes of a figure of the user's it is inside; in wide ones beside them."""
     figure = Figure(figsize=(9.0, 3.0))
     first, second, third = figure.subplots(1, 3)
     sd.plot.torque(run, axes=second)
@@ -127,7 +127,7 @@ def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
 
 
 def test_methods_and_functions_have_the_same_arguments() -> None:
-    """Identity: each picture of a run is a method with the arguments of its function."""
+    """Contract: each picture of a run is a method with the arguments of its function."""
     for kind in (*KINDS, "film", "structure", "bending", "comparison"):
         function = list(inspect.signature(getattr(sd.plot, kind)).parameters)
         assert list(inspect.signature(getattr(Pictures, kind)).parameters) == function
@@ -156,7 +156,7 @@ def test_latex_writes_names_as_they_are() -> None:
 
 
 def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
-    """Identity: no text of any picture has a bare sign that LaTeX would take for its own."""
+    """Contract: no text of any picture has a bare sign that LaTeX would take for its own."""
     with sd.style("single-column", text_usetex=True):
         for kind in KINDS:
             figure = figure_of(getattr(sd.plot, kind)(run)[0])
@@ -173,7 +173,7 @@ def test_long_labels_take_several_lines() -> None:
 
 
 def test_a_command_draws_for_a_journal(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a PDF of 90 mm; a second call writes the same file; an unknown style is refused with the nearest one."""
+    """Contract: a PDF of 90 mm; a second call writes the same file; an unknown style is refused with the nearest one."""
     monkeypatch.chdir(tmp_path)
     sd.save(run, "run.nc")
     command = ["plot", "run.nc", "-o", "out", "--only", "torque", "--format", "pdf", "--style", "single-column"]

@@ -65,7 +65,7 @@ def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
 
 
 def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: no texts overlap or leave the figure, and every axis has a label."""
+    """Contract: no texts overlap or leave the figure, and every axis has a label."""
     for name, drawn in pictures(run, ideal).items():
         figure = drawn[0].get_figure(root=True)
         assert isinstance(figure, Figure)
@@ -74,7 +74,7 @@ def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_map_shows_the_flashes(run: xr.Dataset) -> None:
-    """Identity: one dot a flash in the units of the labels; those beyond the predictability horizon are grey and said to be."""
+    """Contract: one dot a flash in the units of the labels; those beyond the predictability horizon are grey and said to be."""
     strobe = stroboscopic(run, period=1e-3)
     (axes,) = stroboscopic_map(strobe.assign_attrs(trusted_until=0.02), y="slider_acceleration")
     before, beyond = axes.lines
@@ -95,7 +95,7 @@ def test_map_shows_the_flashes(run: xr.Dataset) -> None:
 
 
 def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: the run's samples as dots, the ideal mechanism's as a line."""
+    """Contract: the run's samples as dots, the ideal mechanism's as a line."""
     dots, line = velocity_acceleration(scatter(run), scatter(ideal))[0].lines
     assert (dots.get_linestyle(), line.get_linestyle()) == ("None", "-")
     np.testing.assert_allclose(dots.get_xdata(), run["slider_velocity"], rtol=1e-14)
@@ -103,7 +103,7 @@ def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_spectrum_names_its_peaks() -> None:
-    """Identity: the density in decades, the dominant frequencies marked where they are and written out."""
+    """Contract: the density in decades, the dominant frequencies marked where they are and written out."""
     found = spectrum(SIGNAL, spacing=0.01, unit="m/s")
     (axes,) = power_spectrum(found)
     assert axes.get_yscale() == "log"
@@ -113,7 +113,7 @@ def test_spectrum_names_its_peaks() -> None:
 
 
 def test_bifurcation_shows_every_cycle() -> None:
-    """Identity: every stored cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
+    """Contract: every stored cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
     data = diagram()
     (axes,) = bifurcation(data)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("radial clearance [mm]", "velocity of the slider [m/s]")
@@ -128,7 +128,7 @@ def test_bifurcation_shows_every_cycle() -> None:
 
 
 def test_zero_one_and_recurrence_show_their_numbers() -> None:
-    """Identity: p against q, all angles in the histogram, the median; every pair of samples in the recurrence plot."""
+    """Contract: p against q, all angles in the histogram, the median; every pair of samples in the recurrence plot."""
     test = zero_one_test(SIGNAL)
     plane, spread = zero_one(test)
     np.testing.assert_array_equal(plane.lines[0].get_ydata(), test["q"])
@@ -151,7 +151,7 @@ def test_large_recurrence_plot_is_averaged() -> None:
 
 
 def test_distribution_counts_every_contact(run: xr.Dataset, two_joints: xr.Dataset) -> None:
-    """Identity: all contacts of the joint are in the bars, also the least and the largest; decades where they are needed."""
+    """Contract: all contacts of the joint are in the bars, also the least and the largest; decades where they are needed."""
     (axes,) = distribution(run)
     assert sum(bar.get_height() for bar in axes.patches) == run.sizes["contact"]
     assert axes.get_xlabel() == "peak_force [kN]"

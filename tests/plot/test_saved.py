@@ -77,7 +77,7 @@ def test_accessor_draws_what_the_functions_draw(saved: xr.Dataset) -> None:
 
 
 def test_accessor_has_all_pictures(saved: xr.Dataset) -> None:
-    """Identity: each kind of picture is a method, and `sd.plot` has the function of the same name."""
+    """Contract: each kind of picture is a method, and `sd.plot` has the function of the same name."""
     for kind in PLAIN:
         assert getattr(saved.scissordyn.plot, kind)()
         assert callable(getattr(sd.plot, kind))
@@ -85,7 +85,7 @@ def test_accessor_has_all_pictures(saved: xr.Dataset) -> None:
 
 
 def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
-    """Identity: samples are those between both instants, contacts those that last at one of them."""
+    """Contract: samples are those between both instants, contacts those that last at one of them."""
     part = window(saved, 2e-3, 6e-3)
     assert part["time"].values[0] >= 2e-3
     assert part["time"].values[-1] <= 6e-3
@@ -98,7 +98,7 @@ def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
 
 
 def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: all commands on saved runs work where a simulation would raise."""
+    """Contract: all commands on saved runs work where a simulation would raise."""
 
     def refuse(*given: object, **named: object) -> None:
         raise AssertionError("a run was computed")
@@ -114,7 +114,7 @@ def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypa
 
 
 def test_plot_draws_what_is_asked_for(stored: tuple[Path, Path], tmp_path: Path) -> None:
-    """Identity: only the pictures that are named, of the joint that is named."""
+    """Contract: only the pictures that are named, of the joint that is named."""
     command = ["plot", str(stored[0]), "-o", str(tmp_path), "--only", "force,orbit", "--joint", "A", "--format", "svg"]
     assert status_of([*command, "--from", "2 ms", "--to", "8 ms"]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["force.svg", "orbit.svg"]
@@ -133,7 +133,7 @@ def test_plot_draws_what_is_asked_for(stored: tuple[Path, Path], tmp_path: Path)
 def test_wrong_options_are_one_line(
     stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
 ) -> None:
-    """Identity: status 2, one line that names the option's value, nothing written."""
+    """Contract: status 2, one line that names the option's value, nothing written."""
     assert status_of(["plot", str(stored[0]), "-o", str(tmp_path), *options]) == 2
     error = capsys.readouterr().err
     assert said in error
@@ -142,7 +142,7 @@ def test_wrong_options_are_one_line(
 
 
 def test_case_file_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: a case file in place of a run is refused with the command that makes a run of it."""
+    """Contract: a case file in place of a run is refused with the command that makes a run of it."""
     case = tmp_path / "case.toml"
     case.write_text('[structure]\nkind = "scissor"\n')
     assert status_of(["plot", str(case), "-o", str(tmp_path)]) == 2
@@ -171,7 +171,7 @@ def test_exports_hold_the_run(saved: xr.Dataset, stored: tuple[Path, Path], tmp_
 
 
 def test_contacts_are_a_table(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
-    """Identity: one row for each contact."""
+    """Contract: one row for each contact."""
     assert status_of(["export", str(stored[0]), str(tmp_path / "contacts.csv"), "--contacts"]) == 0
     table = columns(tmp_path / "contacts.csv")
     assert table["peak_force [N]"].astype(float).tolist() == saved["peak_force"].values.tolist()
@@ -179,7 +179,7 @@ def test_contacts_are_a_table(saved: xr.Dataset, stored: tuple[Path, Path], tmp_
 
 
 def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: an earlier table is replaced, another file of that name is kept."""
+    """Contract: an earlier table is replaced, another file of that name is kept."""
     table = tmp_path / "table.csv"
     for _ in range(2):
         assert status_of(["export", str(stored[0]), str(table)]) == 0
@@ -190,7 +190,7 @@ def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path,
 
 
 def test_comparison_says_what_differs(stored: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the one number in which both cases differ, and figures of both runs."""
+    """Contract: the one number in which both cases differ, and figures of both runs."""
     assert status_of(["compare", *map(str, stored)]) == 0
     said = capsys.readouterr().out
     assert "mechanism.joints.A.clearance.clearance 0.5 mm 0.2 mm" in " ".join(said.split())
@@ -210,7 +210,7 @@ def test_comparison_says_what_differs(stored: tuple[Path, Path], capsys: pytest.
 
 
 def test_comparison_draws_both(stored: tuple[Path, Path]) -> None:
-    """Identity: each panel has the curves of both runs, in the same unit."""
+    """Contract: each panel has the curves of both runs, in the same unit."""
     one, other = map(sd.load, stored)
     for axes, (_, pair) in zip(comparison(one, other), shared_curves([one, other]), strict=True):
         drawn = [np.asarray(line.get_ydata()) for line in axes.lines]

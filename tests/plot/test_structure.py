@@ -77,7 +77,7 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
-    """Identity: a panel per instant and per clearance joint, all structures on the same axes."""
+    """Contract: a panel per instant and per clearance joint, all structures on the same axes."""
     drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
     assert [axes.get_title(loc="left") for axes in (drawn[0], drawn[3])] == ["t = 0 ms", "t = 30 ms"]
     assert len(drawn) == 6
@@ -87,7 +87,7 @@ def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
 
 
 def test_stills_name_the_joints_that_they_magnify() -> None:
-    """Identity: of many clearance joints those with the largest forces are magnified and named, the others only ringed."""
+    """Contract: of many clearance joints those with the largest forces are magnified and named, the others only ringed."""
     arm = scissor(units=4)
     names = [joint.name for joint in arm.joints]
     for name in names:

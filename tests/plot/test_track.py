@@ -18,7 +18,7 @@ def run() -> xr.Dataset:
 
 
 def test_deviation_meets_its_peak_and_tolerance(run: xr.Dataset) -> None:
-    """Identity: the curve has the located maximum, the dotted line the tolerance, in one scale; a window has its part."""
+    """Contract: the curve has the located maximum, the dotted line the tolerance, in one scale; a window has its part."""
     (axes,) = run.scissordyn.plot.track()
     lines = {line.get_label(): line for line in axes.lines}
     factor = 1e3 if "mm" in axes.get_ylabel() else 1e6
@@ -33,7 +33,7 @@ def test_deviation_meets_its_peak_and_tolerance(run: xr.Dataset) -> None:
 
 
 def test_torque_shades_its_limit(run: xr.Dataset) -> None:
-    """Identity: the shaded stretches last as long as the summary says, and the line stands at the limit."""
+    """Contract: the shaded stretches last as long as the summary says, and the line stands at the limit."""
     (axes,) = run.scissordyn.plot.torque()
     shaded = [patch for patch in axes.patches if patch.get_label() == "at the limit"]
     lasting = run.scissordyn.summary().actuators[0].time_at_limit
@@ -45,7 +45,7 @@ def test_torque_shades_its_limit(run: xr.Dataset) -> None:
 
 
 def test_payloads_and_panels_are_where_they_are_fixed() -> None:
-    """Identity: the middle of a payload is its point, that of a panel the middle of its two points, at every sample."""
+    """Contract: the middle of a payload is its point, that of a panel the middle of its two points, at every sample."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
     arm = sd.with_panels(sd.with_payload(arm, "unit 2/bar 1.end", 12.0), "unit 1/bar 2", 1.0)
     moved = sd.simulate(arm, until=0.02, samples=5)

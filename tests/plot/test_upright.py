@@ -52,7 +52,7 @@ def test_scene_is_turned_as_a_whole(lift: Mechanism, start: xr.Dataset, turns: i
 
 
 def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
-    """Identity: the three units are above each other; the axes are those of the case, with its numbers."""
+    """Contract: the three units are above each other; the axes are those of the case, with its numbers."""
     for axes in (preview(lift, start=start), structure(start, lift, times=1)[0]):
         assert (axes.get_xlabel(), axes.get_ylabel()) == ("y [m]", "x [m]")
         bars = [line.get_xydata() for line in axes.lines if line.get_linewidth() == 1.8]
@@ -70,7 +70,7 @@ def test_oblique_gravity_turns_nothing(lift: Mechanism) -> None:
 
 
 def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
-    """Identity: a pointer that moves upwards in the picture moves the joint along the x axis of the case."""
+    """Contract: a pointer that moves upwards in the picture moves the joint along the x axis of the case."""
     drag = Drag(open_case(LIFT), "pin", "unit 1/upper")
     reach = 0.03 * drag.size
     for part in (0.5, 1.0, 1.0):

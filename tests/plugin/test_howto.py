@@ -48,7 +48,7 @@ def test_the_page_s_case(case: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_the_figures_of_the_page() -> None:
-    """Identity: the lines of its files, and of the package's, are those that the page says."""
+    """Contract: the lines of its files, and of the package's, are those that the page says."""
     code = dict(re.findall(r"^```python\n# (\w+\.py)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
     for name, lines in re.findall(r"^\| .* \| `(\w+\.py)` \| (\d+) \| \d+ \|$", PAGE, re.MULTILINE):
         assert len([line for line in code[name].splitlines() if line.strip()]) == int(lines), name

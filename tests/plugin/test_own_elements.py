@@ -193,7 +193,7 @@ def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
 
 
 def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
-    """Identity: what a case file says is written again, and refused when the file has changed since."""
+    """Contract: what a case file says is written again, and refused when the file has changed since."""
     read = sd.read_case(case)
     text = sd.write_case(read.mechanism, tmp_path / "again.toml", run=read.run).read_text(encoding="utf-8")
     assert 'friction = { law = "mine.py:TwoBristles", kinetic = 0.2 }' in text
@@ -206,7 +206,7 @@ def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
 
 
 def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: an imported class is known by its file, so that its runs are run again and its cases are written."""
+    """Contract: an imported class is known by its file, so that its runs are run again and its cases are written."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "mine", raising=False)
     import mine  # type: ignore[import-not-found]
@@ -220,7 +220,7 @@ def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_class_of_no_file(tmp_path: Path) -> None:
-    """Identity: for a class of a program or notebook, saving its run and writing its case say in one line what to do."""
+    """Contract: for a class of a program or notebook, saving its run and writing its case say in one line what to do."""
 
     def force(slip_speed, normal_force):
         return 0.1 * normal_force * slip_speed / (abs(slip_speed) + 1e-3)
@@ -245,7 +245,7 @@ def test_a_class_of_no_file(tmp_path: Path) -> None:
 
 
 def test_a_checkpoint_knows_the_code(case: Path, tmp_path: Path) -> None:
-    """Identity: a checkpoint of a case is refused after an edit of the user's file, and taken before."""
+    """Contract: a checkpoint of a case is refused after an edit of the user's file, and taken before."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", keep=True)
     read = sd.read_case(case)
     options = {**read.run.keywords, "until": 2e-3}
@@ -277,7 +277,7 @@ def test_batches_and_processes(case: Path) -> None:
 
 
 def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
-    """Identity: numbers of a component, laws and a controller in a file are fields with their units, and can be changed."""
+    """Contract: numbers of a component, laws and a controller in a file are fields with their units, and can be changed."""
     opened = open_case(case, [tmp_path / "mine.py"])
     fields = {field.key: field for field in opened.fields}
     for key, unit in (
@@ -302,7 +302,7 @@ def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
 
 
 def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: check, the list of laws and the pictures take a class of a file as one of the package."""
+    """Contract: check, the list of laws and the pictures take a class of a file as one of the package."""
     monkeypatch.chdir(tmp_path)
     assert status_of(["check", "case.toml"]) == 0
     assert status_of(["laws", "mine.py:TwoBristles", "--plot", "law.png"]) == 0
@@ -335,7 +335,7 @@ def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> N
     ],
 )
 def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
-    """Identity: what does not fit is refused where the class is defined, in one line."""
+    """Contract: what does not fit is refused where the class is defined, in one line."""
 
     def force():
         return 0.0
@@ -345,7 +345,7 @@ def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
 
 
 def test_a_kernel_that_names_something_else() -> None:
-    """Identity: an argument that is neither an input nor a state nor a number is refused with what it may be."""
+    """Contract: an argument that is neither an input nor a state nor a number is refused with what it may be."""
 
     def force(slip_sped):
         return 0.0
@@ -355,7 +355,7 @@ def test_a_kernel_that_names_something_else() -> None:
 
 
 def test_a_class_of_another_slot(case: Path) -> None:
-    """Identity: a controller as a friction law is refused in one line, with the place in the file."""
+    """Contract: a controller as a friction law is refused in one line, with the place in the file."""
     case.write_text(CASE.replace("mine.py:TwoBristles", "mine.py:FilteredRate"), encoding="utf-8")
     with pytest.raises(InputError, match=r"FilteredRate' is no friction law"):
         sd.read_case(case)

@@ -77,7 +77,7 @@ def test_lengths_and_masses_are_eliminated_anew() -> None:
 
 
 def test_a_case_that_fails_is_data() -> None:
-    """Identity: it has its cause and NaN, and costs the others nothing."""
+    """Contract: it has its cause and NaN, and costs the others nothing."""
     batch = sd.simulate_many(arm(), {"A.clearance": [1e-4, 2e-4, -1.0, 3e-4]}, until=0.01, threads=2)
     assert batch["status"].values.tolist() == ["complete", "complete", "failed", "complete"]
     assert "clearance" in str(batch["cause"].values[2])
@@ -88,7 +88,7 @@ def test_a_case_that_fails_is_data() -> None:
 
 
 def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a batch that is stopped has its complete cases, and the others are pending."""
+    """Contract: a batch that is stopped has its complete cases, and the others are pending."""
 
     def stop(done: int, total: int) -> None:
         if done >= 1:
@@ -117,7 +117,7 @@ def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_what_cannot_be(over: Any, options: Any, says: str) -> None:
-    """Identity: one-line errors before anything is computed."""
+    """Contract: one-line errors before anything is computed."""
     with pytest.raises(sd.InputError, match=says):
         sd.simulate_many(arm(), over, until=0.01, **options)
 

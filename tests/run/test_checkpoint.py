@@ -123,7 +123,7 @@ def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options:
 def test_an_interrupted_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, frictional_array: Mechanism, trust: bool
 ) -> None:
-    """Identity: interrupted several times, also while it is repeated; the file is removed at the end."""
+    """Contract: interrupted several times, also while it is repeated; the file is removed at the end."""
     monkeypatch.setattr(driver_module, "FIRST", 50)
     monkeypatch.setattr(driver_module, "SLICE", 50)
     tracked = frictional_array.track("tip", "slider", "centre")
@@ -139,7 +139,7 @@ def test_an_interrupted_run_goes_on(
 
 
 def test_delayed_feedback_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: the history of signals is a part of the state, and grows when it is taken up."""
+    """Contract: the history of signals is a part of the state, and grows when it is taken up."""
     monkeypatch.setattr(driver_module, "FIRST", 10)
     monkeypatch.setattr(driver_module, "SLICE", 10)
     bar = sd.Mechanism(
@@ -157,7 +157,7 @@ def test_delayed_feedback_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:
-    """Identity: `replay` keeps checkpoints too; `keep` leaves the file, from which a further run ends at once."""
+    """Contract: `replay` keeps checkpoints too; `keep` leaves the file, from which a further run ends at once."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
     assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
     assert load(checkpoint.path).attrs["reached"] == clearance_run.attrs["end"]
@@ -169,7 +169,7 @@ def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run:
 
 
 def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> None:
-    """Identity: another description, option or version, a damaged file and one of another kind are named in one line."""
+    """Contract: another description, option or version, a damaged file and one of another kind are named in one line."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     options = Options(0.01)
 
@@ -199,7 +199,7 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
 
 
 def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: Mechanism) -> None:
-    """Identity: the run goes on and warns; a folder that is missing is refused before it."""
+    """Contract: the run goes on and warns; a folder that is missing is refused before it."""
     expected = simulate(clearance_array, until=5e-3, samples=11)
 
     def full(*_: Any, **__: Any) -> None:
@@ -215,7 +215,7 @@ def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_a_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mechanism, frictional_array: Mechanism) -> None:
-    """Identity: arrays of the wrong shape are an error of one line, should a file claim to be of this run."""
+    """Contract: arrays of the wrong shape are an error of one line, should a file claim to be of this run."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint")
     keeper = Keeper(checkpoint, {})
     compute(plan(frictional_array), Options(1e-3, samples=5), keeper=keeper)
@@ -234,7 +234,7 @@ def softening(length, rate, stiffness):
 
 
 def test_edited_kernels_are_refused(tmp_path: Path) -> None:
-    """Identity: a component of a class in Python, whose kernel differs, is another run though its fields are the same."""
+    """Contract: a component of a class in Python, whose kernel differs, is another run though its fields are the same."""
     checkpoint, options = Checkpoint(tmp_path / "run.checkpoint"), Options(1e-3, samples=2)
     arms = []
     for kernel in (stiffening, softening):
@@ -263,7 +263,7 @@ CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")
 def test_ctrl_c_keeps_run_and_checkpoint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Identity: both files are there, the same command goes on, and its run is that of a command without interruption."""
+    """Contract: both files are there, the same command goes on, and its run is that of a command without interruption."""
     whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
     assert status_of([*CASE, "-o", str(whole)]) == 0
     monkeypatch.setattr(driver_module, "FIRST", 20)
@@ -300,7 +300,7 @@ def test_ctrl_c_keeps_run_and_checkpoint(
 def test_what_cannot_be_kept(
     arguments: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Identity: one line, status 2, before anything is computed."""
+    """Contract: one line, status 2, before anything is computed."""
     monkeypatch.chdir(tmp_path)
     Path("other.checkpoint").write_text("notes\n")
     assert status_of([*CASE, *arguments]) == 2
@@ -352,7 +352,7 @@ def killed(target: Path, until: str, writes: int, delay: float) -> bool:
 
 @pytest.mark.slow
 def test_twenty_real_kills(tmp_path: Path) -> None:
-    """Identity: killed twenty times at random moments by the operating system, the run is that of a process left in peace."""
+    """Contract: killed twenty times at random moments by the operating system, the run is that of a process left in peace."""
     until, draw, kills = "1 s", random.Random(4), 0
     undisturbed, target = tmp_path / "undisturbed.nc", tmp_path / "run.nc"
     subprocess.run(command(undisturbed, until), check=True, capture_output=True)
@@ -433,20 +433,20 @@ def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[s
 
 
 def test_spoiled_checkpoints(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: whatever a checkpoint holds, statuses 0, 2 and 3 with one line, and no other numbers."""
+    """Contract: whatever a checkpoint holds, statuses 0, 2 and 3 with one line, and no other numbers."""
     assert 2 in fuzzed(0, FUZZED_QUICK, tmp_path, capfd)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, FUZZED, FUZZED_PART))
 def test_a_thousand_spoiled_checkpoints(first: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: as above."""
+    """Contract: as above."""
     assert len(fuzzed(first, first + FUZZED_PART, tmp_path, capfd)) == FUZZED_PART
 
 
 @pytest.mark.parametrize("change", ["other words", "no layout", "an array"])
 def test_the_layout_of_a_checkpoint_is_in_its_digest(change: str, tmp_path: Path) -> None:
-    """Identity: a checkpoint whose arrays are cut elsewhere is damaged, and said to be."""
+    """Contract: a checkpoint whose arrays are cut elsewhere is damaged, and said to be."""
     mechanism, options = case("paper")
     checkpoint = Checkpoint(tmp_path / "state.nc", 0.0, keep=True)
     simulate(mechanism, **options.keywords, checkpoint=checkpoint)

@@ -50,7 +50,7 @@ def test_components_and_methods_are_in_the_bibliography() -> None:
 
 
 def test_two_spellings_find_the_same() -> None:
-    """Identity: accents, umlauts and particles make no difference, nor does how co-authors are named."""
+    """Contract: accents, umlauts and particles make no difference, nor does how co-authors are named."""
     (astrom,) = references("Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7")
     assert references("Åström, Hägglund 1995") == (astrom,)
     assert [each.key for each in references("Braendlein, Eschmann 1995; Brändlein and co-workers 1995")] == ["braendlein1995"]

@@ -77,7 +77,7 @@ def test_many_random_mechanisms(make: Generator) -> None:
 
 
 def test_every_kind_is_drawn() -> None:
-    """Identity: the figure of the kinematics has a line style for each kind of singular position."""
+    """Contract: the figure of the kinematics has a line style for each kind of singular position."""
     assert set(MARKS) == {CHANGE, LOCKING, NEAR}
     passing = sd.four_bar(ground=1.0, crank=0.4, coupler=0.9, rocker=0.5001, angle=1.0).driven(speed=3.0)
     ideal = sd.ideal_kinematics(passing, until=1.0, samples=51)
@@ -116,7 +116,7 @@ def test_either_side_of_a_change_point() -> None:
 
 
 def test_loose_linkage_forced_beyond_its_limit() -> None:
-    """Identity: a linkage with clearance that is driven beyond its limit names position, time, and what the forces are of."""
+    """Contract: a linkage with clearance that is driven beyond its limit names position, time, and what the forces are of."""
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4) - math.pi / 3
     run = sd.simulate(linkage.driven(speed=1.0), until=limit + 0.002, samples=101)
@@ -128,7 +128,7 @@ def test_loose_linkage_forced_beyond_its_limit() -> None:
 
 
 def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
-    """Identity: a linkage with clearance whose drive turns back just beyond its limit, seen by no sample, is named with it."""
+    """Contract: a linkage with clearance whose drive turns back just beyond its limit, seen by no sample, is named with it."""
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4)
     middle, turn = math.pi / 3, limit - math.pi / 3
@@ -142,7 +142,7 @@ def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
 
 
 def test_journal_pressed_in_far_from_any_limit() -> None:
-    """Identity: runs whose journals are pressed far into a small clearance have the warnings of the drives."""
+    """Contract: runs whose journals are pressed far into a small clearance have the warnings of the drives."""
     for angle, until in ((0.5, 0.04), (1.2, 0.08)):
         linkage = sd.slider_crank(crank=0.3, rod=1.0, angle=angle).driven(speed=60.0)
         loose = linkage.with_clearance(linkage.joints[-1].name, sd.Clearance(1e-6))

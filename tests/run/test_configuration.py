@@ -79,7 +79,7 @@ def test_every_example_survives(tmp_path: Path) -> None:
 
 
 def test_what_may_be_described_is_what_is_declared() -> None:
-    """Identity: the classes that the reader admits are dataclasses of descriptions; every law and controller is among them."""
+    """Contract: the classes that the reader admits are dataclasses of descriptions; every law and controller is among them."""
     found = declared()
     assert {*CONTROLLERS.values(), *(law for known in BY_KIND.values() for law in known.values())} <= found
     assert {sd.Body, sd.Revolute, sd.Guide, sd.Spring, sd.Latch, sd.Harmonic, sd.Clearance, sd.UserElastic} <= found
@@ -111,7 +111,7 @@ EVIL: dict[str, Callable[[Path], Any]] = {
 
 @pytest.mark.parametrize("way", EVIL)
 def test_callables_that_a_file_names_are_not_called(way: str, tmp_path: Path) -> None:
-    """Identity: a data file that names a function of the package in place of a description is refused, and nothing happens."""
+    """Contract: a data file that names a function of the package in place of a description is refused, and nothing happens."""
     (tmp_path / "laws.py").write_text(f"open({str(tmp_path / 'done')!r}, 'w').write('')\n{LAWS}")
     save(dataset({"mechanism": {}}), tmp_path / "run.nc")
     evil = EVIL[way](tmp_path)
@@ -134,7 +134,7 @@ def own_run(array: Mechanism, tmp_path: Path) -> xr.Dataset:
 
 
 def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path) -> None:
-    """Identity: a run with a law in a file is run again only from a file that is allowed and is what it was."""
+    """Contract: a run with a law in a file is run again only from a file that is allowed and is what it was."""
     file = tmp_path / "laws.py"
     with pytest.raises(sd.InputError, match=r"'soft' of 'laws.py'.*--allow-code laws.py"):
         replay(own_run)
@@ -152,7 +152,7 @@ def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path)
 
 
 def test_a_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: an empty digest would fit any file, such as one in the working folder; it is refused, allowed or not."""
+    """Contract: an empty digest would fit any file, such as one in the working folder; it is refused, allowed or not."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.py").write_text(f"open('done', 'w').write('')\n{LAWS}")
     plain = json.loads(own_run.attrs["configuration"])
@@ -167,7 +167,7 @@ def test_a_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: P
 
 
 def test_a_description_holds_the_digest_of_its_file(tmp_path: Path) -> None:
-    """Identity: a law that names a file is that of the file's text when it was described, even if no digest is given."""
+    """Contract: a law that names a file is that of the file's text when it was described, even if no digest is given."""
     file = tmp_path / "laws.py"
     file.write_text(LAWS)
     law = sd.UserElastic(f"{file}:soft", (1e8,))
@@ -178,7 +178,7 @@ def test_a_description_holds_the_digest_of_its_file(tmp_path: Path) -> None:
 
 
 def test_facts_are_read_without_code(own_run: xr.Dataset) -> None:
-    """Identity: analysis of a run reads what it needs from the description, without executing the user's functions."""
+    """Contract: analysis of a run reads what it needs from the description, without executing the user's functions."""
     mechanism = read_configuration(own_run).mechanism
     assert [joint.name for joint in mechanism.joints if joint.clearance is not None] == ["A"]
     assert mechanism.joints[1].clearance.clearance == 0.5e-3
@@ -188,7 +188,7 @@ def test_facts_are_read_without_code(own_run: xr.Dataset) -> None:
 
 
 def test_only_runs_are_run_again(array: Mechanism) -> None:
-    """Identity: a map or a diagram has a configuration of its own, and is not taken for a run."""
+    """Contract: a map or a diagram has a configuration of its own, and is not taken for a run."""
     text = write_configuration(array, Options(0.4))
     with pytest.raises(sd.InputError, match="scissordyn cycles"):
         replay(xr.Dataset(attrs={"title": "scissordyn cycles", "configuration": text}))
@@ -214,20 +214,20 @@ def test_only_runs_are_run_again(array: Mechanism) -> None:
     ],
 )
 def test_what_is_no_configuration_is_named(plain: Any, says: str) -> None:
-    """Identity: the message names the place and what stands there."""
+    """Contract: the message names the place and what stands there."""
     with pytest.raises(sd.InputError) as caught:
         read_configuration(dataset(plain)).build_mechanism()
     assert says in str(caught.value)
 
 
 def test_points_may_have_any_name() -> None:
-    """Identity: a mapping of names to points is data, whatever its names are."""
+    """Contract: a mapping of names to points is data, whatever its names are."""
     body = sd.Body("b", 1.0, None, points={"kind": (1.0, 2.0), "function": (0.0, 0.0)})
     assert from_plain(to_plain(body), sd.Body) == body
 
 
 def test_a_changed_function_is_another_description() -> None:
-    """Identity: what a Python function refers to is part of its digest, not only its text."""
+    """Contract: what a Python function refers to is part of its digest, not only its text."""
 
     def made(factor: float) -> Callable[[float], float]:
         def law(indentation: float) -> float:
@@ -396,7 +396,7 @@ def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:
 
 @pytest.mark.parametrize("count", [250, pytest.param(1000, marks=pytest.mark.slow)])
 def test_tampered_documents(originals: list[Any], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: of so many tampered documents none makes the reader call anything but a declared class; errors are of one line.
+    """Contract: of so many tampered documents none makes the reader call anything but a declared class; errors are of one line.
 
     A Python file lies where names could find it, and another one is allowed.
     """
@@ -416,7 +416,7 @@ def test_tampered_documents(originals: list[Any], count: int, tmp_path: Path, mo
 
 
 def test_the_watch_sees_what_it_should() -> None:
-    """Identity: executing, writing, starting a process and calling a function of the package are noticed."""
+    """Contract: executing, writing, starting a process and calling a function of the package are noticed."""
     watch = Watch()
     with watch.watching():
         exec("1")
@@ -427,7 +427,7 @@ def test_the_watch_sees_what_it_should() -> None:
 
 
 def test_tampered_files(originals: list[Any], array: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: the same for 40 NetCDF files whose attributes, title or length were changed."""
+    """Contract: the same for 40 NetCDF files whose attributes, title or length were changed."""
     monkeypatch.chdir(tmp_path)
     whole = save(simulate(array, until=0.001, samples=3), "whole.nc").read_bytes()
     names, dice, watch, file = callables(), random.Random(7), Watch(), Path("run.nc")

@@ -68,7 +68,7 @@ def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch
 
 
 def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a run that is cut at a sample within a contact has the events, peaks and integrals of one that ends there."""
+    """Contract: a run that is cut at a sample within a contact has the events, peaks and integrals of one that ends there."""
     tracked = arm.track("tip", "unit 2/bar 1", "end", 1e-3)
     whole = sd.simulate(tracked, until=0.03, samples=3001)
     held = np.flatnonzero(whole["in_contact"].sel(joint="A").values)
@@ -94,7 +94,7 @@ def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.M
 
 
 def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
+    """Contract: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
     options = Options(until=2e-3, samples=11)
     path = trajectory.compute(plan(arm), options)
     path, record = cut.recorded(path.plan, options, path)

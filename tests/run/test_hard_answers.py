@@ -34,7 +34,7 @@ def run() -> xr.Dataset:
 
 
 def test_the_largest_force_is_an_estimate(run: xr.Dataset) -> None:
-    """Identity: the largest of the estimates of impacts and of the sampled forces that last, and it is called so everywhere."""
+    """Contract: the largest of the estimates of impacts and of the sampled forces that last, and it is called so everywhere."""
     largest = max(float(run["peak_force_estimate"].max()), float(run["normal_force"].sel(joint="A").max()))
     answer = summary_of(run).force
     assert answer is not None
@@ -57,7 +57,7 @@ def test_a_run_without_impacts_has_no_largest_force(run: xr.Dataset) -> None:
 
 
 def test_impulses_stand_in_the_place_of_peaks(run: xr.Dataset) -> None:
-    """Identity: tables in the terminal and in the explorer have the impulses of the run, and no number is NaN."""
+    """Contract: tables in the terminal and in the explorer have the impulses of the run, and no number is NaN."""
     out = io.StringIO()
     to = TextConsole(file=out, width=200)
     show_events(run, 5, to)
@@ -70,7 +70,7 @@ def test_impulses_stand_in_the_place_of_peaks(run: xr.Dataset) -> None:
 
 
 def test_tables_of_both_kinds_of_contact_have_impulses_and_peaks(run: xr.Dataset) -> None:
-    """Identity: where one of the contacts has a force, as a compliant one beside hard ones, it is shown beside the impulses."""
+    """Contract: where one of the contacts has a force, as a compliant one beside hard ones, it is shown beside the impulses."""
     one = run["contact"] == 0
     both = run.assign(peak_force=run["peak_force"].where(~one, 321.0), peak_time=run["peak_time"].where(~one, 1e-4))
     out = io.StringIO()
@@ -82,7 +82,7 @@ def test_tables_of_both_kinds_of_contact_have_impulses_and_peaks(run: xr.Dataset
 
 
 def test_compliant_contact_keeps_its_peaks() -> None:
-    """Identity: no estimate where the contact has a force."""
+    """Contract: no estimate where the contact has a force."""
     run = sd.simulate(array("compliant"), until=0.01, samples=101)
     answer = summary_of(run).force
     assert answer is not None
@@ -121,7 +121,7 @@ def test_what_hard_contact_does_not_have_is_refused_in_one_line() -> None:
 
 
 def test_a_step_that_nothing_takes_is_said() -> None:
-    """Identity: in a run and in a batch, where no contact is hard."""
+    """Contract: in a run and in a batch, where no contact is hard."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     run = sd.simulate(arm, until=1e-3, step=1e-4)
     many = sd.simulate_many(arm, {"A.clearance": [4e-4]}, until=1e-3, step=1e-4)

@@ -257,14 +257,14 @@ def test_controller_with_delay_and_spring():
     ],
 )
 def test_what_a_hard_contact_does_not_have(changes, words):
-    """Identity: a field that a hard contact has no use for is refused in one line that names it."""
+    """Contract: a field that a hard contact has no use for is refused in one line that names it."""
     with pytest.raises(sd.InputError, match=words) as raised:
         sd.Clearance(1e-4, contact="hard", **changes)
     assert "\n" not in str(raised.value)
 
 
 def test_method_and_contact_have_to_fit():
-    """Identity: time stepping without hard contact, and error-controlled methods with it, are refused."""
+    """Contract: time stepping without hard contact, and error-controlled methods with it, are refused."""
     with pytest.raises(sd.InputError, match="no hard contact"):
         sd.simulate(ball().with_clearance("pin", sd.Clearance(1.0, journal_radius=1.1)), until=0.1, method="moreau-jean")
     with pytest.raises(sd.InputError, match="hard contact in joint 'pin'"):

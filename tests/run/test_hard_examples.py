@@ -119,7 +119,7 @@ def test_a_latch_strikes_contacts_of_both_kinds() -> None:
 
 
 def test_batches_warn_of_steps_that_are_too_long() -> None:
-    """Identity: a case of a batch has the warnings of time stepping that its own run has, and one without them has none."""
+    """Contract: a case of a batch has the warnings of time stepping that its own run has, and one without them has none."""
     case = hard(EXAMPLES[0].with_name("self_deploying.toml"))
     options = {key: value for key, value in case.run.keywords.items() if key in ("until", "start")}
     over = {"clearance.all.clearance": [joint.clearance.clearance for joint in case.mechanism.joints if joint.clearance][:2]}

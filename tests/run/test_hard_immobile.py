@@ -111,7 +111,7 @@ def test_the_estimate_sees_impacts_through_closed_contacts() -> None:
 
 
 def test_losses_that_have_not_converged_are_said() -> None:
-    """Identity: the part of the losses in contacts that follow each other within three steps, from the table of contacts."""
+    """Contract: the part of the losses in contacts that follow each other within three steps, from the table of contacts."""
     run = sd.simulate(sliders(5, 0.0), until=0.2, start="concentric")
     (said,) = [text for text in json.loads(run.attrs["warnings"]) if "have not converged" in text]
     near, ends, unresolved = 3.0 * float(counts(run)["step"]), dict[str, float](), 0.0

@@ -57,7 +57,7 @@ def test_internal_forces_of_a_bar_by_modes_are_in_equilibrium(modes: int, axial:
 
 @pytest.mark.parametrize("force", [(1000.0, 0.0), (-1000.0, 0.0)])
 def test_a_force_along_a_bar_is_its_axial_force_up_to_where_it_acts(force: tuple[float, float]) -> None:
-    """Identity: in the half before the force all of it, none beyond."""
+    """Contract: in the half before the force all of it, none beyond."""
     made = by_modes(sd.Force("push", ("bar", "middle"), force)).driven(speed=0.0)
     found = sd.internal_forces(still(made), made, places=[0.0, 0.2, 0.499, 0.501, 1.0])["axial_force"].isel(time=0, bar=0)
     assert found.values == pytest.approx([force[0]] * 3 + [0.0] * 2, abs=1e-5)

@@ -45,7 +45,7 @@ PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
 
 @pytest.mark.parametrize("part", PARTS)
 def test_a_part_that_is_interrupted(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: it is no failure of the part, after which the rest would go on."""
+    """Contract: it is no failure of the part, after which the rest would go on."""
     module, name, whole = PARTS[part]
     monkeypatch.setattr(import_module(module), name, interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -55,7 +55,7 @@ def test_a_part_that_is_interrupted(part: str, tmp_path: Path, monkeypatch: pyte
 def test_the_paper_on_one_process_stops(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Identity: the command says what is kept, and no other run is begun."""
+    """Contract: the command says what is kept, and no other run is begun."""
     began = []
 
     def stopped(*given: object, **options: object) -> xr.Dataset:
@@ -90,7 +90,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: the run for which it is simulated has not begun, and does not begin after that."""
+    """Contract: the run for which it is simulated has not begun, and does not begin after that."""
     from scissordyn.run import ideal_path
 
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=1.0).track("tip", "slider", "centre")

@@ -27,7 +27,7 @@ def fall(angle: float, one: float, other: float) -> sd.Mechanism:
     ids=["leaves and returns between two probes", "leaves and stays"],
 )
 def test_flight_that_leaves_the_bearing(mechanism: sd.Mechanism, until: float, tolerance: float, events: str) -> None:
-    """Identity: an open joint is open. Both joints fly for more than 30 ms, and leave their bearings for 4 ms."""
+    """Contract: an open joint is open. Both joints fly for more than 30 ms, and leave their bearings for 4 ms."""
     options = Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events)
     path = compute(plan(mechanism), options, record_steps=True)
     assert outside(path, path.samples.time, path.samples.state, path.samples.mode)[0] < SEEN
@@ -48,14 +48,14 @@ def test_contact_agrees_with_another_method() -> None:
 
 @pytest.mark.parametrize("kind", [*KINDS, RELEASED])
 def test_random_runs(kind: str) -> None:
-    """Identity, on random mechanisms: `python -m benchmarks.missed_contacts` has all of them."""
+    """Contract, on random mechanisms: `python -m benchmarks.missed_contacts` has all of them."""
     for number in (0, 1):
         found = judge(kind, number)
         assert max(found.sample, found.step) < SEEN, found
 
 
 def test_contact_that_shows_in_the_shorter_step_only() -> None:
-    """Identity: a touch of 0.1 ms, which the dense output of the step does not show before it is shortened to its event."""
+    """Contract: a touch of 0.1 ms, which the dense output of the step does not show before it is shortened to its event."""
     found = judge("slider-crank", 33)
     assert max(found.sample, found.step) < SEEN, found
 

@@ -44,7 +44,7 @@ except sd.InputError as error:
 
 @pytest.mark.parametrize("room", [0, 1000, 100_000, 400_000])
 def test_a_full_disk_is_an_error_of_one_line(run: xr.Dataset, tmp_path: Path, room: int) -> None:
-    """Identity: where there is no room an error says so, the process goes on, and what was there before is still there."""
+    """Contract: where there is no room an error says so, the process goes on, and what was there before is still there."""
     whole, target = save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
     target.parent.mkdir()
     small = save(run.isel(time=slice(0, 2)), target).read_bytes()
@@ -58,7 +58,7 @@ def test_a_full_disk_is_an_error_of_one_line(run: xr.Dataset, tmp_path: Path, ro
 
 
 def test_what_is_written_is_what_is_read(run: xr.Dataset, tmp_path: Path) -> None:
-    """Identity: a result is replaced by the next one, links are followed, and the user's mask of permissions holds."""
+    """Contract: a result is replaced by the next one, links are followed, and the user's mask of permissions holds."""
     target, link = tmp_path / "run.nc", tmp_path / "link.nc"
     link.symlink_to(target)
     before = os.umask(0o027)
@@ -73,7 +73,7 @@ def test_what_is_written_is_what_is_read(run: xr.Dataset, tmp_path: Path) -> Non
 
 
 def test_the_mask_of_the_process_is_left_alone(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: it belongs to all threads, which would make files that anybody may write meanwhile."""
+    """Contract: it belongs to all threads, which would make files that anybody may write meanwhile."""
 
     def changed(_: int) -> int:
         raise AssertionError
@@ -83,7 +83,7 @@ def test_the_mask_of_the_process_is_left_alone(run: xr.Dataset, tmp_path: Path, 
 
 
 def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
-    """Identity: a NUL in a name does not lose the run; it stands there as its code."""
+    """Contract: a NUL in a name does not lose the run; it stands there as its code."""
     names = ["A\0B", "B", "é\x1b[31m"]
     named = run.drop_vars("joint").assign_coords(joint=("joint", np.array(names, dtype=object)))
     named["cause"] = ("joint", np.array([f"joint '{name}'" for name in names], dtype=object))
@@ -95,7 +95,7 @@ def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: it counts once the file is whole."""
+    """Contract: it counts once the file is whole."""
     flush, calls = os.fsync, []
 
     def interrupted(handle: int) -> None:
@@ -124,7 +124,7 @@ output_file.write_file(sys.argv[1], b"half")
 
 
 def test_what_killed_writers_left_is_removed(tmp_path: Path) -> None:
-    """Identity: the next writer of a file removes what a killed one left beside it, but not what another one is writing."""
+    """Contract: the next writer of a file removes what a killed one left beside it, but not what another one is writing."""
     target = tmp_path / "run.nc"
     writers = [
         subprocess.Popen([sys.executable, "-c", KILLED, str(target)], stdout=subprocess.PIPE, text=True) for _ in range(2)
@@ -147,7 +147,7 @@ def test_what_killed_writers_left_is_removed(tmp_path: Path) -> None:
 
 
 def test_what_is_not_ours_is_not_overwritten(run: xr.Dataset, tmp_path: Path) -> None:
-    """Identity: texts, other programs' HDF5 files, half a file, devices, pipes and folders stay; an empty file does not."""
+    """Contract: texts, other programs' HDF5 files, half a file, devices, pipes and folders stay; an empty file does not."""
     with h5py.File(tmp_path / "foreign.nc", "w") as foreign:
         foreign["x"] = 1.0
     (tmp_path / "case.TOML").write_text("[structure]\n")
@@ -176,7 +176,7 @@ def test_what_is_not_ours_is_not_overwritten(run: xr.Dataset, tmp_path: Path) ->
 
 
 def test_a_dataset_without_a_title_is_ours_as_well(tmp_path: Path) -> None:
-    """Identity: what was saved can be saved again."""
+    """Contract: what was saved can be saved again."""
     table = xr.Dataset({"x": ("n", [1.0, 2.0])})
     save(table, tmp_path / "table.nc")
     save(2.0 * table, tmp_path / "table.nc")
@@ -184,7 +184,7 @@ def test_a_dataset_without_a_title_is_ours_as_well(tmp_path: Path) -> None:
 
 
 def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
-    """Identity: by what a file begins with."""
+    """Contract: by what a file begins with."""
     beginnings = {"png": b"\x89PNG\r\n\x1a\n", "gif": b"GIF89a", "svg": b"<?xml ", "mp4": b"\0\0\0 ftyp"}
     beginnings["html"] = b"<!DOCTYPE html>"
     for ending, begins in beginnings.items():
@@ -197,7 +197,7 @@ def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
 
 
 def test_what_has_no_end_is_not_read(tmp_path: Path) -> None:
-    """Identity: a device and a pipe without a writer are refused at once."""
+    """Contract: a device and a pipe without a writer are refused at once."""
     os.mkfifo(tmp_path / "pipe")
     began = time.monotonic()
     for path in ("/dev/zero", tmp_path / "pipe"):
@@ -207,7 +207,7 @@ def test_what_has_no_end_is_not_read(tmp_path: Path) -> None:
 
 
 def test_files_that_are_not_whole_leave_no_trace(run: xr.Dataset, tmp_path: Path) -> None:
-    """Identity: 60 damaged files are read or refused, and nothing is printed or crashes when they are closed."""
+    """Contract: 60 damaged files are read or refused, and nothing is printed or crashes when they are closed."""
     code = """
 import random, sys
 from pathlib import Path
@@ -230,14 +230,14 @@ for _ in range(60):
 
 
 def test_a_file_that_was_not_opened_is_closed() -> None:
-    """Identity: nothing is wrong with it if a signal came between its creation and its opening."""
+    """Contract: nothing is wrong with it if a signal came between its creation and its opening."""
     NetcdfFile.__new__(NetcdfFile).close()
 
 
 def test_an_interrupt_inside_the_library_is_no_broken_file(
     run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: the library is asked once more, as an interrupt comes out of it once, as whatever exception."""
+    """Contract: the library is asked once more, as an interrupt comes out of it once, as whatever exception."""
     target = save(run, tmp_path / "run.nc")
     causes = iter([RuntimeError("interrupted")])
 

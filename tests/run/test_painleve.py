@@ -61,6 +61,6 @@ def test_a_rod_that_slides_on_its_tip(friction: float, speed: float) -> None:
 
 
 def test_ordinary_friction_carries_none() -> None:
-    """Identity: the paper's array with its friction has no such warning."""
+    """Contract: the paper's array with its friction has no such warning."""
     loose = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1)))
     assert "Painlevé" not in sd.simulate(loose, until=0.02, samples=201).attrs["warnings"]

@@ -65,7 +65,7 @@ def test_no_tighter_run_is_unknown(crank):
 
 
 def test_second_run_that_breaks_off(crank):
-    """Identity: where the second run breaks off is said, and agreement is claimed until there only."""
+    """Contract: where the second run breaks off is said, and agreement is claimed until there only."""
     steps = 500
     while (run := sd.simulate(crank, until=0.2, most_steps=steps, samples=2, trust=True)).attrs["status"] != "complete":
         assert run.attrs["predictability"] == "unknown: the run is not complete"

@@ -34,7 +34,7 @@ def asked(packages: Path, skip: tuple[str, ...]) -> tuple[str, str]:
 
 
 def test_every_source_counts(tmp_path: Path) -> None:
-    """Identity: an edit in any room that can enter the numbers, old or new, changes the digest; one in a face does not."""
+    """Contract: an edit in any room that can enter the numbers, old or new, changes the digest; one in a face does not."""
     copy = tmp_path / PACKAGE.name
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = asked(tmp_path, SHOWN)
@@ -54,7 +54,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
 
 
 def test_what_is_left_out_is_not_imported() -> None:
-    """Identity: nothing that computes a kept number imports, itself or through others, a source that the digest leaves out."""
+    """Contract: nothing that computes a kept number imports, itself or through others, a source that the digest leaves out."""
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
         ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): FACES,
@@ -83,12 +83,12 @@ def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
 
 
 def test_libraries_are_named() -> None:
-    """Identity: the versions of what computes."""
+    """Contract: the versions of what computes."""
     assert {"scissordyn", "numpy", "scipy", "xarray", "sources"} == set(json.loads(provenance()))
 
 
 def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a stored diagram is gone on with by the sources and libraries that it was begun with, and by no others."""
+    """Contract: a stored diagram is gone on with by the sources and libraries that it was begun with, and by no others."""
     arm, other = (sd.four_bar(rocker=rocker).driven(sd.Harmonic(1.0, 0.2, 20.0)) for rocker in (0.15, 0.151))
     options = {
         "over": "drive.angular_frequency",

@@ -102,7 +102,7 @@ def test_random_springs_and_clearances(mirrored: bool) -> None:
 
 
 def test_rest_is_kept() -> None:
-    """Identity: the run stays where it starts, also where the bars have turned by more than half a turn against each other."""
+    """Contract: the run stays where it starts, also where the bars have turned by more than half a turn against each other."""
     mechanism = sprung(50.77, 0.2227e-3, 1994.6, 220.0, mirrored=True)
     run = resting(mechanism, until=0.05)
     angle = run["angle"].sel(body=list(BARS)).values

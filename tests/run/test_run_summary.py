@@ -34,7 +34,7 @@ def weak() -> xr.Dataset:
 
 
 def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
-    """Identity: the located deviation, its instant and the tolerance of the mechanism; met or not, in words and as data."""
+    """Contract: the located deviation, its instant and the tolerance of the mechanism; met or not, in words and as data."""
     (point,) = weak.scissordyn.summary().points
     assert point.deviation == float(weak["peak_track_deviation"][0]) >= float(weak["track_deviation"].max())
     assert point.tolerance == TOLERANCE
@@ -47,7 +47,7 @@ def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
 
 
 def test_actuator_against_its_limit(weak: xr.Dataset) -> None:
-    """Identity: the time at the limit is the number of samples there times their distance; a strong actuator is never there."""
+    """Contract: the time at the limit is the number of samples there times their distance; a strong actuator is never there."""
     (actuator,) = weak.scissordyn.summary().actuators
     there = int(np.sum(np.abs(weak["control_torque"].values[:, 0]) >= 2.0 * (1.0 - 1e-9)))
     assert there > 0
@@ -82,7 +82,7 @@ def test_span_of_a_scissor() -> None:
 
 
 def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
-    """Identity: the force of the table of contacts, the accounts at the end, and one line for each answer."""
+    """Contract: the force of the table of contacts, the accounts at the end, and one line for each answer."""
     summary = weak.scissordyn.summary()
     worst = int(np.argmax(weak["peak_force"].values))
     assert summary.force.force == float(weak["peak_force"][worst])
@@ -127,7 +127,7 @@ def test_laws_at_equal_energy() -> None:
 
 
 def test_auto_samples_meet_every_peak() -> None:
-    """Identity: the sampled force has the located peak of each contact; the motion at shared instants is the same."""
+    """Contract: the sampled force has the located peak of each contact; the motion at shared instants is the same."""
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
     plain = sd.simulate(array, until=0.05)
     auto = sd.simulate(array, until=0.05, samples="auto")
@@ -153,7 +153,7 @@ def test_auto_samples_have_a_largest_number() -> None:
 
 
 def test_auto_in_a_case_file(tmp_path: Path) -> None:
-    """Identity: the word is read, written and repeated; any other word is refused."""
+    """Contract: the word is read, written and repeated; any other word is refused."""
     case = tmp_path / "case.toml"
     text = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "2 ms"\nsamples = "auto"\n'
     case.write_text(text)

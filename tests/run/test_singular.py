@@ -250,7 +250,7 @@ def test_map_and_diagram_are_warned() -> None:
 
 
 def test_check_says_it_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: `scissordyn check` prints the warning of the README's faster run."""
+    """Contract: `scissordyn check` prints the warning of the README's faster run."""
     case = str(EXAMPLES[0].with_name("paper.toml"))
     assert status_of(["check", case, "--set", "drive.speed='250 rpm'"]) == 0
     assert "change point at t = 0.0" in " ".join(capsys.readouterr().out.split())

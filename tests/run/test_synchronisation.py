@@ -51,7 +51,7 @@ def test_one_clearance_joint() -> None:
 
 
 def test_angles_that_differ_by_turns() -> None:
-    """Identity: a full turn in the angle that a bar is given changes nothing."""
+    """Contract: a full turn in the angle that a bar is given changes nothing."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(60))
     turned = arm.replace("unit 2/bar 2.angle", arm.body("unit 2/bar 2").angle + 2.0 * math.pi)
     error = sd.simulate(turned, until=0.02, samples=5)["synchronisation_error"].values
@@ -60,7 +60,7 @@ def test_angles_that_differ_by_turns() -> None:
 
 @pytest.mark.parametrize("mechanism", [lambda: sd.scissor(units=1), lambda: sd.slider_crank()])
 def test_mechanisms_without_several_units(mechanism: Any) -> None:
-    """Identity: fewer than two units have nothing to be synchronous with."""
+    """Contract: fewer than two units have nothing to be synchronous with."""
     run = sd.simulate(mechanism().driven(speed=1.0), until=1e-3, samples=2)
     assert "synchronisation_error" not in run
     assert "unit" not in run.dims

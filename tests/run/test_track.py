@@ -117,7 +117,7 @@ def test_the_table_of_the_ideal_mechanism(motion) -> None:
 
 
 def test_in_a_case_file(tmp_path: Path) -> None:
-    """Identity: [[track]] is mechanism.track."""
+    """Contract: [[track]] is mechanism.track."""
     case = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "1 ms"\n'
     tracks = '[[track]]\nname = "P"\nbody = "slider"\npoint = "10, -20 mm"\ntolerance = "2 mm"\n'
     tracks += '[[track]]\nname = "E"\nbody = "unit 1/bar 1"\npoint = "end"\n'
@@ -137,7 +137,7 @@ def test_in_a_case_file(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_tracked(track: tuple[str, str, str], says: str) -> None:
-    """Identity: one-line errors."""
+    """Contract: one-line errors."""
     with pytest.raises(sd.InputError, match=says):
         ARM.track(*track)
     with pytest.raises(sd.InputError, match="tracked point 'P' given 2 times"):

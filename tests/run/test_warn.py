@@ -43,7 +43,7 @@ def test_a_journal_pressed_in_by_its_radius_is_a_failed_model() -> None:
 
 @pytest.mark.parametrize("friction", [sd.LuGre(kinetic=0.1), sd.NoFriction()])
 def test_damping_of_contacts_closed_from_rest(friction: sd.Friction) -> None:
-    """Identity: from equilibrium no force is above 1 + xi times that of the deepest indentation, nor has a warning."""
+    """Contract: from equilibrium no force is above 1 + xi times that of the deepest indentation, nor has a warning."""
     damping = sd.Flores(restitution=0.8)
     joint = sd.Clearance(5e-5, journal_radius=5e-3, damping=damping, friction=friction)
     mast = sd.mast(units=5, bar_length=0.8, bar_mass=0.7, slider_mass=0.5, platform_mass=2.0, angle=sd.degrees(15))
@@ -71,7 +71,7 @@ def run_steps(run) -> int:
 
 
 def test_a_controller_at_its_limit() -> None:
-    """Identity: for how much of the run its torque is the limit, and the largest error meanwhile; nothing below the limit."""
+    """Contract: for how much of the run its torque is the limit, and the largest error meanwhile; nothing below the limit."""
     arm = sd.scissor(units=1)
     run = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20)), until=0.05, samples=101)
     torque, error = run["control_torque"].values[:, 0], run["control_error"].values[:, 0]
@@ -85,7 +85,7 @@ def test_a_controller_at_its_limit() -> None:
 
 
 def test_warnings_of_a_batch() -> None:
-    """Identity: each case has those of its own run, of contacts, bristles and controllers, and no others."""
+    """Contract: each case has those of its own run, of contacts, bristles and controllers, and no others."""
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4, friction=constant))
     speeds = [sd.rpm(20), sd.rpm(250)]
@@ -178,7 +178,7 @@ def test_a_mechanism_at_rest_has_no_energy_to_balance() -> None:
 
 @pytest.mark.parametrize("make", [sd.Force, sd.Torque])
 def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
-    """Identity: a table is not continued beyond its end, for a load as for a drive."""
+    """Contract: a table is not continued beyond its end, for a load as for a drive."""
     table = sd.Tabulated((0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3), (0.0, 1.0, 1.0, 1.0, 1.0, 1.0))
     where = ("unit 1/bar 1", "end") if make is sd.Force else "unit 1/bar 1"
     amount = (0.0, 1.0) if make is sd.Force else 1.0

@@ -157,7 +157,7 @@ def test_sobol_indices_of_ishigami() -> None:
 
 @pytest.mark.parametrize("kind", ["morris", "saltelli"])
 def test_designs_too_small_for_indices_are_refused_before_they_are_computed(kind: str) -> None:
-    """Identity: fewer base points or trajectories than any index needs are one line of error."""
+    """Contract: fewer base points or trajectories than any index needs are one line of error."""
     with pytest.raises(sd.InputError, match="at least 8"):
         Design(kind, 2)
 
@@ -240,7 +240,7 @@ def test_nondominated_against_every_pair() -> None:
 
 
 def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
-    """Identity: stopped after two generations and continued, it has the points and results of one that was not."""
+    """Contract: stopped after two generations and continued, it has the points and results of one that was not."""
     plan = Optimisation((Goal("peak_force"),), risk="worst", population=4, generations=4, seed=5)
     described = study(optimisation=plan, design=plan.design(1, 2), requirements=(Requirement("contact_count", "<=", 4.0),))
     whole = optimise(described, tmp_path / "whole.db", block=3)
@@ -271,7 +271,7 @@ def test_indices_of_a_scissor_case(tmp_path: Path) -> None:
 
 
 def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: tables hold the results, a replayed case has the stored peak, a report has every picture."""
+    """Contract: tables hold the results, a replayed case has the stored peak, a report has every picture."""
     import pandas as pd
 
     described = study(design=Design("grid"), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 3)), *study().factors[1:]))
@@ -314,7 +314,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_pictures_show_what_is_there() -> None:
-    """Identity: cells of the map, marks of disagreeing members, the bound, bars and the front."""
+    """Contract: cells of the map, marks of disagreeing members, the bound, bars and the front."""
     described = study(design=Design("grid"), members=2, factors=study().factors)
     peak = np.repeat(np.linspace(300.0, 700.0, 100), 2)
     peak[1] = 400.0
@@ -362,7 +362,7 @@ def test_pictures_show_what_is_there() -> None:
 
 
 def test_labels_of_bars_are_whole() -> None:
-    """Identity: a long label takes several lines that do not reach into the next one's; none is cut short."""
+    """Contract: a long label takes several lines that do not reach into the next one's; none is cut short."""
     long = " ".join(["displacement"] * 12)
     (axes,) = requirement_bars([long, "short", long], np.array([0.1, 0.2, 1.0]), np.full((3, 2), np.nan))
     figure = axes.get_figure(root=True)
@@ -376,7 +376,7 @@ def test_labels_of_bars_are_whole() -> None:
 
 
 def test_counts_have_whole_ticks() -> None:
-    """Identity: no 2.5 contacts on an axis; neither is the unit typed by the user printed otherwise than others."""
+    """Contract: no 2.5 contacts on an axis; neither is the unit typed by the user printed otherwise than others."""
     counts = np.array([3.0, 18.0, 7.0, 11.0])
     about = {"role": "factor", "units": "N m", "shown_unit": "N m", "shown_scale": 1.0}
     points = xr.Dataset({"limit": ("point", np.arange(4.0), about), "disagrees": ("point", np.zeros(4, bool))})
@@ -387,7 +387,7 @@ def test_counts_have_whole_ticks() -> None:
 
 
 def test_store_of_nothing(tmp_path: Path) -> None:
-    """Identity: one line."""
+    """Contract: one line."""
     with pytest.raises(sd.InputError, match="no study at"):
         Store(tmp_path / "a.db").status()
 

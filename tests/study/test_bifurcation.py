@@ -62,7 +62,7 @@ def test_each_value_is_a_run(impacting, diagram):
 
 
 def test_warnings(diagram):
-    """Identity: what several values warn of stands once among those of the diagram, with the first of them."""
+    """Contract: what several values warn of stands once among those of the diagram, with the first of them."""
     said = [str(text) for text in diagram["warnings"].values]
     assert all("contacts start faster than" in text for text in said[1:])
     (warning,) = (text for text in json.loads(diagram.attrs["warnings"]) if "contacts start faster than" in text)
@@ -76,7 +76,7 @@ def test_two_threads_give_the_same(impacting, diagram):
 
 
 def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
-    """Identity: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
+    """Contract: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
     store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "engine": Threads(1)}
 
     def stop(done: int, total: int) -> None:
@@ -99,7 +99,7 @@ def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
 
 
 def test_following(impacting):
-    """Identity: each value continues from the one before, and an interrupted diagram is the same."""
+    """Contract: each value continues from the one before, and an interrupted diagram is the same."""
     chain = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
     mechanisms = [impacting.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
     options = cycle_options(impacting)
@@ -120,7 +120,7 @@ def cycle_options(mechanism):
 
 
 def test_following_is_taken_up(impacting, tmp_path):
-    """Identity: a diagram continues from the stored end of the value before."""
+    """Contract: a diagram continues from the stored end of the value before."""
     asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
     whole = bifurcation(impacting, over="A.clearance", **asked)
 
@@ -146,7 +146,7 @@ def test_a_carried_state_stands_where_it_stood(frictional):
 
 
 def test_values_that_fail(impacting):
-    """Identity: they say why, are NaN, and cost the others nothing."""
+    """Contract: they say why, are NaN, and cost the others nothing."""
     found = bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, engine=Threads(1))
     states = found["status"].values.tolist()
     assert "failed" in states
@@ -158,7 +158,7 @@ def test_values_that_fail(impacting):
 
 
 def test_drive_and_function(impacting):
-    """Identity: the period follows the frequency of the drive; a function of the value does the same as a path."""
+    """Contract: the period follows the frequency of the drive; a function of the value does the same as a path."""
     frequencies = (40.0, 60.0)
     one = bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, engine=Threads(1))
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
@@ -170,7 +170,7 @@ def test_drive_and_function(impacting):
 
 
 def test_what_cannot_be_used(impacting):
-    """Identity: one-line errors."""
+    """Contract: one-line errors."""
     for options, words in (
         ({"values": ()}, "values that are empty"),
         ({"values": (1e-4,), "keep": 300}, "keep = 300"),
@@ -183,7 +183,7 @@ def test_what_cannot_be_used(impacting):
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """Identity: file and picture are there; a value without a unit is refused."""
+    """Contract: file and picture are there; a value without a unit is refused."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
     asked = {"values": 2, "cycles": 2, "threads": 1, "output": tmp_path / "d.nc", "plot": tmp_path / "d.png"}

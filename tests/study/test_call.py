@@ -51,7 +51,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
 
 
 def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> None:
-    """Identity: description and every byte of the store but the times are those of the classes."""
+    """Contract: description and every byte of the store but the times are those of the classes."""
     by_hand = Study(
         arm(),
         sd.Options(UNTIL),
@@ -80,7 +80,7 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
     ],
 )
 def test_what_numbers_vary_over(given: object, meant: object) -> None:
-    """Identity: a pair is a range, a list levels, a number one level, a text that of a study file."""
+    """Contract: a pair is a range, a list levels, a number one level, a text that of a study file."""
     (factor,) = asked({"A.clearance": given}).factors
     assert type(factor.variation) is type(meant)
     np.testing.assert_allclose(factor.variation.levels(), meant.levels(), rtol=1e-15)  # type: ignore[attr-defined]
@@ -95,7 +95,7 @@ def asked(factors: Any = VARIED, **options: Any) -> Study:
 
 
 def test_measures_requirements_and_goals() -> None:
-    """Identity: names, functions and bounds stand for what a study file says."""
+    """Contract: names, functions and bounds stand for what a study file says."""
     named = asked(measures=["contact_count", peak])
     assert named.measures == ("contact_count",)
     assert named.own_measures == (OwnMeasure("peak", peak),)
@@ -115,7 +115,7 @@ def test_measures_requirements_and_goals() -> None:
 
 
 def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a mechanism, a case, a case file and a study file give the same stores, and so does the command line."""
+    """Contract: a mechanism, a case, a case file and a study file give the same stores, and so does the command line."""
     monkeypatch.chdir(tmp_path)
     case = sd.write_case(arm(), "arm.toml", run=sd.Options(UNTIL))
     Path("study.toml").write_text(
@@ -157,7 +157,7 @@ def test_answers_are_those_of_the_cases(found: StudyResult) -> None:
 
 
 def test_pictures(found: StudyResult, tmp_path: Path) -> None:
-    """Identity: each picture is there, on given Axes; a report has the tables."""
+    """Contract: each picture is there, on given Axes; a report has the tables."""
     import matplotlib.pyplot as plt
 
     _, axes = plt.subplots()
@@ -173,7 +173,7 @@ def test_pictures(found: StudyResult, tmp_path: Path) -> None:
 
 
 def test_going_on(tmp_path: Path) -> None:
-    """Identity: extended and reopened, the result is that of a whole study; reading executes nothing."""
+    """Contract: extended and reopened, the result is that of a whole study; reading executes nothing."""
     asked_for: dict[str, Any] = {"until": UNTIL, "measures": {"peak [N]": peak}, "block": 2}
     whole = sd.study(arm(), VARIED, points=6, store=tmp_path / "whole.db", **asked_for)
     part = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.db", **asked_for)
@@ -195,7 +195,7 @@ def test_going_on(tmp_path: Path) -> None:
 
 
 def test_damage_is_said(tmp_path: Path) -> None:
-    """Identity: a changed row makes its case pending, the result says so, and `resume` computes them anew."""
+    """Contract: a changed row makes its case pending, the result says so, and `resume` computes them anew."""
     asked_for: dict[str, Any] = {"until": UNTIL, "measures": ["peak_force"], "store": tmp_path / "a.db", "block": 1}
     whole = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
     peaks = whole.dataset["peak_force"].values
@@ -211,7 +211,7 @@ def test_damage_is_said(tmp_path: Path) -> None:
 
 
 def test_failed_cases_are_done_again(tmp_path: Path) -> None:
-    """Identity: causes are named, and with `retry` they are computed anew."""
+    """Contract: causes are named, and with `retry` they are computed anew."""
     file = tmp_path / "mine.py"
     file.write_text(
         f"from pathlib import Path\ndef flag(run):\n    assert Path({str(tmp_path / 'flag')!r}).exists(), 'no flag'\n"
@@ -258,7 +258,7 @@ def test_sensitivity() -> None:
 
 
 def test_a_store_of_its_own_ends_with_the_result() -> None:
-    """Identity: without a store the results lie in a temporary folder, which is removed."""
+    """Contract: without a store the results lie in a temporary folder, which is removed."""
     result = sd.study(arm(), {"A.clearance": [1e-4]}, until=UNTIL)
     file = Path(result.store.address)
     assert file.is_file()
@@ -304,7 +304,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
     ],
 )
 def test_what_cannot_be_used(options: dict[str, Any], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: one line, and no store."""
+    """Contract: one line, and no store."""
     monkeypatch.chdir(tmp_path)
     with pytest.raises(sd.InputError, match=says) as error:
         sd.study(arm(), **{"factors": VARIED, "until": UNTIL, "store": "a.db", **options})
@@ -313,7 +313,7 @@ def test_what_cannot_be_used(options: dict[str, Any], says: str, tmp_path: Path,
 
 
 def test_what_a_result_does_not_have(found: StudyResult) -> None:
-    """Identity: one line that says what to type."""
+    """Contract: one line that says what to type."""
     plain = StudyResult(asked(measures=["peak_force"]), found.store)
     for ask, says in (
         (lambda: plain.feasible, "without requirements; .*type: requirements="),
@@ -332,7 +332,7 @@ def test_what_a_result_does_not_have(found: StudyResult) -> None:
 
 
 def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: `best` is the recommended point; `refine` computes that point with other samples, or searches the ranges."""
+    """Contract: `best` is the recommended point; `refine` computes that point with other samples, or searches the ranges."""
     one = found.recommend()
     assert one.numbers == found.best
     assert one.samples == 2

@@ -47,7 +47,7 @@ def study(cases: int = 24) -> Study:
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
-    """Identity: and a process that dies costs nothing but time."""
+    """Contract: and a process that dies costs nothing but time."""
     whole = execute(study(), tmp_path / "threads.db", block=3, engine=Threads(1))
     with Processes(2) as engine:
         victims = [outcome.value for outcome in engine.each(process_of, [1])]
@@ -66,7 +66,7 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
-    """Identity: one whose package differs in a line ends the study with one that names it; nothing of it is in the store."""
+    """Contract: one whose package differs in a line ends the study with one that names it; nothing of it is in the store."""
     package = tmp_path / "other" / "scissordyn"
     shutil.copytree(Path(sd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     with (package / "simulation" / "measure.py").open("a") as file:
@@ -100,7 +100,7 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: one line within the time that is given to it."""
+    """Contract: one line within the time that is given to it."""
     monkeypatch.setattr("scissordyn.study.engine.PATIENCE", 1.0)
     with socket.socket() as taken:  # listens, and never says a word
         taken.bind(("127.0.0.1", 0))
@@ -141,7 +141,7 @@ def _greet(server: socket.socket) -> None:
     ],
 )
 def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: one line."""
+    """Contract: one line."""
     queueing_system(tmp_path, monkeypatch, "sbatch")
     file = tmp_path / "cluster.yaml"
     file.write_text(text)
@@ -178,7 +178,7 @@ true
     ("kind", "submit", "asks"), [("slurm", "sbatch", "#SBATCH -t 00:05:00"), ("pbs", "qsub", "#PBS -l walltime=00:05:00")]
 )
 def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: jobs are submitted as the file says, their workers do the study, and none is left."""
+    """Contract: jobs are submitted as the file says, their workers do the study, and none is left."""
     jobs = queueing_system(tmp_path, monkeypatch, submit)
     monkeypatch.chdir(tmp_path)  # where the certificates of the jobs are
     file = tmp_path / "cluster.yaml"
@@ -234,7 +234,7 @@ def written(store: Path) -> int:
 
 
 def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
-    """Identity: exit status 130 and one line; resumed, no finished block is written again."""
+    """Contract: exit status 130 and one line; resumed, no finished block is written again."""
     case, store = tmp_path / "case.toml", tmp_path / "a.db"
     case.write_text(paper_case("20 ms"))
     process = run_command("sweep", case, *SWEEP, "-o", store, "--threads", "1")

@@ -260,7 +260,7 @@ def test_the_interval_of_the_probability_covers() -> None:
 
 
 def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
-    """Identity: verdict, margins, trends and commands come before the tables of what was computed."""
+    """Contract: verdict, margins, trends and commands come before the tables of what was computed."""
     described, found = proportional(100.0)
     page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
@@ -276,7 +276,7 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
 
 
 def test_a_report_is_read_in_any_folder(tmp_path: Path) -> None:
-    """Identity: commands have the store's name, not where it is on the machine that wrote the report."""
+    """Contract: commands have the store's name, not where it is on the machine that wrote the report."""
     described, found = proportional(100.0)
     pages = [
         write_report(described, found, address, tmp_path / name).read_text(encoding="utf-8")

@@ -39,7 +39,7 @@ def test_equal_runs_are_the_cheap_ones():
 
 
 def test_a_linear_relation_is_removed():
-    """Identity: of accurate = 2 + 3 cheap the mean is 2 + 3 times that of all cheap runs, whatever the pairs."""
+    """Contract: of accurate = 2 + 3 cheap the mean is 2 + 3 times that of all cheap runs, whatever the pairs."""
     _, cheap = pairs(np.random.default_rng(2), 300, 0.9)
     found = mean_estimate(2.0 + 3.0 * cheap[:10], cheap[:10], cheap)
     assert found.value == pytest.approx(2.0 + 3.0 * cheap.mean(), rel=1e-12)

@@ -85,7 +85,7 @@ def test_steps_around_the_one_that_was_asked_for(arm):
     ],
 )
 def test_what_is_asked(text, wanted):
-    """Identity: a measure and a percentage; 1 % without one."""
+    """Contract: a measure and a percentage; 1 % without one."""
     assert read_wanted(text)[0] == wanted[0]
     assert read_wanted(text)[1] == pytest.approx(wanted[1])
     assert read_wanted(wanted[0])[1] == 0.01
@@ -107,7 +107,7 @@ def test_unknown_measures(arm):
 
 
 def test_command(arm, tmp_path, capsys):
-    """Identity: `check --converge` says what Python finds, and the command to run it so."""
+    """Contract: `check --converge` says what Python finds, and the command to run it so."""
     sd.write_case(arm, tmp_path / "case.toml", run=Options(0.005))
     case = str(tmp_path / "case.toml")
     assert status_of(["check", case, "--converge", "peak_force within 2 %", "--json"]) == 0

@@ -94,7 +94,7 @@ def test_one_orbit_per_cycle(settled):
 
 
 def test_going_on_is_bit_for_bit(impacting, tmp_path):
-    """Identity: five cycles and seven from a file, and twelve one by one, are the twelve of one call."""
+    """Contract: five cycles and seven from a file, and twelve one by one, are the twelve of one call."""
     whole = cycle(impacting, cycles=12)
     save(cycle(impacting, cycles=5), tmp_path / "five.nc")
     rest = cycle(impacting, cycles=7, start=load(tmp_path / "five.nc"))
@@ -109,7 +109,7 @@ def test_going_on_is_bit_for_bit(impacting, tmp_path):
 
 
 def test_keep(impacting):
-    """Identity: the last cycles of a run; those before them take fewer evaluations, as nothing is monitored there."""
+    """Contract: the last cycles of a run; those before them take fewer evaluations, as nothing is monitored there."""
     whole, kept = cycle(impacting, cycles=4), cycle(impacting, cycles=4, keep=2)
     rates = COUNTS.names.index("rates")
     assert kept["end_counts"].values[rates] < whole["end_counts"].values[rates]
@@ -134,7 +134,7 @@ def test_warnings(impacting):
 
 
 def test_a_cycle_that_fails(impacting):
-    """Identity: a failed run has time and cause, and the complete cycles before, without NaN."""
+    """Contract: a failed run has time and cause, and the complete cycles before, without NaN."""
     whole = cycle(impacting, cycles=6)
     steps = whole["steps"].values
     # rejected steps count too, so that the first cycle that takes more than the median is not the first that fails
@@ -162,7 +162,7 @@ def test_ideal_mechanism(periodic):
 
 
 def test_units(settled, tmp_path):
-    """Identity: units are such that pint reads them; where entries of a variable differ, names say what they are."""
+    """Contract: units are such that pint reads them; where entries of a variable differ, names say what they are."""
     for run in (settled, load(save(settled, tmp_path / "cycles.nc"))):
         for values in run.variables.values():
             pint.application_registry.parse_units(values.attrs.get("units", "1"))
@@ -173,7 +173,7 @@ def test_units(settled, tmp_path):
 
 
 def test_what_cannot_be_used(periodic, impacting, frictional):
-    """Identity: one-line errors."""
+    """Contract: one-line errors."""
     ideal = cycle(periodic, cycles=1)
     table = Tabulated(tuple(0.1 * k for k in range(7)), tuple(0.7 + 0.01 * k for k in range(7)))
     two = periodic.driven(Harmonic(-0.7, 0.1, 10.0), body="unit 1/bar 2")
@@ -201,13 +201,13 @@ def test_result_says_why_its_method_was_chosen(settled):
 
 
 def test_replay_of_cycles_is_refused(settled):
-    """Identity: cycles are no run; the message says what makes them again."""
+    """Contract: cycles are no run; the message says what makes them again."""
     with pytest.raises(InputError, match=r"replay of 'scissordyn cycles'.*type: cycle"):
         replay(settled)
 
 
 def test_cycles_with_a_clearance_guide_alone_are_classified():
-    """Identity: the map has the clearance of every contact point, by which distances are measured."""
+    """Contract: the map has the clearance of every contact point, by which distances are measured."""
     block = slider_crank(crank=0.05, rod=0.12, slider_inertia=2.3e-5)
     block = block.with_clearance("guide", GuideClearance(1e-4, length=0.04, width=0.02)).driven(speed=20.0)
     found = cycle(block, cycles=4)

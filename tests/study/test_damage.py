@@ -97,7 +97,7 @@ def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None
 def test_a_changed_row_is_named_and_computed_anew(
     text: str, why: str, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Identity: whatever of a row is changed, its case alone is pending, and said to be."""
+    """Contract: whatever of a row is changed, its case alone is pending, and said to be."""
     change(store, text)
     assert status_of(["study", "status", str(store)]) == 0
     said = capfd.readouterr().out
@@ -139,19 +139,19 @@ def flipped(whole: Path, store: Path, flips: int, capfd: pytest.CaptureFixture[s
 
 
 def test_no_flipped_bit_is_shown_as_a_number(whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: whichever bit of the file is flipped, no other number is read, and what is lost is said and computed anew."""
+    """Contract: whichever bit of the file is flipped, no other number is read, and what is lost is said and computed anew."""
     assert flipped(whole, store, FLIPS, capfd) >= {0}
 
 
 @pytest.mark.slow
 def test_thousands_of_flipped_bits(whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: as above."""
+    """Contract: as above."""
     assert flipped(whole, store, ALL_FLIPS, capfd) >= {0, 1}
 
 
 @pytest.mark.parametrize("size", [0.1, 0.5, 0.9])
 def test_a_file_that_was_cut(size: float, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: as of an interrupted copy: one line, or the rows that are there."""
+    """Contract: as of an interrupted copy: one line, or the rows that are there."""
     store.write_bytes(whole.read_bytes()[: int(size * whole.stat().st_size)])
     status = status_of(["study", "status", str(store)])
     shown = capfd.readouterr()
@@ -160,7 +160,7 @@ def test_a_file_that_was_cut(size: float, whole: Path, store: Path, capfd: pytes
 
 
 def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None:
-    """Identity: of a thousand rows on many pages, those on the broken page are pending, the others keep their values."""
+    """Contract: of a thousand rows on many pages, those on the broken page are pending, the others keep their values."""
     path = tmp_path / "a.db"
     long = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
     execute(long, path, engine=Threads(1), block=100)
@@ -177,7 +177,7 @@ def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None
 
 
 def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Identity: a changed note is refused in one line, not read as another study."""
+    """Contract: a changed note is refused in one line, not read as another study."""
     change(store, "UPDATE notes SET value = replace(value, '0.005', '0.006') WHERE name = 'study'")
     assert status_of(["study", "status", str(store)]) == 2
     said = capfd.readouterr().err
@@ -186,7 +186,7 @@ def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[st
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    """Identity: a text, a database of somebody else and a folder stay, byte for byte."""
+    """Contract: a text, a database of somebody else and a folder stay, byte for byte."""
     (tmp_path / "text.db").write_text("of the user" * 100)
     change(tmp_path / "other.db", "CREATE TABLE cases (number INTEGER)")
     (tmp_path / "folder.db").mkdir()
@@ -199,7 +199,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_store_behind_a_link(tmp_path: Path) -> None:
-    """Identity: the store is where the link leads, and goes on through it."""
+    """Contract: the store is where the link leads, and goes on through it."""
     (tmp_path / "a.db").symlink_to(tmp_path / "b.db")
     execute(study(), tmp_path / "a.db", block=BLOCK, engine=Threads(1))
     assert (tmp_path / "a.db").is_symlink()
@@ -210,7 +210,7 @@ def test_a_store_behind_a_link(tmp_path: Path) -> None:
 def test_ctrl_c_before_there_is_a_store_promises_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Identity: what is typed after it works."""
+    """Contract: what is typed after it works."""
     import scissordyn.study.execute as module
 
     def stop(*_: Any) -> None:
@@ -233,7 +233,7 @@ def test_ctrl_c_before_there_is_a_store_promises_nothing(
 
 
 def test_a_worker_with_another_program_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: one line that names the worker."""
+    """Contract: one line that names the worker."""
     ours = study().fingerprint()
     monkeypatch.setattr(Study, "fingerprint", lambda _: {**ours, "program": "another"})
     with pytest.raises(ProgramError, match=r"would compute other numbers \(differs in program\); allowed: the same sources"):
@@ -247,7 +247,7 @@ def _hold(address: str, held: Any, release: Any) -> None:
 
 
 def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
-    """Identity: another process is refused while one writes; those who read do not notice."""
+    """Contract: another process is refused while one writes; those who read do not notice."""
     context = multiprocessing.get_context("spawn")
     held, release = context.Event(), context.Event()
     process = context.Process(target=_hold, args=(str(store), held, release))
@@ -263,7 +263,7 @@ def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
 
 
 def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store: Path) -> None:
-    """Identity: a block is there or not, whatever instant its process is killed at."""
+    """Contract: a block is there or not, whatever instant its process is killed at."""
     change(store, "DELETE FROM cases WHERE number >= 4", "DELETE FROM blocks WHERE number >= 2")
     before = rows(store)
     other = multiprocessing.get_context("spawn").Process(target=_die, args=(str(store),))
@@ -290,7 +290,7 @@ def _die(address: str) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of the size of a file")
 def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -> None:
-    """Identity: one line that names the store; afterwards the study goes on."""
+    """Contract: one line that names the store; afterwards the study goes on."""
     path, soft = tmp_path / "a.db", resource.getrlimit(resource.RLIMIT_FSIZE)
     many = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
 
@@ -309,7 +309,7 @@ def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -
 
 
 def test_an_optimisation_with_a_damaged_early_row_goes_on(tmp_path: Path) -> None:
-    """Identity: the row is computed anew and the search ends with the same rows."""
+    """Contract: the row is computed anew and the search ends with the same rows."""
     plain = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),))
     plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
     searched = dataclasses.replace(plain, optimisation=plan, design=plan.design(1, 1))

@@ -29,7 +29,7 @@ BASE = np.array([2.5, 6.0])
 
 @pytest.mark.parametrize("kind", [kind for kind in DESIGNS if kind not in ("adaptive", "zip")])
 def test_a_point_depends_on_its_number_only(kind: str) -> None:
-    """Identity: any selection of points, in any order, has the values that the whole design has there."""
+    """Contract: any selection of points, in any order, has the values that the whole design has there."""
     design = Design(kind, 8, seed=3)
     size = design_size(design, TWO)
     whole = design_values(design, TWO, BASE, np.arange(size))
@@ -40,7 +40,7 @@ def test_a_point_depends_on_its_number_only(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["random", "sobol", "saltelli"])
 def test_more_points_leave_those_before_as_they_are(kind: str) -> None:
-    """Identity: the first points of a larger design are those of the smaller one."""
+    """Contract: the first points of a larger design are those of the smaller one."""
     small, large = Design(kind, 16, seed=1), Design(kind, 64, seed=1)
     at = np.arange(design_size(small, TWO))
     np.testing.assert_array_equal(design_values(small, TWO, BASE, at), design_values(large, TWO, BASE, at))
@@ -67,7 +67,7 @@ def test_one_at_a_time_starts_from_the_mechanism() -> None:
 
 
 def test_latin_hypercube_and_sobol_fill_every_stratum() -> None:
-    """Identity: of 16 points one is in each sixteenth of every factor."""
+    """Contract: of 16 points one is in each sixteenth of every factor."""
     pair = (Uniform(0.0, 1.0), Uniform(0.0, 1.0))
     for kind in ("latin-hypercube", "sobol"):
         found = design_values(Design(kind, 16), pair, BASE, np.arange(16))
@@ -90,7 +90,7 @@ def test_saltelli_is_the_order_of_salib(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_random_numbers_by_place() -> None:
-    """Identity: streams and seeds differ, the mean of many is 1/2 within five standard errors."""
+    """Contract: streams and seeds differ, the mean of many is 1/2 within five standard errors."""
     at = np.arange(20_000)
     one = uniform_numbers(1, 0, 3, at)
     assert not np.any(one == uniform_numbers(1, 1, 3, at))
@@ -136,14 +136,14 @@ def test_a_table_gives_its_own_values_back() -> None:
     ],
 )
 def test_bad_designs(make: object, says: str) -> None:
-    """Identity: one line each."""
+    """Contract: one line each."""
     with pytest.raises(sd.InputError, match=says):
         make()  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("kind", ["sobol", "saltelli", "random", "grid"])
 def test_chosen_and_uncertain_numbers_of_sobol_sequences_are_independent(kind: str) -> None:
-    """Identity: drawn anew at each point, each quarter of one meets each quarter of the other equally often."""
+    """Contract: drawn anew at each point, each quarter of one meets each quarter of the other equally often."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     levels = Levels(tuple(np.linspace(0.1e-3, 0.4e-3, 256).tolist())) if kind == "grid" else Interval(0.1e-3, 0.4e-3)
     study = Study(

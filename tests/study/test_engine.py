@@ -24,7 +24,7 @@ def divided(task: object) -> float:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_every_task_has_its_outcome(threads: int) -> None:
-    """Identity: a value, or the error that was raised; with one thread in the order of the tasks."""
+    """Contract: a value, or the error that was raised; with one thread in the order of the tasks."""
     tasks = [4.0, 0.0, "refuse", "text", 8.0]
     found = list(Threads(threads).each(divided, tasks))
     assert sorted(tasks.index(one.task) for one in found) == [0, 1, 2, 3, 4]
@@ -45,7 +45,7 @@ def simulated(task: int) -> int:
 
 
 def test_leaving_interrupts_what_is_in_work() -> None:
-    """Identity: threads that simulate end after the slice that they are in, and no task is begun any more."""
+    """Contract: threads that simulate end after the slice that they are in, and no task is begun any more."""
     sd.simulate(sd.four_bar().driven(speed=1.0), until=0.1)  # with all kernels loaded
     begun = threading.active_count()
     results = Threads(2).each(simulated, [0, 1, 2, 3])
@@ -57,7 +57,7 @@ def test_leaving_interrupts_what_is_in_work() -> None:
 
 
 def test_a_thread_looks_at_its_own_event() -> None:
-    """Identity: only where it was asked to, and only once the event is set."""
+    """Contract: only where it was asked to, and only once the event is set."""
     stop = threading.Event()
     with stopped_by(stop):
         look()
@@ -69,7 +69,7 @@ def test_a_thread_looks_at_its_own_event() -> None:
 
 @pytest.mark.parametrize("threads", [0, -1, True, 1.5])
 def test_bad_numbers_of_threads(threads: int) -> None:
-    """Identity: one line."""
+    """Contract: one line."""
     with pytest.raises(sd.InputError, match=f"threads = {threads}"):
         Threads(threads)
     assert isinstance(Threads(), Engine)

@@ -37,7 +37,7 @@ def test_warnings(impacting, diverging):
 
 
 def test_means_and_spread(diverging):
-    """Identity: numpy's mean and standard deviation over what is counted."""
+    """Contract: numpy's mean and standard deviation over what is counted."""
     means = diverging["impacts"].values[:, 2:, 0].mean(axis=1)
     np.testing.assert_allclose(diverging["mean_impacts"].values[:, 0], means, rtol=1e-14)
     assert float(diverging["spread_impacts"][0]) == pytest.approx(np.std(means, ddof=1), rel=1e-12)
@@ -54,7 +54,7 @@ def test_regular_motion_stays_together(frictional):
 
 
 def test_seed(impacting):
-    """Identity: the same seed gives the same members, another seed others."""
+    """Contract: the same seed gives the same members, another seed others."""
     here = ensemble(impacting, members=2, cycles=1, seed=5, engine=Threads(1))
     there = ensemble(impacting, members=2, cycles=1, seed=5, engine=Threads(1))
     other = ensemble(impacting, members=2, cycles=1, seed=6, engine=Threads(1))
@@ -63,7 +63,7 @@ def test_seed(impacting):
 
 
 def test_what_cannot_be_used(periodic, impacting):
-    """Identity: one-line errors."""
+    """Contract: one-line errors."""
     for mechanism, options, words in (
         (periodic, {}, "without clearance joints"),
         (impacting, {"members": 1}, "members = 1"),

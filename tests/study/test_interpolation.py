@@ -46,7 +46,7 @@ def test_a_perfect_prediction_is_the_mean_of_all_others() -> None:
 
 
 def test_no_run_predicts_itself() -> None:
-    """Identity: what a run answers changes what is predicted of the other groups, and nothing of its own."""
+    """Contract: what a run answers changes what is predicted of the other groups, and nothing of its own."""
     numbers = np.random.default_rng(2)
     x, further = numbers.random((40, 2)), numbers.random((80, 2))
     plain, changed = between(x, further), between(x, further)
@@ -77,7 +77,7 @@ def test_intervals_cover() -> None:
 
 
 def test_a_study_is_interpolated(tmp_path) -> None:
-    """Identity: further cases are spread over all that varies as its runs are; few runs are not interpolated."""
+    """Contract: further cases are spread over all that varies as its runs are; few runs are not interpolated."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     found = sd.study(
         arm,

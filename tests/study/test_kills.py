@@ -8,7 +8,7 @@ from benchmarks.study_kills import KILLS, VICTIMS, killed_at_random
 
 @pytest.mark.slow
 def test_killed_at_random_moments(tmp_path: Path) -> None:
-    """Identity: killed with -9 at 20 moments the rows are those of an undisturbed run; no finished block is done twice."""
+    """Contract: killed with -9 at 20 moments the rows are those of an undisturbed run; no finished block is done twice."""
     found = killed_at_random(tmp_path, KILLS)
     assert [kill.victim for kill in found] == [*(VICTIMS[k % 3] for k in range(KILLS)), ""]
     assert [kill.rewritten for kill in found] == [0] * len(found)

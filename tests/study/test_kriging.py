@@ -107,7 +107,7 @@ def test_maps_of_few_points_are_filled() -> None:
 
 
 def test_members_that_disagree_are_marked_beside_the_lines() -> None:
-    """Identity: a picture has both legends, that of the requirement's line and that of the marks."""
+    """Contract: a picture has both legends, that of the requirement's line and that of the marks."""
     described, found = proportional(1000.0)
     points = by_point(described, found)
     points["disagrees"] = points["disagrees"].copy(data=np.arange(24) == 3)

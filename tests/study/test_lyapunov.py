@@ -65,7 +65,7 @@ def test_a_settled_orbit_attracts(frictional):
 
 
 def test_what_cannot_be_used(periodic, frictional, impacting, upright):
-    """Identity: one-line errors."""
+    """Contract: one-line errors."""
     for mechanism in (frictional, impacting):
         with pytest.raises(InputError, match="variational equation is not defined"):
             variational_exponent(mechanism, cycles=1)
@@ -80,7 +80,7 @@ def test_what_cannot_be_used(periodic, frictional, impacting, upright):
 
 @pytest.mark.parametrize("measure", [separation_exponent, variational_exponent])
 def test_tables_that_end_early_are_refused(measure):
-    """Identity: no cycle is computed beyond the end of a table, as in runs and maps."""
+    """Contract: no cycle is computed beyond the end of a table, as in runs and maps."""
     instants = tuple(np.linspace(0.0, 0.1, 7).tolist())
     load = Torque("load", "crank", torque=1.0, time_function=Tabulated(instants, tuple(0.0 * t for t in instants)))
     crank = dataclasses.replace(slider_crank(crank=0.05, rod=0.12, angle=0.4), components=(load,)).driven(speed=20.0)

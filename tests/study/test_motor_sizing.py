@@ -61,13 +61,13 @@ def test_a_gear_multiplies_torque_and_divides_speed() -> None:
     ],
 )
 def test_wrong_curves_are_refused(speeds: tuple[float, ...], torques: tuple[float, ...], ratio: float, what: str) -> None:
-    """Identity: one line says what came."""
+    """Contract: one line says what came."""
     with pytest.raises(sd.InputError, match=what):
         sd.MotorCurve(speeds, torques, ratio=ratio)
 
 
 def test_texts_of_a_curve() -> None:
-    """Identity: units of speed and torque; a point without a comma or with a wrong unit is refused."""
+    """Contract: units of speed and torque; a point without a comma or with a wrong unit is refused."""
     found = read_motor(["0 rpm, 60 N m", "300 rpm, 0.04 kN m", "600 rpm, 0 N m"], "servo", 2.0)
     np.testing.assert_allclose(found.speeds, np.array([0.0, 10.0, 20.0]) * np.pi)
     assert (found.torques, found.of, found.ratio) == (pytest.approx((60.0, 40.0, 0.0)), "servo", 2.0)
@@ -77,7 +77,7 @@ def test_texts_of_a_curve() -> None:
 
 
 def test_torque_and_speed_of_a_drive() -> None:
-    """Identity: the driving torque at every sample, its located maximum between them, and the prescribed speed."""
+    """Contract: the driving torque at every sample, its located maximum between them, and the prescribed speed."""
     run = sd.simulate(arm(), until=UNTIL)
     found = sd.torque_over_speed(run)
     assert found.attrs == {"of": "drive", "body": str(arm().drives[0].body)}
@@ -94,7 +94,7 @@ def test_torque_and_speed_of_a_drive() -> None:
 
 
 def test_a_motor_in_a_study(tmp_path: Path) -> None:
-    """Identity: the measure is the fraction of each case's run; a store keeps the curve, and goes on with it."""
+    """Contract: the measure is the fraction of each case's run; a store keeps the curve, and goes on with it."""
     (tmp_path / "case.toml").write_text(CASE)
     file = tmp_path / "study.toml"
     file.write_text(
@@ -138,7 +138,7 @@ def test_least_value() -> None:
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: what is needed, whether the motor is enough, the picture, and the least value with its unit."""
+    """Contract: what is needed, whether the motor is enough, the picture, and the least value with its unit."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
     weak = ["0 rpm, 1 N m", "200 rpm, 1 N m"]

@@ -105,7 +105,7 @@ def test_trends_are_ratios_of_names(found: StudyResult) -> None:
 
 
 def test_a_store_is_read_resumed_and_refined(case: Path, found: StudyResult) -> None:
-    """Identity: the same call finds everything there; a store alone knows the names; a refined study has some of them."""
+    """Contract: the same call finds everything there; a store alone knows the names; a refined study has some of them."""
     again = sd.study(
         case,
         {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
@@ -150,7 +150,7 @@ def test_a_search_over_names_tries_all(case: Path) -> None:
 
 
 def test_names_may_stand_for_objects() -> None:
-    """Identity: laws by name are those of the objects, beside numbers, chosen and uncertain."""
+    """Contract: laws by name are those of the objects, beside numbers, chosen and uncertain."""
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=5.0)
     laws = {"none": sd.NoFriction(), "lugre": sd.LuGre(kinetic=0.1)}
     dampings = {"lankarani-nikravesh": sd.LankaraniNikravesh(0.9), "flores": sd.Flores(0.9)}

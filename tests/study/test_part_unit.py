@@ -68,7 +68,7 @@ def results(described: Study) -> xr.Dataset:
 
 @pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])
 def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
-    """Identity: of one component, that of its port's output."""
+    """Contract: of one component, that of its port's output."""
     described = study(component)
     found = results(described)
     assert found[MEASURE].attrs["units"] == unit
@@ -77,7 +77,7 @@ def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
 
 
 def test_a_batch_and_its_store_have_the_unit() -> None:
-    """Identity: simulated, not made up."""
+    """Contract: simulated, not made up."""
     described = study(SPRING, HINGE)
     found = pilot(described, np.array([0]))
     assert found["component_unit"].values.tolist() == ["N", "N m"]
@@ -85,7 +85,7 @@ def test_a_batch_and_its_store_have_the_unit() -> None:
 
 
 def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: no table, picture or export compares a force with a torque, or has no unit."""
+    """Contract: no table, picture or export compares a force with a torque, or has no unit."""
     described = study(SPRING, HINGE, requirements=(read_requirement(f"{MEASURE} < 25 N m"),))
     found = results(described)
     points = by_point(described, found)
@@ -111,7 +111,7 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     [("< 0.5 kN", 500.0, "N"), ("< 500 N mm", 0.5, "N m"), ("< 2 J/rad", None, None), ("< 5", None, None)],
 )
 def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float | None, unit: str | None) -> None:
-    """Identity: in SI, and which of both it is; neither is an error."""
+    """Contract: in SI, and which of both it is; neither is an error."""
     if bound is None:
         with pytest.raises(sd.InputError, match=r"N or|N\] or"):
             read_requirement(f"{MEASURE} {text}")
@@ -121,7 +121,7 @@ def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float 
 
 
 def test_a_bound_in_python_is_shown_with_its_unit() -> None:
-    """Identity: with a prefix, as numbers from texts are."""
+    """Contract: with a prefix, as numbers from texts are."""
     labels = [one.label for one in (Requirement("peak_force", "<", 500.0), Requirement("peak_track_deviation", "<", 6e-4))]
     assert labels == ["peak_force < 500 N", "peak_track_deviation < 0.6 mm"]
     assert Requirement("contact_count", "<", 5.0).label == "contact_count < 5"
@@ -140,7 +140,7 @@ def test_a_bound_in_python_is_shown_with_its_unit() -> None:
     ],
 )
 def test_bounds_that_fit_no_component(components: Any, changes: Any, says: str) -> None:
-    """Identity: one line before anything is computed, which lists the components with their units."""
+    """Contract: one line before anything is computed, which lists the components with their units."""
     with pytest.raises(sd.InputError, match=says) as error:
         study(*components, **changes)
     assert "[N" in str(error.value) or not components

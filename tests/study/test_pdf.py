@@ -24,7 +24,7 @@ def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
 
 @pytest.mark.skipif(not any(map(shutil.which, BROWSERS)), reason="no browser that prints")
 def test_a_page_is_printed() -> None:
-    """Identity: a PDF with the pages that were asked for."""
+    """Contract: a PDF with the pages that were asked for."""
     found = printed(PAGE)
     assert found.startswith(b"%PDF-")
     assert found.rstrip().endswith(b"%%EOF")
@@ -32,14 +32,14 @@ def test_a_page_is_printed() -> None:
 
 
 def test_without_a_browser_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: the error says what to type."""
+    """Contract: the error says what to type."""
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(InputError, match=r"-o report\.html"):
         printed(PAGE)
 
 
 def test_what_a_browser_does_not_print_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: nothing written, or something that is no PDF."""
+    """Contract: nothing written, or something that is no PDF."""
     browser(tmp_path, monkeypatch, "exit 3")
     with pytest.raises(ScissordynError, match="has not printed"):
         printed(PAGE)

@@ -35,7 +35,7 @@ def test_pairs(tmp_path):
 
 
 def test_estimates_and_report(tmp_path):
-    """Identity: cheap and accurate columns are those of both stores; terminal, report and a reopened store say the same."""
+    """Contract: cheap and accurate columns are those of both stores; terminal, report and a reopened store say the same."""
     found = study(tmp_path, points=64, verify=16, design="random")
     fraction, every, mean, median, _ = found.estimates
     assert fraction.estimate.cheap == found.requirements[0].fraction
@@ -55,7 +55,7 @@ def test_estimates_and_report(tmp_path):
 
 
 def test_uncertain_samples(tmp_path):
-    """Identity: of one point with uncertain numbers the trials are its samples."""
+    """Contract: of one point with uncertain numbers the trials are its samples."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.1e-3)).driven(speed=sd.rpm(150))
     found = sd.study(
         arm,
@@ -84,7 +84,7 @@ def test_a_budget(tmp_path):
 
 
 def test_a_search(tmp_path):
-    """Identity: the front of a search by cheap runs is run accurately; further generations keep what was."""
+    """Contract: the front of a search by cheap runs is run accurately; further generations keep what was."""
     goals = ["minimise peak_force", "maximise drive.speed"]
     found = study(tmp_path, goals=goals, population=8, generations=2, verify=8)
     table = found.confirmed
@@ -99,7 +99,7 @@ def test_a_search(tmp_path):
 
 
 def test_the_best_of_one_goal_is_an_accurate_one(tmp_path):
-    """Identity: with one goal the best point is the best of the accurate runs."""
+    """Contract: with one goal the best point is the best of the accurate runs."""
     found = study(tmp_path, goals="minimise peak_force", population=6, generations=2, verify=8)
     table = found.confirmed.sort_values(["accurate violation", "accurate minimise peak_force"])
     assert found.best["A.clearance"] == table["A.clearance"].iloc[0]
@@ -134,7 +134,7 @@ def test_without_accurate_runs(tmp_path):
 
 
 def test_a_study_file(tmp_path):
-    """Identity: the table [screen] gives the same study as Python does, and --budget is a time."""
+    """Contract: the table [screen] gives the same study as Python does, and --budget is a time."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     sd.write_case(arm, tmp_path / "case.toml")
     text = """

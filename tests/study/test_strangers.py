@@ -65,7 +65,7 @@ def listening() -> dict[str, str]:
 
 @proc
 def test_processes_listen_nowhere() -> None:
-    """Identity: the processes of `--workers` are reached by pipes alone; no socket of theirs or of this process listens."""
+    """Contract: the processes of `--workers` are reached by pipes alone; no socket of theirs or of this process listens."""
     before = listening()
     with Where(workers=2).engine() as engine:
         outcomes = list(engine.each(getpid, [1, 2, 3, 4]))
@@ -103,7 +103,7 @@ def failing(task: int) -> int:
 
 
 def test_what_becomes_of_tasks() -> None:
-    """Identity: values, errors, and a task whose process dies each time, which costs no other task its value."""
+    """Contract: values, errors, and a task whose process dies each time, which costs no other task its value."""
     with Where(workers=2).engine() as engine:
         died: list[Outcome[int, int]] = sorted(engine.each(fatal, [1, 2, 3, 4]), key=lambda one: one.task)
         failed: list[Outcome[int, int]] = sorted(engine.each(failing, [1, 2]), key=lambda one: one.task)
@@ -129,7 +129,7 @@ with Processes(1) as engine:
 
 
 def test_a_script_without_a_guard(tmp_path: Path) -> None:
-    """Identity: a script that its own processes would execute again ends with an error that says so, and starts no others."""
+    """Contract: a script that its own processes would execute again ends with an error that says so, and starts no others."""
     script = tmp_path / "unguarded.py"
     script.write_text(UNGUARDED)
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)
@@ -175,7 +175,7 @@ if __name__ == "__main__":
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_jobs_admit_no_stranger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: another user who tries every port of scheduler and jobs, also with certificates of his own, executes nothing.
+    """Contract: another user who tries every port of scheduler and jobs, also with certificates of his own, executes nothing.
 
     The same attack on a scheduler without certificates has a function executed as root.
     """
@@ -218,7 +218,7 @@ def documented(home: Path) -> dict[str, str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("protocol", ["tls", "tcp"])
 def test_a_scheduler_of_ones_own(protocol: str, tmp_path: Path) -> None:
-    """Identity: with the certificates of the documentation there is no warning, and without them one, and no admittance."""
+    """Contract: with the certificates of the documentation there is no warning, and without them one, and no admittance."""
     own = documented(tmp_path) if protocol == "tls" else {}
     assert {path.stat().st_mode & 0o077 for path in tmp_path.glob("dask-tls/*.pem")} <= {0}
     with socket.socket() as free:

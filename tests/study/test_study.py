@@ -85,7 +85,7 @@ def test_members_differ_by_round_off_only() -> None:
 
 
 def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
-    """Identity: whatever order and number of threads, stopped or not; finished blocks are not written again."""
+    """Contract: whatever order and number of threads, stopped or not; finished blocks are not written again."""
     whole = execute(study(), tmp_path / "whole.db", block=5, engine=Threads(1))
     stopped = tmp_path / "stopped.db"
 
@@ -105,7 +105,7 @@ def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
 
 
 def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
-    """Identity: 8 points and 8 more are the study of 16 points; the cases that were done are not done again."""
+    """Contract: 8 points and 8 more are the study of 16 points; the cases that were done are not done again."""
     sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)),), "members": 1}
     store = execute(study(**sobol), tmp_path / "a.db", block=6)
     larger = extend(store.study(), tmp_path / "a.db", 16)
@@ -117,7 +117,7 @@ def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
 
 
 def test_another_study_is_refused(tmp_path: Path) -> None:
-    """Identity: the fingerprint names what differs."""
+    """Contract: the fingerprint names what differs."""
     execute(study(), tmp_path / "a.db", block=24)
     for changes, differs in (
         ({"members": 1}, "design"),
@@ -133,7 +133,7 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
 
 
 def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
-    """Identity: they have their cause, are done again on request only, and the others are complete."""
+    """Contract: they have their cause, are done again on request only, and the others are complete."""
     broken = study(options=Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
     store = execute(broken, tmp_path / "a.db", block=2)
     status = store.status()
@@ -150,7 +150,7 @@ def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
 
 
 def test_measures_of_the_user(tmp_path: Path) -> None:
-    """Identity: a function of the Dataset and one of the accumulators give what the measures give; a fault fails its case."""
+    """Contract: a function of the Dataset and one of the accumulators give what the measures give; a fault fails its case."""
     file = tmp_path / "mine.py"
     file.write_text(
         "def largest(run):\n    return float(run['peak_force'].max())\n\n\n"
@@ -237,13 +237,13 @@ def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
     ],
 )
 def test_bad_studies(changes: Any, says: str) -> None:
-    """Identity: one line before anything is computed."""
+    """Contract: one line before anything is computed."""
     with pytest.raises(sd.InputError, match=says):
         study(**changes)
 
 
 def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a disk that is full from the first byte leaves nothing."""
+    """Contract: a disk that is full from the first byte leaves nothing."""
 
     def full(*_: Any) -> None:
         raise OSError(28, os.strerror(28))
@@ -258,7 +258,7 @@ def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_store_in_no_folder(tmp_path: Path) -> None:
-    """Identity: one line, before anything is computed."""
+    """Contract: one line, before anything is computed."""
     with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):
         execute(study(), tmp_path / "none" / "a.db")
 
@@ -270,7 +270,7 @@ def test_blocks_are_longer_for_very_many_workers() -> None:
 
 
 def test_the_cost_of_a_task_is_the_measured_one() -> None:
-    """Identity: the length of blocks is chosen for no less than was measured, and for no more than ten times as much."""
+    """Contract: the length of blocks is chosen for no less than was measured, and for no more than ten times as much."""
     page = (Path(__file__).parents[2] / "docs" / "decisions" / "measured" / "studies.md").read_text(encoding="utf-8")
     words = " ".join(page.split())
     (measured,) = re.findall(r"([\d.]+) ms of it processor time of the scheduler", words)

@@ -38,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: each study file runs, and its report can be written."""
+    """Contract: each study file runs, and its report can be written."""
     text = [each for each in snippets("toml") if each.startswith("case = ")][number]
     if number == 0:  # a measure of the Dataset refuses members, which the page says
         assert status_of([*_written(folder, f"members = 2\n{text}"), "-o", "refused.db"]) == 2
@@ -64,14 +64,14 @@ def _written(folder: Path, text: str) -> list[str]:
 
 
 def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the lines for Python run and print a share."""
+    """Contract: the lines for Python run and print a share."""
     exec(snippets("python")[1], {})
     assert re.match(r"all requirements: \d+% of the range \(\d+% to \d+%\)\n\{'A\.clearance'", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("file", sorted((EXAMPLES / "studies").glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_studies(file: Path) -> None:
-    """Identity: each can be read, its functions are there, and the page names it."""
+    """Contract: each can be read, its functions are there, and the page names it."""
     described = study_of(read_study(file))
     assert described.cases >= 64 or (described.optimisation is not None and described.optimisation.every)
     assert all(callable(own.callable()) for own in described.own_measures)
@@ -79,7 +79,7 @@ def test_shipped_studies(file: Path) -> None:
 
 
 def test_every_design_is_listed() -> None:
-    """Identity: the table of designs."""
+    """Contract: the table of designs."""
     assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
 
 
@@ -129,7 +129,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: one line, status 2, and no store."""
+    """Contract: one line, status 2, and no store."""
     (folder / "bad.toml").write_text('case = "array.toml"\n[varry]\n')
     (folder / "study.toml").write_text('case = "array.toml"\n[vary]\n"A.clearance" = "0.1..0.2 mm"\n')
     (folder / "sampling.toml").write_text('case = "array.toml"\n[sampling]\nkind = "sobel"\n')
@@ -169,7 +169,7 @@ until = "2 ms"
 
 
 def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: one value of all clearances, torque limits as levels, the error of a tracked point, a required force."""
+    """Contract: one value of all clearances, torque limits as levels, the error of a tracked point, a required force."""
     (folder / "case.toml").write_text(SERVO)
     arguments = ["sweep", "case.toml", "--vary", "clearance.all.clearance=0.05..0.4 mm"]
     arguments += ["--vary", "servo.controller.limit=50, 100, 200 N m", "--measure", "peak_force", "--measure", "tip.error"]
@@ -185,7 +185,7 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
 
 
 def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
-    """Identity: a speed that was written in rpm is shown in rpm, and no number depends on that."""
+    """Contract: a speed that was written in rpm is shown in rpm, and no number depends on that."""
     vary = {"A.clearance": "0.1..0.4 mm, 2 values", "drive.speed": "100, 200 rpm"}
     described = study_of(StudyText(folder / "array.toml", vary=vary, measures=("peak_force",)))
     bare = tuple(dataclasses.replace(factor, unit="", scale=1.0) for factor in described.factors)
@@ -198,7 +198,7 @@ def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
 
 
 def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: sweep, status, extend, retry, export, replay; another study and a case beyond the last are refused."""
+    """Contract: sweep, status, extend, retry, export, replay; another study and a case beyond the last are refused."""
     sweep = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm", "--design", "sobol", "--points", "4")
     assert status_of(sweep) == 0
     assert status_of([*sweep, "--set", "run.until=1 ms"]) == 2

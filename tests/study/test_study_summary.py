@@ -70,7 +70,7 @@ def results(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Datase
 )
 @pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
 def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
-    """Identity: in the unit of the user, or with an engineering prefix."""
+    """Contract: in the unit of the user, or with an engineering prefix."""
     described = study(factors=(Factor("A.clearance", variation, *unit),))
     found = xr.Dataset({"A.clearance": ("case", np.zeros(1), {"units": "m"})})
     assert varied_numbers(described, found).rows == [("A.clearance", "chosen", said)]
@@ -124,7 +124,7 @@ def test_fronts_and_effects_have_units() -> None:
 
 
 def test_agreement_is_counted() -> None:
-    """Identity: one point of five is not called none."""
+    """Contract: one point of five is not called none."""
     described = study()
     found = results(described, np.full(5, 30e3))
     assert "at all points" in agreement(described, by_point(described, found))
@@ -134,7 +134,7 @@ def test_agreement_is_counted() -> None:
 
 
 def test_no_median_of_a_few_points() -> None:
-    """Identity: points of a single factor are joined; a dozen of two factors have two medians, not twelve."""
+    """Contract: points of a single factor are joined; a dozen of two factors have two medians, not twelve."""
     described = study()
     (one,) = response_curves(by_point(described, results(described, np.linspace(20e3, 84e3, 5))))
     assert next(line.get_label() for line in one.lines if line.get_linestyle() == "-").startswith("_")

@@ -112,7 +112,7 @@ def test_quantiles_are_those_of_scipy(ours: sd.Beta, theirs: stats.rv_continuous
     ],
 )
 def test_texts_of_tolerances(text: str, found: Uniform) -> None:
-    """Identity: nominal values, tolerances, fits and distributions in SI."""
+    """Contract: nominal values, tolerances, fits and distributions in SI."""
     read = read_variation(text, LENGTH, address="A.clearance")
     assert type(read) is type(found)
     ours, theirs = to_plain(read), to_plain(found)
@@ -142,7 +142,7 @@ def test_texts_of_tolerances(text: str, found: Uniform) -> None:
     ],
 )
 def test_wrong_texts_are_one_line(text: str, what: str) -> None:
-    """Identity: what came, what is allowed, what to type."""
+    """Contract: what came, what is allowed, what to type."""
     with pytest.raises(sd.InputError) as error:
         read_variation(text, LENGTH, address="A.clearance")
     assert what in str(error.value)
@@ -151,7 +151,7 @@ def test_wrong_texts_are_one_line(text: str, what: str) -> None:
 
 
 def test_deviations_from_a_chosen_value() -> None:
-    """Identity: a fraction, or a number with a unit; a pure number has none."""
+    """Contract: a fraction, or a number with a unit; a pure number has none."""
     assert read_deviation("+- 20 %", LENGTH) == (Uniform(-0.2, 0.2), True)
     assert read_deviation("± 0.02 mm, normal", LENGTH) == (Normal(0.0, 0.02e-3 / 3.0, -0.02e-3, 0.02e-3), False)
     assert read_deviation("+- 0.05", NUMBER) == (Uniform(-0.05, 0.05), False)
@@ -162,7 +162,7 @@ def test_deviations_from_a_chosen_value() -> None:
 
 
 def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
-    """Identity: the store has the chosen value and the deviation, the mechanism their product; runs are those of that value."""
+    """Contract: the store has the chosen value and the deviation, the mechanism their product; runs are those of that value."""
     asked = {
         "until": UNTIL,
         "uncertain": {"A.clearance": "+- 10 %"},
@@ -223,7 +223,7 @@ def test_each_joint_has_its_own_tolerance() -> None:
 
 
 def test_deviations_that_fit_nothing_are_refused() -> None:
-    """Identity: a deviation of what is not chosen, and one that leads out of bounds."""
+    """Contract: a deviation of what is not chosen, and one that leads out of bounds."""
     with pytest.raises(sd.InputError, match="deviates from a value that is not chosen"):
         described({"drive.speed": "10, 20 rad/s"}, {"A.clearance": "+- 20 %"})
     with pytest.raises(sd.InputError, match=r"'A.clearance' up to -"):
@@ -231,7 +231,7 @@ def test_deviations_that_fit_nothing_are_refused() -> None:
 
 
 def test_each_in_a_study_file(tmp_path: Path) -> None:
-    """Identity: `each = true` in a table is the word in a text."""
+    """Contract: `each = true` in a table is the word in a text."""
     file = tmp_path / "study.toml"
     file.write_text('case = "case.toml"\n[uncertain]\n"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }\n')
     assert read_study(file).uncertain == {"clearance.all.clearance": "0.3 mm +- 20 %, each"}

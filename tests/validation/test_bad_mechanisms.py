@@ -171,7 +171,7 @@ CONTRADICTIONS: dict[str, tuple[Callable[[], sd.Mechanism], tuple[str, ...]]] = 
 
 @pytest.mark.parametrize("case", CONTRADICTIONS)
 def test_contradicting_parts_are_refused(case: str) -> None:
-    """Identity: joints and drives that contradict each other are refused in one line that names them."""
+    """Contract: joints and drives that contradict each other are refused in one line that names them."""
     build, names = CONTRADICTIONS[case]
     contradicting = build()
     refused(lambda: contradicting, *names)
@@ -293,7 +293,7 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
 
 @pytest.mark.parametrize("case", FACTS)
 def test_bad_facts_are_refused(case: str) -> None:
-    """Identity: a part that cannot be, or a name that is not there, is refused in one line that names part and body."""
+    """Contract: a part that cannot be, or a name that is not there, is refused in one line that names part and body."""
     build, names = FACTS[case]
     refused(build, *names)
 

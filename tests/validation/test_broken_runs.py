@@ -110,7 +110,7 @@ RODS = {
 
 @pytest.mark.parametrize("case", RODS)
 def test_links_that_cannot_be(case: str) -> None:
-    """Identity: rods of impossible, contradicting or redundant lengths are refused by name."""
+    """Contract: rods of impossible, contradicting or redundant lengths are refused by name."""
     build, names = RODS[case]
     refused(build, *names)
 
@@ -121,7 +121,7 @@ def warnings_of(run) -> list[str]:
 
 
 def test_clearance_joint_of_a_rigid_ring() -> None:
-    """Identity: one clearance joint in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
+    """Contract: one clearance joint in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
     ring = sd.hoberman_ring(units=4).driven(speed=-0.3).with_clearance("unit 1/upper", PIN)
     run = sd.simulate(ring, until=0.1, samples=11)
     assert float(np.nanmax(np.hypot(*np.moveaxis(run["eccentricity"].values, -1, 0)))) < 1e-12
@@ -174,7 +174,7 @@ def test_no_reaction_of_a_braced_frame_is_determined() -> None:
 
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
 def test_conditions_that_follow_are_left_out(build, count: int) -> None:
-    """Identity: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
+    """Contract: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
     made = plan(build())
     assert len(made.coordinates.redundant) == count
     straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))

@@ -46,7 +46,7 @@ def test_models_of_other_codes(model: Model) -> None:
 
 
 def test_every_compared_code_has_a_model_that_is_checked() -> None:
-    """Identity: a case that compares other codes checks their models first, of every other package that takes part."""
+    """Contract: a case that compares other codes checks their models first, of every other package that takes part."""
     for case in CASES:
         if case.codes is None:
             continue
@@ -57,7 +57,7 @@ def test_every_compared_code_has_a_model_that_is_checked() -> None:
 
 
 def test_codes_name_their_package() -> None:
-    """Identity: a code of another package says which, so that it is not taken for one that fails."""
+    """Contract: a code of another package says which, so that it is not taken for one that fails."""
     for case in CASES:
         for one in [*(case.codes() if case.codes else ()), *(case.models() if case.models else ())]:
             first = one.name.split()[0].rstrip(",").lower()
@@ -108,7 +108,7 @@ def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
 
 
 def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: table, list and legend of the picture tell a code that is not installed from one that fails."""
+    """Contract: table, list and legend of the picture tell a code that is not installed from one that fails."""
     from validation import curves
 
     labels = []
@@ -135,7 +135,7 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
 
 
 def test_models_of_codes_that_are_not_installed_or_wrong() -> None:
-    """Identity: a model that is wrong or fails is counted and marked; one that is not installed is named, not counted."""
+    """Contract: a model that is wrong or fails is counted and marked; one that is not installed is named, not counted."""
     models = [
         Model("right", "x", lambda: 1e-9, 1e-8),
         Model("wrong", "x", lambda: 1e-7, 1e-8),

@@ -81,7 +81,7 @@ def test_sloppy_four_bar(case: str) -> None:
 
 @pytest.mark.parametrize(("lengths", "pairs"), [((0.3, 0.1, 0.3, 0.1), 1), ((0.3, 0.1, 0.3 + 1e-11, 0.1), 0)])
 def test_elimination_only_to_rounding(lengths: tuple[float, float, float, float], pairs: int) -> None:
-    """Identity: the linear constraint of a parallelogram stands for a quadratic one, or is not used."""
+    """Contract: the linear constraint of a parallelogram stands for a quadratic one, or is not used."""
     mechanism = four_bar(lengths, (0.9, 0.0, 0.9))
     assert len(plan(mechanism).coordinates.constraints) == (0 if pairs else 2)
 

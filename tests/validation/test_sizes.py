@@ -69,14 +69,14 @@ def test_roundings_along_a_ring_are_no_constraint():
 
 @pytest.mark.slow
 def test_ring_of_a_thousand_units():
-    """Identity: a ring of 1000 units has the freedoms of one of 12."""
+    """Contract: a ring of 1000 units has the freedoms of one of 12."""
     few, many = (reduced(sd.hoberman_ring(units=units)) for units in (12, 1000))
     assert (many.free, len(many.constraints)) == (few.free, len(few.constraints))
 
 
 @pytest.mark.slow
 def test_array_of_two_thousand_units():
-    """Identity: an array of 2000 units with one clearance joint runs, and says what is not looked for at this size."""
+    """Contract: an array of 2000 units with one clearance joint runs, and says what is not looked for at this size."""
     array = sd.scissor(units=2000).with_clearance("A", sd.Clearance(2e-4)).driven(speed=1.0)
     run = sd.simulate(array, until=0.01, samples=11)
     assert run.attrs["status"] == "complete"

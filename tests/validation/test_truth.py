@@ -30,7 +30,7 @@ def test_checks(case: Case) -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=name)
 def test_page_of_a_case(case: Case) -> None:
-    """Identity: each case has a case file that can be read, and a page with what it is, source and reference."""
+    """Contract: each case has a case file that can be read, and a page with what it is, source and reference."""
     folder = HERE / case.name
     assert read_case(case_file(case.name)).mechanism.bodies
     text = (folder / "README.md").read_text(encoding="utf-8")
@@ -40,12 +40,12 @@ def test_page_of_a_case(case: Case) -> None:
 
 
 def test_every_folder_is_in_the_catalogue() -> None:
-    """Identity: no case is left out of the page."""
+    """Contract: no case is left out of the page."""
     assert {case.name for case in CASES} == {path.parent.name for path in Path(HERE).glob("*/case.py")}
 
 
 def test_written_page_has_every_case() -> None:
-    """Identity: docs/validation.md was written by the present catalogue, and nothing in it was missed."""
+    """Contract: docs/validation.md was written by the present catalogue, and nothing in it was missed."""
     text = PAGE.read_text(encoding="utf-8")
     for case in CASES:
         assert f"| {case.title} " in text
@@ -53,7 +53,7 @@ def test_written_page_has_every_case() -> None:
 
 
 def test_a_missed_check_shows() -> None:
-    """Identity: a wrong value is not met, and the page says so."""
+    """Contract: a wrong value is not met, and the page says so."""
     from validation.case import Check
 
     wrong = Check("x [m]", 1.0, 1.1, 1e-3, "closed form")
@@ -66,7 +66,7 @@ def test_a_missed_check_shows() -> None:
 
 
 def test_a_written_page_is_taken_apart_again() -> None:
-    """Identity: rows and sections of the page are found by their titles, so that one case can be written anew."""
+    """Contract: rows and sections of the page are found by their titles, so that one case can be written anew."""
     text = PAGE.read_text(encoding="utf-8")
     rows, sections = parts(text)
     assert list(rows) == [case.title for case in CASES]
@@ -85,7 +85,7 @@ def test_the_record_of_siconos_differs() -> None:
 
 
 def test_codes_are_drawn_with_their_scans(tmp_path: Path) -> None:
-    """Identity: a scan becomes table, list and picture; a setting at which a code fails is in the list only."""
+    """Contract: a scan becomes table, list and picture; a setting at which a code fails is in the list only."""
     from validation.case import Code
     from validation.page import codes_table
 

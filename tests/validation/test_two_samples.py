@@ -29,7 +29,7 @@ def test_p_is_uniform_for_equal_distributions_and_small_for_others() -> None:
 
 
 def test_stopped_runs_are_left_out_in_pairs() -> None:
-    """Identity: a compliant run that stopped takes its pair with it, a hard one only itself."""
+    """Contract: a compliant run that stopped takes its pair with it, a hard one only itself."""
     random = np.random.default_rng(4)
     names = [*NUMBERS, CONTACTS]
     hard = pd.DataFrame(random.normal(20.0, 2.0, size=(40, 3)), columns=names)

@@ -15,7 +15,7 @@ from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.port import AXIS
 from scissordyn.config.part import PARTS
 from scissordyn.config.quantity import written
-from scissordyn.config.table import Table, key_help, quantity_of, table_of
+from scissordyn.config.table import Table, table_of
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
 
@@ -30,8 +30,8 @@ BLOCK = re.compile(r"(<!-- made from declarations: ([\w -]+) -->\n).*?(<!-- end 
 
 
 def _default(field: Any, quantity: Any) -> str:
-    value = None if field.is_required() else field.get_default(call_default_factory=True)
-    if field.is_required():
+    value = None if field.required else field.default
+    if field.required:
         return "required"
     if isinstance(value, bool):
         return str(value).lower()
@@ -51,10 +51,10 @@ def _range(quantity: Any) -> str:
 def _keys(table: type[Table]) -> list[str]:
     """A row for each key: name, unit, default, range in SI, meaning."""
     lines = ["| key | unit | default | range in SI | meaning |", "| --- | --- | --- | --- | --- |"]
-    for key, field in table.model_fields.items():
-        quantity = quantity_of(table, key)
+    for key, field in table.declared_keys().items():
+        quantity = field.quantity
         unit = "" if quantity is None or quantity.unit == "1" else quantity.unit
-        meaning = key_help(table, key)
+        meaning = field.help
         lines.append(f"| `{key}` | {unit} | {_default(field, quantity)} | {_range(quantity)} | {meaning} |")
     return lines
 

@@ -8,7 +8,6 @@ import math
 import os
 import subprocess
 import sys
-import types
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -60,7 +59,7 @@ def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
         declared = kind.declaration
         table = {"name": "part", **declared.example}
         table.pop("length" if declared.section == "rod" else "", None)
-        parts.append(PARTS[declared.section].reader.func(table, types.SimpleNamespace(context=None)))
+        parts.append(PARTS[declared.section].reader.read(table, {}))
     for part in parts:
         numbers = part.parameters(tuple(0.3 + 0.1 * k for k in range(len(part.declaration.port.coordinates))))
         found, row = kernels_of(type(part)), np.zeros(max(64, len(numbers)))

@@ -13,7 +13,7 @@ import pytest
 from scissordyn.component.time_function import ConstantSpeed, Harmonic, Tabulated
 from scissordyn.config.file import read_case
 from scissordyn.config.structure import STRUCTURES, BuiltTable
-from scissordyn.config.table import key_sample, quantity_of, table_of
+from scissordyn.config.table import table_of
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND, from_file
 from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
@@ -87,11 +87,11 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
     table = STRUCTURES[kind]
     assert issubclass(table, BuiltTable)
     parameters = inspect.signature(table.function).parameters
-    assert {name: field.default for name, field in table.model_fields.items() if name not in ("kind", "bars", "source")} == {
+    assert {name: field.default for name, field in table.declared_keys().items() if name not in ("kind", "bars", "source")} == {
         name: parameter.default for name, parameter in parameters.items()
     }
     numbers = [name for name, hint in get_type_hints(table.function).items() if hint in (float, float | None)]
-    assert all(quantity_of(table, name) is not None for name in numbers)
+    assert all(table.declared_keys()[name].quantity is not None for name in numbers)
 
 
 def test_left_out_keys_take_the_defaults_of_the_model(tmp_path: Path) -> None:
@@ -298,7 +298,7 @@ def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path
     assert getattr(gap, kind) == BY_KIND[kind][name]()
     keys = table_of(BY_KIND[kind][name])
     parts = [f'law = "{name}"']
-    parts += [f"{key} = {key_sample(keys, key)}" for key, field in keys.model_fields.items() if field.default is not None]
+    parts += [f"{name} = {key.sample}" for name, key in keys.declared_keys().items() if key.default is not None]
     full = text.replace(f'{kind} = "{name}"', f"{kind} = {{ {', '.join(parts)} }}")
     law = getattr(read_case(written(tmp_path, full)).mechanism.joint("A").clearance, kind)
     for field in dataclasses.fields(law):

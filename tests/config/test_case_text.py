@@ -238,7 +238,7 @@ def example(described: Any) -> Any:
     table = {"name": "part", **described.declaration.example}
     if section == "rod":
         del table["length"]  # its example has both, one of which a user takes
-    return PARTS[section].reader.func(table, types.SimpleNamespace(context=None))
+    return PARTS[section].reader.read(table, {})
 
 
 def cases(described: type) -> Iterator[sd.Mechanism]:

@@ -17,7 +17,7 @@ from scissordyn.config.quantity import SI_UNITS, unit_factor
 from scissordyn.config.schema import schema
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.study import StudyTable
-from scissordyn.config.table import instance, key_sample
+from scissordyn.config.table import instance
 from scissordyn.config.template import template
 from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.errors import InputError
@@ -75,8 +75,8 @@ def test_samples_of_every_key_are_valid(of_cases):
         if reference is None:  # [[component]], whose keys depend on its type
             continue
         written = definitions[reference.rpartition("/")[2]]
-        for key in table.model_fields:
-            text = key_sample(table, key)
+        for key in table.declared_keys():
+            text = table.declared_keys()[key].sample
             if text and text not in ("None", '""'):
                 value = tomllib.loads(f"x = {text}")["x"]
                 if value == []:  # the default of a key that is left out

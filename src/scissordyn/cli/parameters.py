@@ -34,7 +34,7 @@ def print_parameters(described: type, to: Console) -> list[str]:
     from rich import box
     from rich.table import Table
 
-    from scissordyn.config.table import key_help, key_sample, quantity_of, table_of
+    from scissordyn.config.table import table_of
 
     keys = table_of(described)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
@@ -43,14 +43,14 @@ def print_parameters(described: type, to: Console) -> list[str]:
     narrow = to.width < NARROW
     for title in ("meaning",) if narrow else ("allowed", "meaning"):
         table.add_column(title, overflow="fold")
-    for key, field in keys.model_fields.items():
-        quantity = quantity_of(keys, key)
+    for name, key in keys.declared_keys().items():
+        quantity = key.quantity
         allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
-        if quantity is None and isinstance(field.default, str):
+        if quantity is None and isinstance(key.default, str):
             allowed = "text"
-        default = "" if field.is_required() or field.default is None else key_sample(keys, key)
-        meaning = key_help(keys, key)
-        table.add_row(key, default, *((f"{meaning}; {allowed}".strip("; "),) if narrow else (allowed, meaning)))
-    if keys.model_fields:
+        default = "" if key.required or key.default is None else key.sample
+        meaning = key.help
+        table.add_row(name, default, *((f"{meaning}; {allowed}".strip("; "),) if narrow else (allowed, meaning)))
+    if keys.declared_keys():
         to.print(table)
-    return [f"{key} = {key_sample(keys, key)}" for key in keys.model_fields]
+    return [f"{name} = {key.sample}" for name, key in keys.declared_keys().items()]

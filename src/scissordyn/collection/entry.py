@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
-
-from pydantic import Field, PlainValidator
 
 from scissordyn.bibliography.reference import Reference, references
 from scissordyn.collection.number import Found, Number, Origin
 from scissordyn.config.case import Case
 from scissordyn.config.examples import folder_of_examples
 from scissordyn.config.file import in_file, parsed, read_case
+from scissordyn.config.shape import About, Context, reader
 from scissordyn.config.table import PlacedError, Table, instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
@@ -76,7 +76,8 @@ class Entry:
         return tuple(number.measure(runs[number.ideal]) for number in self.numbers)
 
 
-def _where(given: Any) -> Mapping[str, str | int]:
+@reader(lambda: {"type": "object"})
+def _where(given: Any, _: Context) -> Mapping[str, str | int]:
     if not isinstance(given, Mapping) or not all(isinstance(value, str | int) for value in given.values()):
         raise InputError("not a table of names", '{ body = "slider", axis = "x" }')
     return dict(given)
@@ -85,26 +86,26 @@ def _where(given: Any) -> Mapping[str, str | int]:
 class _NumberTable(Table):
     """A number that a right program gives."""
 
-    what: Annotated[str, Field(description="what it is, in words", examples=["slider after 3 ms"])]
-    variable: Annotated[str, Field(description="variable of the run", examples=["position"])]
-    where: Annotated[Any, PlainValidator(_where), Field(description="names along its dimensions", default_factory=dict)]
-    at: Annotated[str, Field(description='an instant, "start", "end", "largest" or "smallest"', examples=["3 ms"])] = ""
-    value: Annotated[str, Field(description="with its unit", examples=["165.2 mm"])]
-    tolerance: Annotated[str, Field(description="largest difference, with its unit", examples=["1 um"])]
-    origin: Annotated[Origin, Field(description="who says so", examples=get_args(Origin)[:1])]
-    reason: Annotated[str, Field(description="formula, publication or program", examples=["r cos a + l cos b"])]
-    ideal: Annotated[bool, Field(description="whether of the mechanism with ideal joints")] = True
+    what: Annotated[str, About("what it is, in words", examples=["slider after 3 ms"])]
+    variable: Annotated[str, About("variable of the run", examples=["position"])]
+    where: Annotated[Mapping[str, str | int], _where, About("names along its dimensions")] = MappingProxyType({})
+    at: Annotated[str, About('an instant, "start", "end", "largest" or "smallest"', examples=["3 ms"])] = ""
+    value: Annotated[str, About("with its unit", examples=["165.2 mm"])]
+    tolerance: Annotated[str, About("largest difference, with its unit", examples=["1 um"])]
+    origin: Annotated[Origin, About("who says so", examples=get_args(Origin)[:1])]
+    reason: Annotated[str, About("formula, publication or program", examples=["r cos a + l cos b"])]
+    ideal: Annotated[bool, About("whether of the mechanism with ideal joints")] = True
 
 
 class _EntryTable(Table):
     """The declaration of an entry."""
 
-    title: Annotated[str, Field(description="what it is", examples=["Slider-crank with a clearance joint"])]
-    kind: Annotated[Kind, Field(description="what kind of mechanism", examples=["linkage"])]
-    about: Annotated[str, Field(description="where it is from", examples=["Lengths of the original."])]
-    licence: Annotated[str, Field(description="of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
-    example: Annotated[str | None, Field(description="the example that is its case file", examples=["press"])] = None
-    number: Annotated[list[_NumberTable], Field(description="numbers that a right program gives", min_length=1)]
+    title: Annotated[str, About("what it is", examples=["Slider-crank with a clearance joint"])]
+    kind: Annotated[Kind, About("what kind of mechanism", examples=["linkage"])]
+    about: Annotated[str, About("where it is from", examples=["Lengths of the original."])]
+    licence: Annotated[str, About("of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
+    example: Annotated[str | None, About("the example that is its case file", examples=["press"])] = None
+    number: Annotated[list[_NumberTable], About("numbers that a right program gives")]
 
 
 def read_entry(folder: Path, package: str) -> Entry:
@@ -119,5 +120,5 @@ def read_entry(folder: Path, package: str) -> Entry:
     file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
     if not file.is_file():
         raise InputError(f"{path}: no case file '{file}'", f"{CASE} in its folder, or the name of an example as `example`")
-    numbers = tuple(Number(**{key: getattr(row, key) for key in _NumberTable.model_fields}) for row in table.number)
+    numbers = tuple(Number(**{key: getattr(row, key) for key in _NumberTable.declared_keys()}) for row in table.number)
     return Entry(folder.name, table.title, table.kind, table.about, table.licence, numbers, file, package)

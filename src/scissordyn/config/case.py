@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Annotated, Any
-
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, create_model
 
 from scissordyn.component.place import Point
 from scissordyn.config.bending import BendingTable
@@ -13,9 +12,9 @@ from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
-from scissordyn.config.shape import accepting
+from scissordyn.config.shape import About, Context, reader
 from scissordyn.config.structure import STRUCTURE, StructureTable
-from scissordyn.config.table import Table, described, placed
+from scissordyn.config.table import Table, described, made_table, placed, read_list
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
@@ -40,61 +39,45 @@ class Case:
     run: Options
 
 
-_DRIVES = TypeAdapter(list[DriveTable])
-_CONTROLS = TypeAdapter(list[ControlTable])
-
-
-@accepting(lambda: {"anyOf": [DriveTable, {"type": "array", "items": DriveTable}]})
-def _read_drives(given: Any, info: ValidationInfo) -> list[DriveTable]:
+@reader(lambda: {"anyOf": [DriveTable, {"type": "array", "items": DriveTable}]})
+def _read_drives(given: Any, context: Context) -> list[DriveTable]:
     """One drive as a table, several as a list of tables."""
-    if isinstance(given, list):
-        return _DRIVES.validate_python(given, context=info.context)
-    return [DriveTable.model_validate(given, context=info.context)]
+    return read_list(given, DriveTable, context) if isinstance(given, list) else [DriveTable.read(given, context)]
 
 
-@accepting(lambda: {"anyOf": [ControlTable, {"type": "array", "items": ControlTable}]})
-def _read_controls(given: Any, info: ValidationInfo) -> list[ControlTable]:
+@reader(lambda: {"anyOf": [ControlTable, {"type": "array", "items": ControlTable}]})
+def _read_controls(given: Any, context: Context) -> list[ControlTable]:
     """One controller as a table, several as a list of tables."""
-    if isinstance(given, list):
-        return _CONTROLS.validate_python(given, context=info.context)
-    return [ControlTable.model_validate(given, context=info.context)]
-
-
-def _listed(description: str | None = None) -> Any:
-    return Field(description=description, default_factory=list)
+    return read_list(given, ControlTable, context) if isinstance(given, list) else [ControlTable.read(given, context)]
 
 
 class _CaseTable(Table):
     """A whole case file, apart from the components."""
 
-    structure: Annotated[
-        StructureTable, STRUCTURE, Field(description="the structure", examples=[{"kind": "scissor"}], validate_default=True)
-    ]
-    drive: Annotated[
-        list[DriveTable],
-        PlainValidator(_read_drives),
-        Field(description="a drive; [[drive]] for several", default_factory=list),
-    ]
+    structure: Annotated[StructureTable, STRUCTURE, About("the structure", examples=[{"kind": "scissor"}])]
+    drive: Annotated[Sequence[DriveTable], _read_drives, About("a drive; [[drive]] for several")] = ()
     control: Annotated[
-        list[ControlTable],
-        PlainValidator(_read_controls),
-        Field(description="a controlled torque in place of a drive; [[control]] for several", default_factory=list),
-    ]
-    clearance: list[Annotated[Any, ClearanceTable.reader()]] = _listed("a clearance joint; one table for each")
-    guide_clearance: list[Annotated[Any, GuideClearanceTable.reader()]] = _listed("a clearance guide; one table for each")
-    body: list[Annotated[Body, PARTS["body"].reader]] = _listed()
-    ground: list[Annotated[tuple[str, Point], PARTS["ground"].reader]] = _listed()
-    joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
-    guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
-    weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
-    track: list[Annotated[Track, PARTS["track"].reader]] = _listed()
-    payload: list[Annotated[Any, PayloadTable.reader()]] = _listed("a mass fixed to a body; one table for each")
-    panels: list[Annotated[Any, PanelsTable.reader()]] = _listed("a panel on each of some bars")
-    bending: list[Annotated[Any, BendingTable.reader()]] = _listed("bars that bend; one table for each kind")
+        Sequence[ControlTable], _read_controls, About("a controlled torque in place of a drive; [[control]] for several")
+    ] = ()
+    clearance: Annotated[Sequence[Annotated[Any, ClearanceTable.reader()]], About("a clearance joint; one table for each")] = ()
+    guide_clearance: Annotated[
+        Sequence[Annotated[Any, GuideClearanceTable.reader()]], About("a clearance guide; one table for each")
+    ] = ()
+    body: Sequence[Annotated[Body, PARTS["body"].reader]] = ()
+    ground: Sequence[Annotated[tuple[str, Point], PARTS["ground"].reader]] = ()
+    joint: Sequence[Annotated[Revolute, PARTS["joint"].reader]] = ()
+    guide: Sequence[Annotated[Guide, PARTS["guide"].reader]] = ()
+    weld: Sequence[Annotated[Weld, PARTS["weld"].reader]] = ()
+    track: Sequence[Annotated[Track, PARTS["track"].reader]] = ()
+    payload: Annotated[
+        Sequence[Annotated[Any, PayloadTable.reader()]], About("a mass fixed to a body; one table for each")
+    ] = ()
+    panels: Annotated[Sequence[Annotated[Any, PanelsTable.reader()]], About("a panel on each of some bars")] = ()
+    bending: Annotated[Sequence[Annotated[Any, BendingTable.reader()]], About("bars that bend; one table for each kind")] = ()
     run: Annotated[
         Options,
         described(Options, until="50 ms", step="0.1 ms"),
-        Field(description="options of the simulation", examples=[{"until": "50 ms"}]),
+        About("options of the simulation", examples=[{"until": "50 ms"}]),
     ]
 
     def case(self) -> Case:
@@ -138,11 +121,9 @@ class _CaseTable(Table):
         return mechanism
 
 
-CaseTable: type[_CaseTable] = create_model(
+CaseTable = made_table(
     "CaseTable",
-    __base__=_CaseTable,
-    **{  # type: ignore[call-overload]
-        section: (list[Annotated[Any, PARTS[section].reader]], _listed()) for section in (*COMPONENT_SECTIONS, "component")
-    },
+    _CaseTable,
+    {section: (Sequence[Annotated[Any, PARTS[section].reader]], ()) for section in (*COMPONENT_SECTIONS, "component")},
 )
 """A whole case file."""

@@ -153,10 +153,8 @@ def _body(body: Body) -> Entries:
     shown.pop("centre", None)
     if length > 0.0 and body.centre == (0.5 * length, 0.0):
         given = None if bar("bar", length=length, mass=body.mass).inertia == body.inertia else body.inertia
-        table = BodyTable.model_construct(
-            **{field.name: getattr(body, field.name) for field in dataclasses.fields(Body)}
-            | {"length": length, "inertia": given, "points": own, "centre": None}
-        )
+        fields = {field.name: getattr(body, field.name) for field in dataclasses.fields(Body)}
+        table = BodyTable(**fields | {"length": length, "inertia": given, "points": own, "centre": None})
         if repr(table.body()) == repr(body):
             more = {"length": _quantity((length,), "m")}
             more |= {} if given is None else {"inertia": entries["inertia"]}

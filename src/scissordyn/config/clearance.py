@@ -6,14 +6,12 @@ import dataclasses
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, PlainValidator, ValidationInfo, create_model, field_validator
-
 from scissordyn.component.place import Point
 from scissordyn.config.law import law_of, law_shape, material_of, read_law
 from scissordyn.config.lubrication import lubrication_of
 from scissordyn.config.quantity import read_numbers
-from scissordyn.config.shape import Accepts, accepting
-from scissordyn.config.table import Hints, Table, keys_of
+from scissordyn.config.shape import About, Context, reader
+from scissordyn.config.table import Hints, Table, keys_of, made_table
 from scissordyn.config.unit_pattern import numbers_pattern
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
@@ -25,16 +23,16 @@ from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import quantities
 
 
-def _damping_with_restitution(given: Any, info: ValidationInfo) -> Any:
+@reader(lambda: law_shape("damping"))
+def _read_damping(given: Any, context: Context) -> Any:
     """A damping law, with the restitution coefficient of the table."""
-    folder = (info.context or {}).get("folder", Path())
-    if info.data.get("restitution") is None:
-        return read_law(given, "damping", folder)
-    return read_law(given, "damping", folder, restitution=info.data["restitution"])
+    restitution = context["values"]["restitution"]
+    further = {} if restitution is None else {"restitution": restitution}
+    return read_law(given, "damping", context.get("folder", Path()), **further)
 
 
-@accepting(lambda: {"type": "array", "items": {"type": "string", "pattern": numbers_pattern("m", 2)}})
-def _read_corners(given: Any) -> tuple[Point, ...]:
+@reader(lambda: {"type": "array", "items": {"type": "string", "pattern": numbers_pattern("m", 2)}})
+def _read_corners(given: Any, context: Context) -> tuple[Point, ...]:
     if not isinstance(given, list):
         raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
     found = []
@@ -47,27 +45,26 @@ def _read_corners(given: Any) -> tuple[Point, ...]:
 
 
 def _material(kind: Any, whose: str) -> Any:
-    return Annotated[kind, material_of, Field(description=whose, examples=[STEEL.name])]
+    return Annotated[kind, material_of, About(whose, examples=[STEEL.name])]
 
 
 _RESTITUTION = Annotated[
-    float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
+    float | None, quantities(LankaraniNikravesh)["restitution"], About(examples=[LankaraniNikravesh().restitution])
 ]
-_FRICTION = Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}])
-_DAMPING = Accepts(lambda: law_shape("damping"))
+_FRICTION = About('"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}])
 _LAWS: Hints = (
-    ("stiffness", Annotated[Elastic, law_of("stiffness"), Field(description="elastic part of the normal force")]),
+    ("stiffness", Annotated[Elastic, law_of("stiffness"), About("elastic part of the normal force")]),
     (
         "damping",
-        Annotated[Damping, _DAMPING, Field(description="damping part of the normal force")],
+        Annotated[Damping, _read_damping, About("damping part of the normal force")],
     ),
     ("friction", Annotated[Friction, law_of("friction"), _FRICTION]),
 )
 _CORNERS = Annotated[
     tuple[Point, ...],
-    PlainValidator(_read_corners),
-    Field(
-        description="in place of length and width: centres of the rounded corners, in the follower's frame",
+    _read_corners,
+    About(
+        "in place of length and width: centres of the rounded corners, in the follower's frame",
         examples=[["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"]],
     ),
 ]
@@ -78,15 +75,6 @@ class _Contact(Table):
 
     kind: ClassVar[type]
 
-    @field_validator("damping", mode="plain", check_fields=False)
-    @classmethod
-    def _damping(cls, given: Any, info: ValidationInfo) -> Any:
-        """A damping law, with the restitution coefficient of the table."""
-        folder = (info.context or {}).get("folder", Path())
-        if info.data.get("restitution") is None:
-            return read_law(given, "damping", folder)
-        return read_law(given, "damping", folder, restitution=info.data["restitution"])
-
     def described(self) -> Any:
         """The clearance joint or guide of the model."""
         return type(self).kind(**{field.name: getattr(self, field.name) for field in dataclasses.fields(type(self).kind)})
@@ -94,12 +82,12 @@ class _Contact(Table):
 
 def _table(kind: type, which: str, joints: str, hints: Hints, **examples: Any) -> type[_Contact]:
     """The table of a kind of clearance, whose first key says which joints or guides have it."""
-    keys: dict[str, Any] = {which: (Annotated[str, Field(description=joints, examples=[examples.pop(which)])], ...)}
+    keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], dataclasses.MISSING)}
     for key, declared in keys_of(kind, (*_LAWS, *hints), **examples).items():
         if key == "stiffness":  # the damping law, which is read later, takes it
             keys["restitution"] = (_RESTITUTION, None)
         keys[key] = declared
-    table = create_model(f"{kind.__name__}Table", __base__=_Contact, **keys)
+    table = made_table(f"{kind.__name__}Table", _Contact, keys)
     table.kind = kind
     return table
 
@@ -116,7 +104,7 @@ ClearanceTable = _table(
             Annotated[
                 Lubrication | None,
                 lubrication_of,
-                Field(description="an oil in the clearance, or a table with its viscosity", examples=["ISO VG 46"]),
+                About("an oil in the clearance, or a table with its viscosity", examples=["ISO VG 46"]),
             ],
         ),
     ),

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, ValidationInfo
-
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
 from scissordyn.config.law import named_tables
 from scissordyn.config.quantity import read_numbers
-from scissordyn.config.shape import Shape, accepting
+from scissordyn.config.shape import About, Context, Shape, reader
 from scissordyn.config.table import Table, build, toml
 from scissordyn.config.time_function import ANGLE
 from scissordyn.config.unit_pattern import numbers_pattern
@@ -33,7 +31,7 @@ USER_FILE = "a class or function in a file as my_control.py:steer"
 class _UserTable(Table):
     """The keys of a controller in a user's file."""
 
-    constants: list[float] = Field(default_factory=list)
+    constants: list[float] = []  # noqa: RUF012
     delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
@@ -47,8 +45,8 @@ def _controllers() -> Shape:
     return named_tables("name", CONTROLLERS, own)
 
 
-@accepting(_controllers)
-def _read_controller(given: Any, info: ValidationInfo) -> Controller:
+@reader(_controllers)
+def _read_controller(given: Any, context: Context) -> Controller:
     parameters = dict(given) if isinstance(given, Mapping) else {"name": given}
     name, sample = parameters.pop("name", None), f"controller = {toml(SAMPLE)}"
     known = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
@@ -56,17 +54,17 @@ def _read_controller(given: Any, info: ValidationInfo) -> Controller:
         raise InputError("no name of a controller", known, sample)
     own, found = CONTROLLERS.get(name), name
     if ".py:" in name:
-        own, found = element_class("controller", name, (info.context or {}).get("folder", Path()))
+        own, found = element_class("controller", name, context.get("folder", Path()))
         if own is None:
-            table = _UserTable.model_validate(parameters, context=info.context)
+            table = _UserTable.read(parameters, context)
             return UserController(found, tuple(map(float, table.constants)), delay=table.delay, recorded=table.recorded)
     if own is None:
         raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
-    made: Controller = build(own, parameters, info.context)
+    made: Controller = build(own, parameters, context)
     return made
 
 
-CONTROLLER = PlainValidator(_read_controller)
+CONTROLLER = _read_controller
 """For ``Annotated[Controller, CONTROLLER]``: a key whose value is a controller."""
 
 
@@ -76,8 +74,8 @@ def _torques() -> Shape:
     return {"anyOf": [{"const": "ideal"}, table]}
 
 
-@accepting(_torques)
-def _read_torques(given: Any) -> str | Tabulated:
+@reader(_torques)
+def _read_torques(given: Any, context: Context) -> str | Tabulated:
     if given == "ideal":
         return "ideal"
     if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
@@ -88,24 +86,22 @@ def _read_torques(given: Any) -> str | Tabulated:
 class ControlTable(Table):
     """A controlled torque in place of a drive."""
 
-    controller: Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them", examples=[SAMPLE])]
-    body: Annotated[str, Field(description="the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
+    controller: Annotated[Controller, CONTROLLER, About("scissordyn controllers lists them", examples=[SAMPLE])]
+    body: Annotated[str, About("the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
         TimeFunction | None,
         ANGLE,
-        Field(description="the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+        About("the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
     ] = None
     feed_forward: Annotated[
         str | Tabulated | None,
-        PlainValidator(_read_torques),
-        Field(description="torque to add: that of the ideal mechanism, or a table", examples=["ideal"]),
+        _read_torques,
+        About("torque to add: that of the ideal mechanism, or a table", examples=["ideal"]),
     ] = None
-    sensor: Annotated[
-        str, Field(description='a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])
-    ] = ""
+    sensor: Annotated[str, About('a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])] = ""
     inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
-    start_on_reference: Annotated[bool, Field(description="whether the body starts at the reference's angle and speed")] = True
-    name: Annotated[str, Field(description="name of the actuator", examples=["servo"])] = ""
+    start_on_reference: Annotated[bool, About("whether the body starts at the reference's angle and speed")] = True
+    name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
 
     def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
         """The mechanism with this control."""

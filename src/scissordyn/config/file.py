@@ -52,7 +52,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     path = Path(path)
     text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {command(path)}")
     written = parsed(text, path, "TOML, as 'scissordyn new scissor' prints it")
-    of_file, of_parts = sorted_changes(written, changes, CaseTable.model_fields.keys())
+    of_file, of_parts = sorted_changes(written, changes, CaseTable.declared_keys().keys())
     tree = changed(written, of_file)
     try:
         case = instance(CaseTable, tree, {"folder": path.parent}).case()

@@ -8,9 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from pydantic import PlainValidator, ValidationInfo
-
-from scissordyn.config.shape import Shape, accepting
+from scissordyn.config.shape import Context, Reader, Shape, reader
 from scissordyn.config.table import build, filled_table, toml, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
@@ -60,7 +58,7 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     for key in shorthand:
         if key not in declared:
             raise InputError(f"{key} given for the joint, but {kind} law '{name}' has none", f"leave out {key}, or another law")
-    return build(own, parameters, None)
+    return build(own, parameters, {})
 
 
 def named_tables(key: str, classes: Mapping[str, type], own: Mapping[str, Shape]) -> Shape:
@@ -76,14 +74,14 @@ def law_shape(kind: str) -> Shape:
     return named_tables("law", catalogue.BY_KIND[kind], {"constants": {"type": "array", "items": {"type": "number"}}})
 
 
-def law_of(kind: str) -> PlainValidator:
+def law_of(kind: str) -> Reader:
     """For ``Annotated[Elastic, law_of("stiffness")]``: a key whose value is a law."""
 
-    @accepting(lambda: law_shape(kind))
-    def read(given: Any, info: ValidationInfo) -> Any:
-        return read_law(given, kind, (info.context or {}).get("folder", Path()))
+    @reader(lambda: law_shape(kind))
+    def read(given: Any, context: Context) -> Any:
+        return read_law(given, kind, context.get("folder", Path()))
 
-    return PlainValidator(read)
+    return read
 
 
 def table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
@@ -92,10 +90,10 @@ def table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
     return {"anyOf": [text, with_key("name", {"type": "string"}, filled_table(kind), required=False)]}
 
 
-@accepting(lambda: table_or_name(Material, catalogue.MATERIALS))
-def _read_material(given: Any, info: ValidationInfo) -> Material:
+@reader(lambda: table_or_name(Material, catalogue.MATERIALS))
+def _read_material(given: Any, context: Context) -> Material:
     if isinstance(given, Mapping):
-        material: Material = build(Material, {"name": "custom", **given}, info.context)
+        material: Material = build(Material, {"name": "custom", **given}, context)
         return material
     known = catalogue.MATERIALS
     if not isinstance(given, str) or given not in known:
@@ -107,5 +105,5 @@ def _read_material(given: Any, info: ValidationInfo) -> Material:
     return named
 
 
-material_of = PlainValidator(_read_material)
+material_of = _read_material
 """For ``Annotated[Material, material_of]``: a key whose value is a material."""

@@ -6,20 +6,18 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, ValidationInfo
-
 from scissordyn.config.law import table_or_name
-from scissordyn.config.shape import accepting
+from scissordyn.config.shape import About, Context, reader
 from scissordyn.config.table import Table, build, table_of
 from scissordyn.errors import InputError
 from scissordyn.laws.oil import OILS, Oil, oil_of
 from scissordyn.model.lubrication import Lubrication
 
 
-@accepting(lambda: table_or_name(Oil, None))
-def _read_oil(given: Any, info: ValidationInfo) -> Oil:
+@reader(lambda: table_or_name(Oil, None))
+def _read_oil(given: Any, context: Context) -> Oil:
     if isinstance(given, Mapping):
-        oil: Oil = build(Oil, {"name": "custom", **given}, info.context)
+        oil: Oil = build(Oil, {"name": "custom", **given}, context)
         return oil
     if not isinstance(given, str):
         raise InputError(f"{given!r} as an oil", ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density")
@@ -28,16 +26,16 @@ def _read_oil(given: Any, info: ValidationInfo) -> Oil:
 
 @cache
 def _table() -> type[Table]:
-    oil = Annotated[Oil | None, PlainValidator(_read_oil), Field(description="an oil by name, or its viscosities")]
+    oil = Annotated[Oil | None, _read_oil, About("an oil by name, or its viscosities")]
     return table_of(Lubrication, (("oil", oil),))
 
 
-@accepting(lambda: {"anyOf": [{"type": "string"}, _table()]})
-def _read(given: Any, info: ValidationInfo) -> Lubrication:
+@reader(lambda: {"anyOf": [{"type": "string"}, _table()]})
+def _read(given: Any, context: Context) -> Lubrication:
     values = {"oil": given} if isinstance(given, str) else given
-    table = _table().model_validate(values, context=info.context)
+    table = _table().read(values, context)
     return Lubrication(**{key: getattr(table, key) for key in values})
 
 
-lubrication_of = PlainValidator(_read)
+lubrication_of = _read
 """For ``Annotated[Lubrication, lubrication_of]``: a key whose value is an oil or a table."""

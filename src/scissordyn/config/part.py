@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
-
-from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.annotation import MismatchError, body_point
 from scissordyn.component.catalogue import COMPONENTS
@@ -18,7 +17,7 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
 from scissordyn.config.control import CONTROLLER
 from scissordyn.config.quantity import read_numbers
-from scissordyn.config.shape import Shape, accepting
+from scissordyn.config.shape import About, Context, Reader, Shape, reader
 from scissordyn.config.table import Hints, Table, filler, located, table_of, toml
 from scissordyn.config.time_function import ANGLE, DISTANCE, TIME_FUNCTION, TORQUE
 from scissordyn.config.unit_pattern import numbers_pattern
@@ -33,18 +32,18 @@ from scissordyn.model.walk import declared
 from scissordyn.units import Pairs, Quantity, quantities
 
 
-def pair(unit: str) -> PlainValidator:
+def pair(unit: str) -> Reader:
     """For ``Annotated[Point, pair("m")]``: a key whose value is two numbers and their unit."""
     sample = f'"0.1, 0.2 {unit}"'
 
-    @accepting(lambda: {"type": "string", "pattern": numbers_pattern(unit, 2)})
-    def read(given: Any) -> Point:
+    @reader(lambda: {"type": "string", "pattern": numbers_pattern(unit, 2)})
+    def read(given: Any, _: Context) -> Point:
         numbers = read_numbers(given, unit)
         if len(numbers) != 2:
             raise InputError(f"{len(numbers)} numbers", f"two numbers and their unit [{unit}]", sample)
         return numbers[0], numbers[1]
 
-    return PlainValidator(read)
+    return read
 
 
 def _named_places() -> Shape:
@@ -52,28 +51,28 @@ def _named_places() -> Shape:
     return {"type": "object", "additionalProperties": place, "propertyNames": {"pattern": "^[^.]+$"}}
 
 
-@accepting(_named_places)
-def _read_points(given: Any) -> dict[str, Point]:
+@reader(_named_places)
+def _read_points(given: Any, context: Context) -> dict[str, Point]:
     if not isinstance(given, Mapping):
         raise InputError("not a table of points", "a name and a place for each point", 'points = { tip = "0.1, 0.2 m" }')
-    read, points = pair("m").func, dict[str, Point]()
+    read, points = pair("m").read, dict[str, Point]()
     for name, place in given.items():
         with located(f"point '{name}'"):
             if "." in name:
                 raise InputError("a dot in the name", "names without a dot, which separates body and point")
-            points[name] = read(place)  # type: ignore[call-arg]
+            points[name] = read(place, context)
     return points
 
 
-@accepting(lambda: {"type": "string", "pattern": r"^.+\..+$"})
-def _read_body_point(given: Any) -> BodyPoint:
+@reader(lambda: {"type": "string", "pattern": r"^.+\..+$"})
+def _read_body_point(given: Any, context: Context) -> BodyPoint:
     try:
         return body_point(given if isinstance(given, str) else "")
     except MismatchError:
         raise InputError("not a point of a body", 'text "BODY.POINT", where the body may be ground', '"crank.end"') from None
 
 
-BODY_POINT = PlainValidator(_read_body_point)
+BODY_POINT = _read_body_point
 """For ``Annotated[BodyPoint, BODY_POINT]``: a key whose value is "body.point"."""
 
 _BODY = quantities(Body)
@@ -82,36 +81,36 @@ _BODY = quantities(Body)
 class BodyTable(Table):
     """A rigid body."""
 
-    name: Annotated[str, Field(description="name, unique in the mechanism", examples=["crank"])]
-    mass: Annotated[float, _BODY["mass"], Field(examples=["1 kg"])]
+    name: Annotated[str, About("name, unique in the mechanism", examples=["crank"])]
+    mass: Annotated[float, _BODY["mass"], About(examples=["1 kg"])]
     length: Annotated[
         float | None,
         Quantity("m", above=0.0, help='makes it a straight bar with points "start", "middle" and "end", uniform by default'),
-        Field(examples=["0.2 m"]),
+        About(examples=["0.2 m"]),
     ] = None
     inertia: Annotated[
         float | None,
         Quantity("kg m^2", above=0.0, help="about the mass centre; without it and without length the body does not rotate"),
-        Field(examples=["0.01 kg m^2"]),
+        About(examples=["0.01 kg m^2"]),
     ] = None
     points: Annotated[
         Mapping[str, Point],
-        PlainValidator(_read_points),
-        Field(description="points that joints refer to, in the body's frame", examples=[{"tip": "0.2, 0.05 m"}]),
-    ] = Field(default_factory=dict)
+        _read_points,
+        About("points that joints refer to, in the body's frame", examples=[{"tip": "0.2, 0.05 m"}]),
+    ] = MappingProxyType({})
     centre: Annotated[
         Point | None,
         pair("m"),
-        Field(description="mass centre in the body's frame; of a bar its middle", examples=["0.1, 0 m"]),
+        About("mass centre in the body's frame; of a bar its middle", examples=["0.1, 0 m"]),
     ] = None
     position: Annotated[
-        Point, pair("m"), Field(description="position of the origin of the body's frame at the start", examples=["0, 0 m"])
+        Point, pair("m"), About("position of the origin of the body's frame at the start", examples=["0, 0 m"])
     ] = (0.0, 0.0)
-    angle: Annotated[float, _BODY["angle"], Field(examples=["30 deg"])] = 0.0
+    angle: Annotated[float, _BODY["angle"], About(examples=["30 deg"])] = 0.0
     velocity: Annotated[
-        Point, pair("m/s"), Field(description="of the origin at the start, where it is not prescribed", examples=["0, 0 m/s"])
+        Point, pair("m/s"), About("of the origin at the start, where it is not prescribed", examples=["0, 0 m/s"])
     ] = (0.0, 0.0)
-    angular_velocity: Annotated[float, _BODY["angular_velocity"], Field(examples=["0 rpm"])] = 0.0
+    angular_velocity: Annotated[float, _BODY["angular_velocity"], About(examples=["0 rpm"])] = 0.0
 
     def body(self) -> Body:
         """The body that the table describes."""
@@ -136,18 +135,18 @@ class BodyTable(Table):
 class GroundTable(Table):
     """A point of the fixed frame."""
 
-    name: Annotated[str, Field(description='name; joints refer to it as "ground.NAME"', examples=["O"])]
-    position: Annotated[Point, pair("m"), Field(description="its position", examples=["0, 0 m"])]
+    name: Annotated[str, About('name; joints refer to it as "ground.NAME"', examples=["O"])]
+    position: Annotated[Point, pair("m"), About("its position", examples=["0, 0 m"])]
 
 
-@accepting(lambda: BodyTable)
-def _read_body(given: Any, info: ValidationInfo) -> Body:
-    return BodyTable.model_validate(given, context=info.context).body()
+@reader(lambda: BodyTable)
+def _read_body(given: Any, context: Context) -> Body:
+    return BodyTable.read(given, context).body()
 
 
-@accepting(lambda: GroundTable)
-def _read_ground(given: Any, info: ValidationInfo) -> tuple[str, Point]:
-    table = GroundTable.model_validate(given, context=info.context)
+@reader(lambda: GroundTable)
+def _read_ground(given: Any, context: Context) -> tuple[str, Point]:
+    table = GroundTable.read(given, context)
     return table.name, table.position
 
 
@@ -156,7 +155,7 @@ class Part:
     """The table of a kind of part."""
 
     keys: Callable[[], type[Table]]  # Makes the table, see `table`
-    reader: PlainValidator  # Builds the part from the table
+    reader: Reader  # Builds the part from the table
     fills: str  # Its field of `Mechanism`
     help: str  # What it is, in one line
 
@@ -172,19 +171,19 @@ def _part(kind: type, fills: str, help: str, hints: Callable[[], Hints], **examp
     return Part(keys, filler(kind, keys), fills, help)
 
 
-_REFERENCE: Any = Annotated[BodyPoint, BODY_POINT, Field(description='a point, as "BODY.POINT" or "ground.POINT"')]
-_NAME: Hints = (("name", Annotated[str, Field(description="name, unique among its kind")]),)
+_REFERENCE: Any = Annotated[BodyPoint, BODY_POINT, About('a point, as "BODY.POINT" or "ground.POINT"')]
+_NAME: Hints = (("name", Annotated[str, About("name, unique among its kind")]),)
 _ENDS: Hints = (*_NAME, ("start", _REFERENCE), ("end", _REFERENCE))
 _BODIES: Hints = (
     *_NAME,
-    ("body", Annotated[str, Field(description="the body that it acts on")]),
-    ("base", Annotated[str, Field(description="the body that it acts against")]),
+    ("body", Annotated[str, About("the body that it acts on")]),
+    ("base", Annotated[str, About("the body that it acts against")]),
 )
 _FUNCTIONS: Mapping[str, Any] = {
-    "time_function": Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor over time, 1 without it")],
-    "motion": Annotated[TimeFunction | None, DISTANCE, Field(description="the distance over time, without a length")],
-    "reference": Annotated[TimeFunction | None, ANGLE, Field(description="the reference angle over time")],
-    "feed_forward": Annotated[TimeFunction | None, TORQUE, Field(description="a torque over time for the controller")],
+    "time_function": Annotated[TimeFunction | None, TIME_FUNCTION, About("a factor over time, 1 without it")],
+    "motion": Annotated[TimeFunction | None, DISTANCE, About("the distance over time, without a length")],
+    "reference": Annotated[TimeFunction | None, ANGLE, About("the reference angle over time")],
+    "feed_forward": Annotated[TimeFunction | None, TORQUE, About("a torque over time for the controller")],
 }
 """Readers of fields that are time functions, by name."""
 
@@ -196,12 +195,12 @@ def _two_lists(pairs: Pairs) -> Shape:
     return {"type": "object", "properties": lists, "required": list(pairs.names), "additionalProperties": False}
 
 
-def _pairs_of(pairs: Pairs) -> PlainValidator:
+def _pairs_of(pairs: Pairs) -> Reader:
     """For ``Annotated[tuple[Point, ...], Pairs(...)]``: a key whose value is two lists of numbers."""
     sample = {name: f"0, 1 {unit}" for name, unit in zip(pairs.names, pairs.units, strict=True)}
 
-    @accepting(lambda: _two_lists(pairs))
-    def read(given: Any) -> tuple[Point, ...]:
+    @reader(lambda: _two_lists(pairs))
+    def read(given: Any, _: Context) -> tuple[Point, ...]:
         if not isinstance(given, Mapping) or sorted(given) != sorted(pairs.names):
             raise InputError("not a table of two lists", f"the keys {pairs.names[0]} and {pairs.names[1]}", toml(sample))
         first, second = (read_numbers(given[name], unit) for name, unit in zip(pairs.names, pairs.units, strict=True))
@@ -209,24 +208,24 @@ def _pairs_of(pairs: Pairs) -> PlainValidator:
             raise InputError(f"{len(first)} {pairs.names[0]} and {len(second)} {pairs.names[1]}", "as many of both")
         return tuple(zip(first, second, strict=True))
 
-    return PlainValidator(read)
+    return read
 
 
-@accepting(lambda: {"type": "array", "items": {"type": "string"}})
-def _read_names(given: Any) -> tuple[str, ...]:
+@reader(lambda: {"type": "array", "items": {"type": "string"}})
+def _read_names(given: Any, context: Context) -> tuple[str, ...]:
     if not isinstance(given, list | tuple) or not all(isinstance(name, str) for name in given):
         raise InputError("not a list of names", "names of bodies", '["crank", "crank/1"]')
     return tuple(given)
 
 
-def _numbers(unit: str) -> PlainValidator:
+def _numbers(unit: str) -> Reader:
     """For a key whose value is some numbers with a unit."""
 
-    @accepting(lambda: {"type": "string", "pattern": numbers_pattern(unit)})
-    def read(given: Any) -> tuple[float, ...]:
+    @reader(lambda: {"type": "string", "pattern": numbers_pattern(unit)})
+    def read(given: Any, _: Context) -> tuple[float, ...]:
         return read_numbers(given, unit)
 
-    return PlainValidator(read)
+    return read
 
 
 def _component_hints(kind: type) -> Hints:
@@ -237,19 +236,19 @@ def _component_hints(kind: type) -> Hints:
     for name, field in declared(kind).items():
         for extra in field.extras:
             if isinstance(extra, Pairs):
-                hints[name] = Annotated[tuple[Point, ...], _pairs_of(extra), Field(description=extra.help)]
+                hints[name] = Annotated[tuple[Point, ...], _pairs_of(extra), About(extra.help)]
             elif isinstance(extra, Quantity) and field.hint == Point:
-                hints[name] = Annotated[Point, pair(extra.unit), Field(description=extra.help)]
+                hints[name] = Annotated[Point, pair(extra.unit), About(extra.help)]
             elif isinstance(extra, Quantity) and field.hint == tuple[float, ...]:
-                hints[name] = Annotated[tuple[float, ...], _numbers(extra.unit), Field(description=extra.help)]
+                hints[name] = Annotated[tuple[float, ...], _numbers(extra.unit), About(extra.help)]
         if name in _FUNCTIONS:
             hints[name] = _FUNCTIONS[name]
         elif field.hint is Controller:
-            hints[name] = Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them")]
+            hints[name] = Annotated[Controller, CONTROLLER, About("scissordyn controllers lists them")]
         elif field.hint == tuple[str, ...]:
-            hints[name] = Annotated[tuple[str, ...], PlainValidator(_read_names), Field(description="names of bodies")]
+            hints[name] = Annotated[tuple[str, ...], _read_names, About("names of bodies")]
         elif field.hint == BodyPoint | None:
-            hints[name] = Annotated[BodyPoint | None, BODY_POINT, Field(description='a point, as "BODY.POINT"')]
+            hints[name] = Annotated[BodyPoint | None, BODY_POINT, About('a point, as "BODY.POINT"')]
     return tuple((name, hints[name]) for name in declared(kind) if name in hints)
 
 
@@ -274,8 +273,8 @@ class UserComponentTable(Table):
 
     type: Annotated[
         str,
-        Field(
-            description="the class, as 'file.py:Class', or any component as 'spring', where the order of several kinds counts",
+        About(
+            "the class, as 'file.py:Class', or any component as 'spring', where the order of several kinds counts",
             examples=["my_components.py:Rubber"],
         ),
     ]
@@ -290,12 +289,12 @@ def _any_component() -> Shape:
     return {"type": "object", "anyOf": [*known, {"properties": named, "required": ["type"]}]}
 
 
-@accepting(_any_component)
-def _read_user_component(given: Any, info: ValidationInfo) -> Any:
+@reader(_any_component)
+def _read_user_component(given: Any, context: Context) -> Any:
     keys = dict(given) if isinstance(given, Mapping) else {}
-    table = UserComponentTable.model_validate({"type": keys.pop("type")} if "type" in keys else keys, context=info.context)
-    folder = (info.context or {}).get("folder", Path())
-    return component_part(table.type, folder).reader.func(keys, info)  # type: ignore[call-arg]
+    table = UserComponentTable.read({"type": keys.pop("type")} if "type" in keys else keys, context)
+    folder = context.get("folder", Path())
+    return component_part(table.type, folder).reader.read(keys, context)
 
 
 def component_part(type: str, folder: Path) -> Part:
@@ -310,17 +309,17 @@ def component_part(type: str, folder: Path) -> Part:
 
 
 _JOINT: Hints = (
-    ("name", Annotated[str, Field(description="name; [[clearance]] refers to it")]),
-    ("journal", Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the journal")]),
-    ("bearing", Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the bearing")]),
+    ("name", Annotated[str, About("name; [[clearance]] refers to it")]),
+    ("journal", Annotated[BodyPoint, BODY_POINT, About("the point that carries the journal")]),
+    ("bearing", Annotated[BodyPoint, BODY_POINT, About("the point that carries the bearing")]),
     ("clearance", None),
 )
 _GUIDE: Hints = (
-    ("name", Annotated[str, Field(description="name; [[guide_clearance]] refers to it")]),
-    ("follower", Annotated[BodyPoint, BODY_POINT, Field(description="the guided point")]),
-    ("through", Annotated[Point, pair("m"), Field(description="a point of the line")]),
-    ("body", Annotated[str, Field(description="the body that carries the line")]),
-    ("aligned", Annotated[bool, Field(description="whether the follower also keeps its angle against the line")]),
+    ("name", Annotated[str, About("name; [[guide_clearance]] refers to it")]),
+    ("follower", Annotated[BodyPoint, BODY_POINT, About("the guided point")]),
+    ("through", Annotated[Point, pair("m"), About("a point of the line")]),
+    ("body", Annotated[str, About("the body that carries the line")]),
+    ("aligned", Annotated[bool, About("whether the follower also keeps its angle against the line")]),
     ("clearance", None),
 )
 
@@ -328,22 +327,22 @@ _GUIDE: Hints = (
 class TrackTable(Table):
     """A tracked point."""
 
-    name: Annotated[str, Field(description="name of the tracked point", examples=["tip"])]
-    body: Annotated[str, Field(description="the body", examples=["rod"])]
-    point: Annotated[str, Field(description='a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])]
+    name: Annotated[str, About("name of the tracked point", examples=["tip"])]
+    body: Annotated[str, About("the body", examples=["rod"])]
+    point: Annotated[str, About('a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])]
     tolerance: Annotated[float | None, quantities(Track)["tolerance"]] = None
 
 
-@accepting(lambda: TrackTable)
-def _read_track(given: Any, info: ValidationInfo) -> Track:
-    table = TrackTable.model_validate(given, context=info.context)
-    place = table.point if "," not in table.point else pair("m").func(table.point)  # type: ignore[call-arg]
+@reader(lambda: TrackTable)
+def _read_track(given: Any, context: Context) -> Track:
+    table = TrackTable.read(given, context)
+    place = table.point if "," not in table.point else pair("m").read(table.point, context)
     return Track(table.name, table.body, place, table.tolerance)
 
 
 PARTS: Mapping[str, Part] = {
-    "body": Part(lambda: BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
-    "ground": Part(lambda: GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
+    "body": Part(lambda: BodyTable, _read_body, "bodies", "a rigid body"),
+    "ground": Part(lambda: GroundTable, _read_ground, "ground", "a point of the fixed frame"),
     "joint": _part(
         Revolute,
         "joints",
@@ -365,7 +364,7 @@ PARTS: Mapping[str, Part] = {
     "weld": _part(
         Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"
     ),
-    "track": Part(lambda: TrackTable, PlainValidator(_read_track), "tracks", "a point whose motion is recorded"),
+    "track": Part(lambda: TrackTable, _read_track, "tracks", "a point whose motion is recorded"),
     **{
         section: _component_part(kind)
         for section, kind in COMPONENTS.items()
@@ -373,7 +372,7 @@ PARTS: Mapping[str, Part] = {
     },
     "component": Part(
         lambda: UserComponentTable,
-        PlainValidator(_read_user_component),
+        _read_user_component,
         "components",
         "a component of a class in a file of your own",
     ),

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import PlainValidator
-from pydantic_core import PydanticUndefined
-
 from scissordyn.annotation import members
-from scissordyn.config.shape import Accepts, shape_of
-from scissordyn.config.table import Table, key_help, quantity_of, words_of
+from scissordyn.config.shape import Reader
+from scissordyn.config.table import Key, Table
 from scissordyn.config.unit_pattern import name_of, quantity_pattern
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
@@ -92,58 +89,52 @@ class _Writer:
 
     def table(self, table: type[Table]) -> Schema:
         """The schema of a table itself."""
-        fields = table.model_fields
+        keys = table.declared_keys()
         written: Schema = {"type": "object"}
         about = next(iter((table.__doc__ or "").strip().splitlines()), "")
         if about:
             written["description"] = about
-        written |= {"properties": {key: self.key(table, key) for key in fields}, "additionalProperties": False}
-        required = [key for key, field in fields.items() if field.is_required()]
+        written |= {"properties": {name: self.key(key) for name, key in keys.items()}, "additionalProperties": False}
+        required = [name for name, key in keys.items() if key.required]
         if required:
             written["required"] = required
         if table.exactly_one:
             written["oneOf"] = [{"required": [key]} for key in table.exactly_one]
         return written
 
-    def key(self, table: type[Table], key: str) -> Schema:
+    def key(self, key: Key) -> Schema:
         """The schema of the value of a key."""
-        field = table.model_fields[key]
-        quantity = quantity_of(table, key)
-        if quantity is None:
-            found = self._of(field.annotation, field.metadata)
+        if key.reader is not None:
+            accepted = self.shape(key.reader.shape())
+        elif key.quantity is not None:
+            accepted = _number(key.quantity, key.hint, key.words)
         else:
-            found = _number(quantity, field.annotation, words_of(field.annotation))
-        described = [key_help(table, key).rstrip(".")]
-        if quantity is not None:
-            described.append(quantity.allowed)
+            accepted = self._of(key.hint)
+        described = [key.help.rstrip("."), key.quantity.allowed if key.quantity is not None else ""]
         text = "; ".join(filter(None, described))
         about: Schema = {"description": text} if text else {}
-        if field.examples:
-            about["examples"] = list(field.examples)
-        default = field.default
-        if default is not PydanticUndefined and isinstance(default, str | bool) and default != "":
-            about["default"] = default
+        if key.examples:
+            about["examples"] = list(key.examples)
+        if isinstance(key.default, str | bool) and key.default != "":
+            about["default"] = key.default
         # beside a reference some editors read nothing else
-        return {**found, **about} if "$ref" not in found else {"allOf": [found], **about}
+        return {**accepted, **about} if "$ref" not in accepted else {"allOf": [accepted], **about}
 
-    def _of(self, annotation: Any, metadata: typing.Iterable[Any] = ()) -> Schema:
+    def _of(self, annotation: Any) -> Schema:
         """The schema of an annotation and of what stands in it."""
-        for extra in metadata:
-            if isinstance(extra, Accepts):
-                return self.shape(extra.shape())
-            if isinstance(extra, PlainValidator):
-                return self.shape(shape_of(extra.func))
         origin, inner = get_origin(annotation), get_args(annotation)
         if origin is Annotated:
-            quantity = next((extra for extra in inner[1:] if isinstance(extra, Quantity)), None)
-            return self._of(inner[0], inner[1:]) if quantity is None else _number(quantity, inner[0], words_of(inner[0]))
+            reader = next((extra for extra in inner[1:] if isinstance(extra, Reader)), None)
+            return self._of(inner[0]) if reader is None else self.shape(reader.shape())
         if origin is Literal:
             return {"enum": list(inner)}
-        if origin is list:
+        if origin in (list, Sequence):
             return {"type": "array", "items": self._of(inner[0])}
         if origin in (typing.Union, types.UnionType):
             kept = [self._of(each) for each in members(annotation) if each is not type(None)]
             return kept[0] if len(kept) == 1 else {"anyOf": kept}
+        if isinstance(annotation, type) and issubclass(annotation, Table):
+            return self.reference(annotation)
         if annotation in PLAIN:
             return {"type": PLAIN[annotation]}
         raise AssertionError(f"no schema for {annotation!r}")

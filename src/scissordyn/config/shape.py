@@ -1,36 +1,34 @@
-"""What a reader of a case file accepts, for editors: a table, or JSON Schema in which a table stands for its own."""
+"""What stands in the annotation of a key of a table: its reader, what that accepts for editors, and what the key is for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 Shape = Any
 """A class of tables, or a mapping of JSON Schema whose values may be such classes."""
 
-Reader = TypeVar("Reader", bound=Callable[..., Any])
-
-_SHAPES: dict[Callable[..., Any], Callable[[], Shape]] = {}
-
-
-@dataclass(frozen=True)
-class Accepts:
-    """In an annotation: what a key accepts whose reader stands elsewhere."""
-
-    shape: Callable[[], Shape]  # Gives it when it is asked for
+Context = dict[str, Any]
+"""What readers know beside their value: the "folder" of relative file names, and the "values" of the keys before in a table."""
 
 
-def accepting(shape: Callable[[], Shape]) -> Callable[[Reader], Reader]:
-    """For a function that reads a value: say what it accepts."""
+@dataclass(frozen=True, eq=False)
+class Reader:
+    """In an annotation: how the value of a key is read, and what is accepted."""
 
-    def noted(reader: Reader) -> Reader:
-        _SHAPES[reader] = shape
-        return reader
-
-    return noted
+    read: Callable[[Any, Context], Any]
+    shape: Callable[[], Shape]
 
 
-def shape_of(reader: Callable[..., Any]) -> Shape:
-    """What a function that reads a value accepts; a `KeyError` if it does not say."""
-    return _SHAPES[reader]()
+@dataclass(frozen=True, eq=False)
+class About:
+    """In an annotation: what a key is for, in one line, and examples of its values."""
+
+    description: str = ""
+    examples: Sequence[Any] = ()
+
+
+def reader(shape: Callable[[], Shape]) -> Callable[[Callable[[Any, Context], Any]], Reader]:
+    """Makes a function a reader; what it accepts is asked for late, since tables are made late."""
+    return lambda read: Reader(read, shape)

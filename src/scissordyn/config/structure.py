@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Literal, get_args, get_type_hints
-
-from pydantic import Field, PlainValidator, ValidationInfo, create_model
+from typing import Annotated, Any, Literal, get_type_hints
 
 from scissordyn.annotation import plain_hint
 from scissordyn.component.place import Point
 from scissordyn.config.bending import ALL_BARS, BARS_SAMPLE
 from scissordyn.config.part import pair
-from scissordyn.config.shape import accepting
-from scissordyn.config.table import Call, Table, table_of_call
+from scissordyn.config.shape import About, Context, Reader, reader
+from scissordyn.config.table import Call, Table, made_table, table_of_call
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
@@ -28,12 +26,12 @@ _MECHANISM = quantities(Mechanism)
 class StructureTable(Table):
     """The keys of one kind of structure."""
 
-    bars: Annotated[
-        Any, ALL_BARS, Field(description="section and material of all straight bars, which bend", examples=[BARS_SAMPLE])
-    ] = None
+    bars: Annotated[Any, ALL_BARS, About("section and material of all straight bars, which bend", examples=[BARS_SAMPLE])] = (
+        None
+    )
     source: Annotated[
         str | None,
-        Field(description="who describes it, for `scissordyn cite`", examples=["Li, Wang 2020, doi:10.1177/1369433220971728"]),
+        About("who describes it, for `scissordyn cite`", examples=["Li, Wang 2020, doi:10.1177/1369433220971728"]),
     ] = None
 
     @abstractmethod
@@ -46,16 +44,16 @@ class MechanismTable(StructureTable):
 
     kind: Annotated[
         Literal["mechanism"],
-        Field(description="the parts of the tables [[body]], [[joint]], ... below", examples=["mechanism"]),
+        About("the parts of the tables [[body]], [[joint]], ... below", examples=["mechanism"]),
     ]
     gravity: Annotated[float, _MECHANISM["gravity"]] = Mechanism.gravity
     gravity_direction: Annotated[float, _MECHANISM["gravity_direction"]] = Mechanism.gravity_direction
-    input_body: Annotated[str, Field(description="the driven body of a [drive] without `body`", examples=["crank"])] = ""
-    output_body: Annotated[str, Field(description="the output body", examples=["slider"])] = ""
+    input_body: Annotated[str, About("the driven body of a [drive] without `body`", examples=["crank"])] = ""
+    output_body: Annotated[str, About("the output body", examples=["slider"])] = ""
 
     def fields(self) -> dict[str, Any]:
         """Gravity and the names of the first and last body."""
-        own = {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "bars")}
+        own = {name: getattr(self, name) for name in type(self).declared_keys() if name not in ("kind", "bars")}
         return {**own, "source": self.source or ""}
 
 
@@ -71,11 +69,11 @@ class BuiltTable(Call, StructureTable):
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
     """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults."""
-    named: Any = (Literal[kind], Field(description=help, examples=[kind]))
-    base = create_model(f"{builder.__name__}_kind", __base__=BuiltTable, kind=named)
+    named: Any = Annotated[Literal[kind], About(help, [kind])]
+    base = made_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
     hints = get_type_hints(builder, include_extras=True)
     places = {name: extras(hint)[0] for name, hint in hints.items() if plain_hint(hint) == Point}
-    read = tuple((name, Annotated[Point, pair(one.unit), Field(description=one.help)]) for name, one in places.items())
+    read = tuple((name, Annotated[Point, pair(one.unit), About(one.help)]) for name, one in places.items())
     return table_of_call(builder, read, base=base, **examples)
 
 
@@ -90,28 +88,28 @@ _TABLES = (
     MechanismTable,
 )
 
-STRUCTURES: Mapping[str, type[StructureTable]] = {
-    get_args(table.model_fields["kind"].annotation)[0]: table for table in _TABLES
-}
+STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _TABLES}
 """The tables of [structure] by kind."""
 
 
-def _known(given: Any) -> str:
+def _known(given: Any, _: Context) -> str:
     if not isinstance(given, str) or given not in STRUCTURES:
         raise InputError(f"unknown structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
     return str(given)
 
 
 class _Kind(Table):
-    kind: Annotated[str, PlainValidator(_known), Field(description="what kind of structure", examples=["scissor"])]
+    kind: Annotated[
+        str, Reader(_known, lambda: {"enum": list(STRUCTURES)}), About("what kind of structure", examples=["scissor"])
+    ]
 
 
-@accepting(lambda: {"anyOf": list(STRUCTURES.values())})
-def _read(given: Any, info: ValidationInfo) -> StructureTable:
+@reader(lambda: {"anyOf": list(STRUCTURES.values())})
+def _read(given: Any, context: Context) -> StructureTable:
     # the kind first: it determines the other keys
     alone = {key: value for key, value in given.items() if key == "kind"} if isinstance(given, Mapping) else given
-    return STRUCTURES[_Kind.model_validate(alone).kind].model_validate(given, context=info.context)
+    return STRUCTURES[_Kind.read(alone, context).kind].read(given, context)
 
 
-STRUCTURE = PlainValidator(_read)
+STRUCTURE = _read
 """For ``Annotated[StructureTable, STRUCTURE]``: a key whose value is the table of some kind of structure."""

@@ -7,16 +7,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
-
-from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.config.file import in_file, parsed, read_case
 from scissordyn.config.motor import POINT, read_motor
 from scissordyn.config.names import NAMES_SAMPLE, OF_FILE, Reader, by_change, listed, names_of, number_of_file, variants_of
 from scissordyn.config.quantity import unit_factor
-from scissordyn.config.shape import Shape, accepting
+from scissordyn.config.shape import About, Context, Shape, reader
 from scissordyn.config.table import Call, PlacedError, Table, described, instance, table_of, table_of_call, toml
 from scissordyn.config.text import read_text
 from scissordyn.config.variation import (
@@ -83,19 +82,19 @@ class StudyText:
 LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
 
 
-@accepting(lambda: LIST_OF_TEXTS)
-def _read_texts(given: Any) -> list[str]:
+@reader(lambda: LIST_OF_TEXTS)
+def _read_texts(given: Any, context: Context) -> list[str]:
     if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
         raise InputError("not a list of texts", "a list of texts")
     return given
 
 
-TEXTS = PlainValidator(_read_texts)
+TEXTS = _read_texts
 
 
 def _optimisation() -> type[Table]:
     """The table of a search, whose goals are texts."""
-    goals = Annotated[list[str], TEXTS, Field(description="what is minimised or maximised", examples=[["minimise peak_force"]])]
+    goals = Annotated[list[str], TEXTS, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
     return table_of(Optimisation, (("goals", goals),))
 
 
@@ -115,8 +114,8 @@ def _addresses(deeper: int = 6) -> Shape:
     return {"type": "object", "additionalProperties": {"anyOf": inner}}
 
 
-@accepting(_addresses)
-def _read_addresses(given: Any) -> dict[str, str | Variation]:
+@reader(_addresses)
+def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
     """Texts and names by address; without quotes TOML makes tables of the parts of an address."""
     if not isinstance(given, Mapping):
         raise InputError("not a table of addresses", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
@@ -127,13 +126,14 @@ def _read_addresses(given: Any) -> dict[str, str | Variation]:
     return found
 
 
-ADDRESSES = PlainValidator(_read_addresses)
+ADDRESSES = _read_addresses
 
 
-@accepting(lambda: LIST_OF_TEXTS)
-def _read_points(given: Any) -> list[str]:
+@reader(lambda: LIST_OF_TEXTS)
+def _read_points(given: Any, context: Context) -> list[str]:
     try:
-        return _read_texts(given)
+        texts: list[str] = TEXTS.read(given, context)
+        return texts
     except InputError as error:
         raise InputError(error.what, "texts, a name and a number as points, of and ratio", f"points = [{POINT}]") from None
 
@@ -141,44 +141,42 @@ def _read_points(given: Any) -> list[str]:
 MotorTable = table_of_call(
     read_motor,
     (
-        ("points", Annotated[list[str], PlainValidator(_read_points), Field(examples=[[POINT.strip("'")]])]),
-        ("of", Annotated[str, Field(description="a drive, an actuator or a motor")]),
-        ("ratio", Annotated[float, Field(description="speed of the motor over that of its body")]),
+        ("points", Annotated[list[str], _read_points, About(examples=[[POINT.strip("'")]])]),
+        ("of", Annotated[str, About("a drive, an actuator or a motor")]),
+        ("ratio", Annotated[float, About("speed of the motor over that of its body")]),
     ),
     base=Call,
 )
 """The curve of a motor."""
 
 
-@accepting(lambda: MotorTable)
-def _read_motor(given: Any, info: ValidationInfo) -> MotorCurve:
-    curve: MotorCurve = MotorTable.model_validate(given, context=info.context).result()
+@reader(lambda: MotorTable)
+def _read_motor(given: Any, context: Context) -> MotorCurve:
+    curve: MotorCurve = MotorTable.read(given, context).result()
     return curve
 
 
 def _screen() -> type[Table]:
     """The table of cheap runs, whose changes are texts."""
-    changes = Annotated[list[str], TEXTS, Field(description="changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
+    changes = Annotated[list[str], TEXTS, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
     return table_of(Screen, (("set", changes),))
 
 
 class StudyTable(Table):
     """A whole study file."""
 
-    case: Annotated[str, Field(description="the case file that is varied", examples=["case.toml"])]
-    set: Annotated[list[str], TEXTS, Field(description="changes of the case", default_factory=list)]
-    vary: Annotated[dict[str, Any], ADDRESSES, Field(description="numbers and names to vary, by address", default_factory=dict)]
-    uncertain: Annotated[dict[str, Any], ADDRESSES, Field(description="uncertain ones, by address", default_factory=dict)]
-    measures: Annotated[list[str], TEXTS, Field(description="what is kept of each run", default_factory=list)]
-    require: Annotated[list[str], TEXTS, Field(description="what a design has to meet", default_factory=list)]
-    design: Annotated[Design, described(Design), Field(description="how points are chosen", default_factory=Design)]
-    sampling: Annotated[
-        Sampling, described(Sampling), Field(description="how uncertain numbers are sampled", default_factory=Sampling)
-    ]
-    members: Annotated[int, Field(description="runs of each sample that differ by round-off")] = 1
-    motor: Annotated[Any, PlainValidator(_read_motor), Field(description="curve of a motor that has to be enough")] = None
-    optimise: Annotated[Any, _optimisation().reader(), Field(description="search for the best point")] = None
-    screen: Annotated[Any, _screen().reader(), Field(description="cheap runs, of which some are verified by the case")] = None
+    case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
+    set: Annotated[Sequence[str], TEXTS, About("changes of the case")] = ()
+    vary: Annotated[Mapping[str, Any], ADDRESSES, About("numbers and names to vary, by address")] = MappingProxyType({})
+    uncertain: Annotated[Mapping[str, Any], ADDRESSES, About("uncertain ones, by address")] = MappingProxyType({})
+    measures: Annotated[Sequence[str], TEXTS, About("what is kept of each run")] = ()
+    require: Annotated[Sequence[str], TEXTS, About("what a design has to meet")] = ()
+    design: Annotated[Design, described(Design), About("how points are chosen")] = Design()
+    sampling: Annotated[Sampling, described(Sampling), About("how uncertain numbers are sampled")] = Sampling()
+    members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
+    motor: Annotated[Any, _read_motor, About("curve of a motor that has to be enough")] = None
+    optimise: Annotated[Any, _optimisation().reader(), About("search for the best point")] = None
+    screen: Annotated[Any, _screen().reader(), About("cheap runs, of which some are verified by the case")] = None
 
 
 def read_study(path: Path) -> StudyText:

@@ -5,45 +5,29 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import MISSING, dataclass
 from functools import cache
-from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
+from types import MappingProxyType, NoneType
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    ValidationError,
-    ValidationInfo,
-    create_model,
-    field_validator,
-    model_validator,
-)
-
-from scissordyn.annotation import members
+from scissordyn.annotation import members, plain_hint
 from scissordyn.config.line import Place, address
 from scissordyn.config.quantity import example, read_quantity, written
-from scissordyn.config.shape import Accepts, accepting
+from scissordyn.config.shape import About, Context, Reader
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, Sample, extras
 
 Hints = tuple[tuple[str, Any], ...]
 """Names of fields, and the annotations by which they are read in place of their own."""
 
-Context = dict[str, Path]
-"""Context of a table: the "folder" of relative file names."""
-
-
 LARGEST_SHOWN = 10**300
 """Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits."""
 
 
-WORDS = {"string_type": "text", "int_type": "a whole number", "bool_type": "true or false"}
-"""What a key has to be, by pydantic's type of error."""
+WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}
+"""What a value has to be, by its type."""
 
 
 def toml(value: Any) -> str:
@@ -61,78 +45,191 @@ def toml(value: Any) -> str:
     return f"{value!r}"
 
 
-def quantity_of(table: type[BaseModel], key: str) -> Quantity | None:
-    """The quantity that a key declares, if its value is one."""
-    return next((extra for extra in table.model_fields[key].metadata if isinstance(extra, Quantity)), None)
+@dataclass(frozen=True)
+class Key:
+    """A key of a table, from its annotation and its default."""
+
+    hint: Any
+    default: Any
+    quantity: Quantity | None
+    reader: Reader | None
+    description: str
+    examples: Sequence[Any]
+
+    @property
+    def required(self) -> bool:
+        """Whether it has no default."""
+        return self.default is MISSING
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words that are allowed, in place of a number or alone."""
+        return tuple(word for hint in members(self.hint) if get_origin(hint) is Literal for word in get_args(hint))
+
+    @property
+    def help(self) -> str:
+        """Description in one line."""
+        return (self.quantity.help if self.quantity else "") or self.description
+
+    @property
+    def sample(self) -> str:
+        """An example value as TOML: its first example, its default, or any allowed value."""
+        if self.examples:
+            return toml(self.examples[0])
+        value = None if self.required else self.default
+        if self.quantity is None:
+            return toml(value)
+        text = example(self.quantity) if value is None else written(float(value), self.quantity.unit)
+        return text if self.quantity.unit == "1" else toml(text)
+
+    def read(self, given: Any, context: Context) -> Any:
+        """The value in SI units; an `InputError` for anything that is not allowed."""
+        if self.reader is not None:
+            return self.reader.read(given, context)
+        if self.quantity is None or (isinstance(given, str) and given in self.words):
+            return _plain(given, self.hint, context)
+        try:
+            if self.words and not isinstance(given, int | str):
+                raise InputError("not a whole number, an integer", self.quantity.allowed)
+            number = read_quantity(given, self.quantity, self.sample.strip('"'))
+        except InputError as error:
+            sample = toml(error.type_this) if self.quantity.unit != "1" else error.type_this
+            raise InputError(error.what, " or ".join((error.allowed, *map(toml, self.words))), sample) from None
+        return _plain(number, self.hint, context)
 
 
-def words_of(hint: Any) -> tuple[str, ...]:
-    """The words that an annotation allows, in place of a number or alone."""
-    return tuple(word for each in members(hint) if get_origin(each) is Literal for word in get_args(each))
+def _key(annotation: Any, default: Any) -> Key:
+    """Of several things said about a key the last one counts."""
+    said = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
+    about = [extra for extra in said if isinstance(extra, About)]
+    return Key(
+        plain_hint(annotation),
+        default,
+        next((extra for extra in said if isinstance(extra, Quantity)), None),
+        next((extra for extra in said if isinstance(extra, Reader)), None),
+        next((extra.description for extra in reversed(about) if extra.description), ""),
+        next((extra.examples for extra in reversed(about) if extra.examples), ()),
+    )
 
 
-def key_help(table: type[BaseModel], key: str) -> str:
-    """Description of a key in one line."""
-    quantity = quantity_of(table, key)
-    return (quantity.help if quantity else "") or table.model_fields[key].description or ""
+def _plain(given: Any, hint: Any, context: Context) -> Any:
+    """A value without a unit, as its annotation says."""
+    kinds, words = members(hint), list[str]()
+    for kind in kinds:
+        if kind is Any or (kind is NoneType and given is None):
+            return given
+        if get_origin(kind) in (list, Sequence):
+            return read_list(given, get_args(kind)[0], context)
+        if isinstance(kind, type) and issubclass(kind, Table):
+            return kind.read(given, context)
+        if get_origin(kind) is Literal:
+            words += get_args(kind)
+            if isinstance(given, str) and given in words:
+                return given
+        elif kind is float and type(given) in (int, float):
+            return float(given)
+        elif type(given) is kind:
+            return given
+    allowed = [WORDS[kind] for kind in kinds if kind in WORDS]
+    quoted = [f"'{word}'" for word in words]
+    allowed += [", ".join(quoted[:-1]) + f" or {quoted[-1]}" if quoted[1:] else quoted[0]] if quoted else []
+    raise PlacedError((), f" = {toml(given)}{did_you_mean(given, words)}", "", " or ".join(allowed))
 
 
-def key_sample(table: type[BaseModel], key: str) -> str:
-    """An example value of a key, as TOML: its first example, its default, or any allowed value."""
-    field, quantity = table.model_fields[key], quantity_of(table, key)
-    if field.examples:
-        return toml(field.examples[0])
-    value = None if field.is_required() else field.get_default(call_default_factory=True)
-    if quantity is None:
-        return toml(value)
-    text = example(quantity) if value is None else written(float(value), quantity.unit)
-    return text if quantity.unit == "1" else toml(text)
+def read_list(given: Any, hint: Any, context: Context) -> list[Any]:
+    """Items by their annotation, each error with its place."""
+    if not isinstance(given, list):
+        raise NoListError
+    key, values = _key(hint, MISSING), []
+    for index, item in enumerate(given):
+        with _at(index, item):
+            values.append(key.read(item, context))
+    return values
 
 
-class Table(BaseModel):
-    """A table of a case file: an unknown key is an error, and a quantity is read with its unit."""
+class NoListError(InputError):
+    """Something else in the place of a list."""
+
+    def __init__(self) -> None:
+        super().__init__("not a list of tables", "a list")
+
+
+@contextmanager
+def _at(step: int | str, given: Any) -> Iterator[None]:
+    """Give any `InputError` its place, from the inside outwards, and what stands there."""
+    try:
+        yield
+    except PlacedError as error:
+        place = step, *error.place
+        raise PlacedError(place, error.given, error.text, error.allowed, error.type_this, key=error.key) from None
+    except InputError as error:
+        there = "" if isinstance(given, Mapping | list) else f" = {toml(given)}"
+        allowed = f"tables headed [[{step}]]" if isinstance(error, NoListError) else error.allowed
+        raise PlacedError((step,), there, error.what, allowed, error.type_this) from None
+
+
+class Table:
+    """A table of a case file: its annotations declare its keys; others are errors, a quantity is read with its unit."""
 
     exactly_one: ClassVar[tuple[str, ...]] = ()
     """Keys of which a file gives one."""
-
-    # a validator is built for the tables that a case has when they are read, not for all when they are declared
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True, defer_build=True)
+    _keys: ClassVar[Mapping[str, Key]]
 
     @classmethod
-    def reader(cls) -> PlainValidator:
+    def declared_keys(cls) -> Mapping[str, Key]:
+        """Its keys in their order, those of its bases first."""
+        if "_keys" not in vars(cls):
+            hints = get_type_hints(cls, include_extras=True).items()
+            cls._keys = {
+                name: _key(hint, getattr(cls, name, MISSING)) for name, hint in hints if get_origin(hint) is not ClassVar
+            }
+        return cls._keys
+
+    @classmethod
+    def reader(cls) -> Reader:
         """For ``Annotated[Any, ClearanceTable.reader()]``: a key whose value is such a table."""
-        return PlainValidator(accepting(lambda: cls)(lambda given, info: cls.model_validate(given, context=info.context)))
+        return Reader(cls.read, lambda: cls)
 
-    @model_validator(mode="before")
     @classmethod
-    def _know_the_keys(cls, given: Any) -> Any:
+    def read(cls, given: Any, context: Context) -> Self:
+        """The table with its values in SI units; an `InputError` for the first error."""
+        keys = cls.declared_keys()
         if not isinstance(given, Mapping):
-            raise InputError("not a table", "the keys " + ", ".join(cls.model_fields))
+            raise InputError("not a table", "the keys " + ", ".join(keys))
         for key in given:
-            if key not in cls.model_fields:
-                said = f"unknown key '{key}'{did_you_mean(key, cls.model_fields)}"
-                raise UnknownKeyError(str(key), said, ", ".join(cls.model_fields) or "no keys")
-        for key, field in cls.model_fields.items():
-            if field.is_required() and key not in given:
-                raise InputError(f"missing key '{key}'", key_help(cls, key), f"{key} = {key_sample(cls, key)}")
-        return given
+            if key not in keys:
+                said = f"unknown key '{key}'{did_you_mean(key, keys)}"
+                raise PlacedError((), "", said, ", ".join(keys) or "no keys", key=str(key))
+        for name, key in keys.items():
+            if key.required and name not in given:
+                raise PlacedError((), "", f"missing key '{name}'", key.help, f"{name} = {key.sample}")
+        values: dict[str, Any] = {}
+        for name, key in keys.items():
+            value = given.get(name, key.default)
+            # a default is read where it is as a file has it, such as "liu"
+            if name in given or (key.reader is not None and isinstance(value, str)):
+                with _at(name, value):
+                    values[name] = key.read(value, {**context, "values": values})
+            else:
+                values[name] = value
+        return cls(**values)
 
-    @field_validator("*", mode="before")
-    @classmethod
-    def _read_quantities(cls, value: Any, info: ValidationInfo) -> Any:
-        key = info.field_name or ""
-        quantity = quantity_of(cls, key)
-        words = words_of(cls.model_fields[key].annotation)
-        if quantity is None or (isinstance(value, str) and value in words):
-            return value
-        try:
-            if words and not isinstance(value, int | str):
-                raise InputError("not a whole number, an integer", quantity.allowed)
-            return read_quantity(value, quantity, key_sample(cls, key).strip('"'))
-        except InputError as error:
-            sample = toml(error.type_this) if quantity.unit != "1" else error.type_this
-            allowed = " or ".join((error.allowed, *map(toml, words)))
-            raise InputError(error.what, allowed, f"{key} = {sample}") from None
+    def __init__(self, **values: Any) -> None:
+        vars(self).update(values)
+        self.check()
+
+    def check(self) -> None:
+        """Raise `InputError` if values do not fit each other."""
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def made_table(name: str, base: type[AnyTable], keys: Mapping[str, tuple[Any, Any]], doc: str | None = None) -> type[AnyTable]:
+    """A class of tables from the annotations and defaults of its own keys; `MISSING` for none."""
+    defaults = {key: default for key, (_, default) in keys.items() if default is not MISSING}
+    hints = {key: hint for key, (hint, _) in keys.items()}
+    return type(name, (base,), {**defaults, "__annotations__": hints, "__doc__": doc, "__module__": __name__})
 
 
 def _documented(docstrings: Iterable[str | None]) -> dict[str, str]:
@@ -145,29 +242,26 @@ def _documented(docstrings: Iterable[str | None]) -> dict[str, str]:
     return found
 
 
-def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[str, Any]:
-    """The keys of the table that fills a frozen dataclass, see `table_of`, as pydantic takes them."""
+def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
+    """Annotations and defaults of the keys of the table that fills a frozen dataclass, see `table_of`."""
     annotations = {**get_type_hints(described_type, include_extras=True), **dict(hints)}
     documented = _documented(ancestor.__doc__ for ancestor in reversed(described_type.__mro__))
-    keys: dict[str, Any] = {}
+    keys: dict[str, tuple[Any, Any]] = {}
     for field in dataclasses.fields(described_type):
         if annotations[field.name] is None:
             continue
-        default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
-        arguments: dict[str, Any] = {}  # only known ones: the annotation may have its own
+        default = field.default if field.default_factory is MISSING else field.default_factory()
         if dataclasses.is_dataclass(default):  # a law or a material, which a file names
-            default, arguments["validate_default"] = default.name, True  # type: ignore[union-attr]
-        if field.name in examples:
-            arguments["examples"] = [examples[field.name]]
-        if field.name in documented and field.name not in dict(hints):
-            arguments["description"] = documented[field.name]
-        keys[field.name] = (annotations[field.name], Field(... if default is dataclasses.MISSING else default, **arguments))
+            default = default.name  # type: ignore[union-attr]
+        description = "" if field.name in dict(hints) else documented.get(field.name, "")
+        shown = About(description, [examples[field.name]] if field.name in examples else [])
+        keys[field.name] = (Annotated[annotations[field.name], shown], default)
     return keys
 
 
 def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[Table]:
     """The table that fills a frozen dataclass: a key for each field, with its quantity and default."""
-    return create_model(described_type.__name__, __base__=Table, **keys_of(described_type, hints, **examples))
+    return made_table(described_type.__name__, Table, keys_of(described_type, hints, **examples))
 
 
 class Call(Table):
@@ -194,17 +288,16 @@ def table_of_call(
 ) -> type[AnyCall]:
     """The table whose keys are the arguments of a function, with their quantities and defaults."""
     annotations = {**get_type_hints(function, include_extras=True), **dict(hints)}
-    documented, keys, arguments = _documented([function.__doc__]), dict[str, Any](), dict[str, str]()
+    documented, keys, arguments = _documented([function.__doc__]), dict[str, tuple[Any, Any]](), dict[str, str]()
     for name, parameter in inspect.signature(function).parameters.items():
         if annotations[name] is None:
             continue
-        more: dict[str, Any] = {"examples": [examples[name]]} if name in examples else {}
-        if name not in dict(hints):
-            more["description"] = next((one.help for one in extras(annotations[name])), "") or documented.get(name, "")
-        default = ... if parameter.default is parameter.empty else parameter.default
+        text = next((extra.help for extra in extras(annotations[name])), "") or documented.get(name, "")
+        about = About("" if name in dict(hints) else text, [examples[name]] if name in examples else [])
+        default = MISSING if parameter.default is parameter.empty else parameter.default
         key = spelt.get(name, name)
-        keys[key], arguments[key] = (annotations[name], Field(default, **more)), name
-    table = create_model(f"{function.__name__}_table", __base__=base, __doc__=function.__doc__, **keys)
+        keys[key], arguments[key] = (Annotated[annotations[name], about], default), name
+    table = made_table(f"{function.__name__}_table", base, keys, function.__doc__)
     table.function, table.arguments = staticmethod(function), arguments
     return table
 
@@ -212,7 +305,7 @@ def table_of_call(
 _table_of = cache(table_of)
 
 
-def build(described_type: Any, given: Any, context: Context | None) -> Any:
+def build(described_type: Any, given: Any, context: Context) -> Any:
     """An instance of a frozen dataclass from the table that a case file gives for it."""
     return _filled(described_type, _table_of(described_type), given, context)
 
@@ -224,34 +317,33 @@ def filled_table(described_type: Any) -> type[Table]:
 
 def with_key(key: str, value: Any, table: type[Table], *, required: bool = True) -> type[Table]:
     """A table with one more key, whose schema is given; for editors, which reads nothing."""
-    field = (Annotated[Any, Accepts(lambda: value)], ... if required else None)
-    return create_model(f"{table.__name__}_{key}", __base__=table, __doc__=table.__doc__, **{key: field})  # type: ignore[call-overload, no-any-return]
+    hint = Annotated[Any, Reader(lambda given, _: given, lambda: value)]
+    return made_table(f"{table.__name__}_{key}", table, {key: (hint, MISSING if required else None)}, table.__doc__)
 
 
-def _filled(described_type: Any, table: type[Table], given: Any, context: Context | None) -> Any:
-    values = table.model_validate(given, context=context)
+def _filled(described_type: Any, table: type[Table], given: Any, context: Context) -> Any:
+    values = table.read(given, context)
     return described_type(**{key: getattr(values, key) for key in given})
 
 
-def described(described_type: type, hints: Hints = (), **examples: Any) -> PlainValidator:
+def described(described_type: type, hints: Hints = (), **examples: Any) -> Reader:
     """For ``Annotated[Harmonic, described(Harmonic)]``: a key whose value is a table that fills a frozen dataclass."""
     return filler(described_type, cache(lambda: table_of(described_type, hints, **examples)))
 
 
-def filler(described_type: type, keys: Callable[[], type[Table]]) -> PlainValidator:
+def filler(described_type: type, keys: Callable[[], type[Table]]) -> Reader:
     """Reads a table, which is made when the first one is read, and fills a frozen dataclass."""
-    return PlainValidator(accepting(keys)(lambda given, info: _filled(described_type, keys(), given, info.context)))
-
-
-AnyTable = TypeVar("AnyTable", bound=Table)
+    return Reader(lambda given, context: _filled(described_type, keys(), given, context), keys)
 
 
 def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
     """A table read from parsed TOML."""
     try:
-        return table.model_validate(given, context=context)
-    except ValidationError as error:
-        raise _explained(error, ()) from None
+        return table.read(given, context)
+    except PlacedError:
+        raise
+    except InputError as error:
+        raise PlacedError((), "", error.what, error.allowed, error.type_this) from None
 
 
 class PlacedError(InputError):
@@ -266,14 +358,6 @@ class PlacedError(InputError):
     def said(self, where: str) -> str:
         """What is wrong, with its place in words."""
         return ": ".join(filter(None, (f"{where}{self.given}", self.text)))
-
-
-class UnknownKeyError(InputError):
-    """A key that a table does not have."""
-
-    def __init__(self, key: str, what: str, allowed: str) -> None:
-        super().__init__(what, allowed)
-        self.key = key
 
 
 def in_a_file(sample: object) -> str:
@@ -299,21 +383,3 @@ def placed(*place: int | str) -> Iterator[None]:
         yield
     except InputError as error:
         raise PlacedError(place, "", error.what, error.allowed, error.type_this) from None
-
-
-def _explained(error: ValidationError, outer: Place) -> InputError:
-    """The first error of pydantic as one line."""
-    first = error.errors(include_url=False)[0]
-    place = (*outer, *first["loc"])
-    cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, ValidationError):  # from an inner table that pydantic does not validate
-        return _explained(cause, place)
-    given = "" if isinstance(first["input"], Mapping | list) else f" = {toml(first['input'])}"
-    if isinstance(cause, InputError):
-        key = cause.key if isinstance(cause, UnknownKeyError) else None
-        return PlacedError(place, given, cause.what, cause.allowed, cause.type_this, key=key)
-    if first["type"] == "list_type":
-        return PlacedError(place, given, "not a list of tables", f"tables headed [[{place[-1]}]]")
-    names = re.findall(r"'([^']+)'", str(first.get("ctx", {}).get("expected", "")))
-    allowed = WORDS.get(first["type"], first["msg"].removeprefix("Input should be "))
-    return PlacedError(place, given + did_you_mean(first["input"], names), "", allowed)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import get_args
 
 from scissordyn.config.case import CaseTable
 from scissordyn.config.change import changed
@@ -14,7 +13,7 @@ from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.starter import AT_REST, STARTERS, TURNS
 from scissordyn.config.structure import STRUCTURES
-from scissordyn.config.table import Table, instance, key_help, key_sample, quantity_of, table_of, toml
+from scissordyn.config.table import Table, instance, table_of, toml
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
@@ -32,15 +31,16 @@ RUN = table_of(Options, until="50 ms", step="0.1 ms")
 """The table of the options of a run."""
 
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
-    DriveTable: tuple(DriveTable.model_fields),
-    ControlTable: tuple(ControlTable.model_fields),
+    DriveTable: tuple(DriveTable.declared_keys()),
+    ControlTable: tuple(ControlTable.declared_keys()),
     ClearanceTable: ("bearing_material", "lubrication"),
     RUN: ("step",),
     **{
-        table: tuple(key for key, field in table.model_fields.items() if field.default is None) for table in STRUCTURES.values()
+        table: tuple(key for key, field in table.declared_keys().items() if field.default is None)
+        for table in STRUCTURES.values()
     },
     **{
-        part.table: tuple(key for key, field in part.table.model_fields.items() if not field.is_required())
+        part.table: tuple(key for key, field in part.table.declared_keys().items() if not field.required)
         for part in PARTS.values()
     },
 }
@@ -131,10 +131,10 @@ def _list_of(name: str, given: list[Given]) -> list[str]:
 def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
     """One table with a comment on every line; `out` makes all of it a comment."""
     name = heading.strip("[]")
-    meaning = PARTS[name].help if name in PARTS else CaseTable.model_fields[name].description
+    meaning = PARTS[name].help if name in PARTS else CaseTable.declared_keys()[name].description
     rows = []
-    for key in table.model_fields:
-        value = toml(given[key]) if key in given else key_sample(table, key)
+    for key in table.declared_keys():
+        value = toml(given[key]) if key in given else table.declared_keys()[key].sample
         comment = out or (key not in given and key in OPTIONAL.get(table, ()))
         rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
     heading = f"# {heading}" if out else heading
@@ -145,11 +145,10 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
 
 def _note(table: type[Table], key: str) -> str:
     """Description of a key, with its bounds."""
-    quantity = quantity_of(table, key)
+    declared = table.declared_keys()[key]
+    quantity = declared.quantity
     bounds = quantity.allowed.removeprefix("a finite number").strip() if quantity else ""
-    choices = " or ".join(
-        toml(choice) for choice in get_args(table.model_fields[key].annotation) if isinstance(choice, str) and key != "kind"
-    )
-    allowed = choices if choices and choices.split(" ")[0] not in key_help(table, key) else bounds
+    choices = "" if key == "kind" else " or ".join(map(toml, declared.words))
+    allowed = choices if choices and choices.split(" ")[0] not in declared.help else bounds
     # without a unit alone: the value beside it has one
-    return key_help(table, key) + (f", {allowed}" if allowed and not allowed.startswith("[") else "")
+    return declared.help + (f", {allowed}" if allowed and not allowed.startswith("[") else "")

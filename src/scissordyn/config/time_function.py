@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, ValidationInfo, model_validator
-
 from scissordyn.component.time_function import (
     ConstantSpeed,
     Cycloidal,
@@ -19,7 +17,7 @@ from scissordyn.component.time_function import (
     Trapezoidal,
 )
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
-from scissordyn.config.shape import Shape, accepting
+from scissordyn.config.shape import About, Context, Reader, Shape, reader
 from scissordyn.config.table import Hints, Table, described, located, toml
 from scissordyn.config.text import read_text
 from scissordyn.config.unit_pattern import numbers_pattern, quantity_pattern
@@ -91,12 +89,12 @@ def _tables(name: str) -> Shape:
     return {"anyOf": [{"type": "string"}, table]}
 
 
-def _table_reader(name: str) -> PlainValidator:
-    @accepting(lambda: _tables(name))
-    def read(given: Any, info: ValidationInfo) -> Tabulated:
-        return read_tabulated(given, (info.context or {}).get("folder", Path()), name)
+def _table_reader(name: str) -> Reader:
+    @reader(lambda: _tables(name))
+    def read(given: Any, context: Context) -> Tabulated:
+        return read_tabulated(given, context.get("folder", Path()), name)
 
-    return PlainValidator(read)
+    return read
 
 
 def powers(unit: str) -> tuple[str, ...]:
@@ -110,12 +108,12 @@ def _coefficients(units: tuple[str, ...]) -> Shape:
     return {"type": "array", "items": each, "additionalItems": False, "minItems": 1, "maxItems": len(units)}
 
 
-def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
+def _polynomial_reader(unit: str, sample: str) -> Reader:
     """Coefficients from the constant up, each with the unit of its power of time."""
     units = powers(unit)
 
-    @accepting(lambda: _coefficients(units))
-    def read(given: Any) -> Polynomial:
+    @reader(lambda: _coefficients(units))
+    def read(given: Any, _: Context) -> Polynomial:
         if not isinstance(given, list) or not 1 <= len(given) <= len(units):
             raise InputError("not a list of one to six coefficients", "coefficients from the constant up", sample)
         found = []
@@ -124,7 +122,7 @@ def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
                 found.append(read_quantity(number, Quantity(wanted), sample))
         return Polynomial(tuple(found))
 
-    return PlainValidator(read)
+    return read
 
 
 def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
@@ -142,41 +140,40 @@ OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "angular_frequency": "3 
 class DriveTable(Table):
     """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
 
-    speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], Field(examples=["150 rpm"])] = None
+    speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], About(examples=["150 rpm"])] = None
     harmonic: Annotated[
         Harmonic | None,
         described(Harmonic, **OSCILLATION),
-        Field(
-            description="mean + amplitude sin(angular_frequency t + phase), in place of speed",
+        About(
+            "mean + amplitude sin(angular_frequency t + phase), in place of speed",
             examples=[{**OSCILLATION, "phase": "0 deg"}],
         ),
     ] = None
     table: Annotated[
         Tabulated | None,
         _table_reader("angle"),
-        Field(description='a file that starts with "time [ms], angle [deg]", in place of speed', examples=["motion.csv"]),
+        About('a file that starts with "time [ms], angle [deg]", in place of speed', examples=["motion.csv"]),
     ] = None
     polynomial: Annotated[
         Polynomial | None,
         _polynomial_reader("rad", 'polynomial = ["30 deg", "10 deg/s", "5 deg/s^2"]'),
-        Field(description="coefficients of the powers of time, in place of speed", examples=[["30 deg", "10 deg/s"]]),
+        About("coefficients of the powers of time, in place of speed", examples=[["30 deg", "10 deg/s"]]),
     ] = None
     cycloidal: Annotated[
         Cycloidal | None,
         described(Cycloidal, **MOVES),
-        Field(description="a smooth move from rest to rest, in place of speed", examples=[MOVES]),
+        About("a smooth move from rest to rest, in place of speed", examples=[MOVES]),
     ] = None
     trapezoidal: Annotated[
         Trapezoidal | None,
         described(Trapezoidal, **MOVES),
-        Field(description="a move with ramps of constant acceleration, in place of speed", examples=[{**MOVES, "ramp": 0.25}]),
+        About("a move with ramps of constant acceleration, in place of speed", examples=[{**MOVES, "ramp": 0.25}]),
     ] = None
-    body: Annotated[str, Field(description="the driven body", examples=["unit 1/bar 1"])] = ""
+    body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""
 
-    @model_validator(mode="after")
-    def _one_motion(self) -> DriveTable:
+    def check(self) -> None:
+        """One motion."""
         self.motion()
-        return self
 
     def motion(self) -> TimeFunction:
         """The one motion that is given."""
@@ -185,7 +182,7 @@ class DriveTable(Table):
         return motion
 
 
-_MOTIONS = tuple(key for key in DriveTable.model_fields if key != "body")
+_MOTIONS = tuple(key for key in DriveTable.declared_keys() if key != "body")
 DriveTable.exactly_one = _MOTIONS
 
 
@@ -260,15 +257,14 @@ class TorqueTable(Table):
 
 
 def _the_time_function(table: Table, sample: str) -> TimeFunction:
-    given = _only_one(table, tuple(type(table).model_fields), sample)
+    given = _only_one(table, tuple(type(table).declared_keys()), sample)
     motion: TimeFunction = ConstantSpeed(given) if isinstance(given, float) else given
     return motion
 
 
-def _time_function_reader(table: type[TimeFunctionTable | DistanceTable | TorqueTable]) -> PlainValidator:
-    table.exactly_one = tuple(table.model_fields)
-    read = accepting(lambda: table)(lambda given, info: table.model_validate(given, context=info.context).motion())
-    return PlainValidator(read)
+def _time_function_reader(table: type[TimeFunctionTable | DistanceTable | TorqueTable]) -> Reader:
+    table.exactly_one = tuple(table.declared_keys())
+    return Reader(lambda given, context: table.read(given, context).motion(), lambda: table)
 
 
 TIME_FUNCTION = _time_function_reader(TimeFunctionTable)
@@ -281,12 +277,12 @@ TORQUE = _time_function_reader(TorqueTable)
 """For ``Annotated[TimeFunction | None, TORQUE]``: a key whose value is a torque over time."""
 
 
-@accepting(lambda: DriveTable)
-def _read_angle(given: Any, info: ValidationInfo) -> TimeFunction:
+@reader(lambda: DriveTable)
+def _read_angle(given: Any, context: Context) -> TimeFunction:
     if isinstance(given, Mapping) and "body" in given:
         raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')
-    return DriveTable.model_validate(given, context=info.context).motion()
+    return DriveTable.read(given, context).motion()
 
 
-ANGLE = PlainValidator(_read_angle)
+ANGLE = _read_angle
 """For ``Annotated[TimeFunction | None, ANGLE]``: a key whose value is an angle over time."""

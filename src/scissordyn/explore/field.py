@@ -19,7 +19,7 @@ from scissordyn.config.part import PARTS, component_part
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
 from scissordyn.config.structure import STRUCTURES
-from scissordyn.config.table import Table, key_help, quantity_of, table_of
+from scissordyn.config.table import Table, table_of
 from scissordyn.config.time_function import DistanceTable, DriveTable, TimeFunctionTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
@@ -154,7 +154,7 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
     found = list(
         _of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", folder, star=not _places(tree))
     )
-    for section in CaseTable.model_fields:
+    for section in CaseTable.declared_keys():
         given = tree.get(section)
         if section not in (*LISTS, "component") or given is None:
             continue
@@ -182,27 +182,27 @@ def _of_table(
     table: type[Table], given: Mapping[str, Any], place: Route, group: str, folder: Path, *, star: bool
 ) -> Iterator[Field]:
     """The fields of one table, those that are not written included."""
-    for key, known in table.model_fields.items():
+    for key, known in table.declared_keys().items():
         here = (*place, key)
-        value = given.get(key, None if known.is_required() else known.get_default(call_default_factory=True))
-        quantity = quantity_of(table, key)
+        value = given.get(key, None if known.required else known.default)
+        quantity = known.quantity
         if isinstance(value, str | int) and (table, key) in CHOICES:
-            yield _text(here, group, key, str(value), key_help(table, key), CHOICES[table, key])
+            yield _text(here, group, key, str(value), known.help, CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
             field = _number(here, group, key, value, quantity, starred=star and key in STARRED)
             if field is not None:
                 yield field
         elif key == "points" and isinstance(value, Mapping):
             for name, point in value.items():
-                yield from _point((*here, name), f"{group}", f"point {name}", point, "m", key_help(table, key))
+                yield from _point((*here, name), f"{group}", f"point {name}", point, "m", known.help)
         elif isinstance(value, str) and key in ("position", "centre", "through", "velocity", "coupler_point"):
-            yield from _point(here, group, key, value, "m/s" if key == "velocity" else "m", key_help(table, key))
+            yield from _point(here, group, key, value, "m/s" if key == "velocity" else "m", known.help)
         elif key in BY_KIND or key == "controller":
             yield from _of_law(key, value, given, here, group, folder, star=star)
         elif key in INNER and isinstance(value, Mapping):
             yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", folder, star=False)
         elif isinstance(value, Mapping):
-            kind = next((each for each in get_args(known.annotation) if dataclasses.is_dataclass(each)), None)
+            kind = next((each for each in get_args(known.hint) if dataclasses.is_dataclass(each)), None)
             if kind is not None:
                 yield from _of_dataclass(kind, value, here, f"{group}, {key}", star=star)
 

@@ -187,7 +187,7 @@ def read_study(path: Path) -> StudyText:
         given = instance(StudyTable, tree, {"folder": path.parent})
     except PlacedError as error:
         raise in_file(error, path, text, tree, tree) from None
-    optimise = {} if given.optimise is None else dict(given.optimise)
+    optimise = {} if given.optimise is None else dict(vars(given.optimise))
     if given.optimise is not None and not given.optimise.goals:
         raise InputError(f"{path}, [optimise]: goals = []", "a list of goals", 'goals = ["minimise peak_force"]')
     return StudyText(

@@ -49,6 +49,7 @@ def toml(value: Any) -> str:
 class Key:
     """A key of a table, from its annotation and its default."""
 
+    name: str
     hint: Any
     default: Any
     quantity: Quantity | None
@@ -94,15 +95,17 @@ class Key:
             number = read_quantity(given, self.quantity, self.sample.strip('"'))
         except InputError as error:
             sample = toml(error.type_this) if self.quantity.unit != "1" else error.type_this
-            raise InputError(error.what, " or ".join((error.allowed, *map(toml, self.words))), sample) from None
+            allowed = " or ".join((error.allowed, *map(toml, self.words)))
+            raise InputError(error.what, allowed, f"{self.name} = {sample}") from None
         return _plain(number, self.hint, context)
 
 
-def _key(annotation: Any, default: Any) -> Key:
+def _key(name: str, annotation: Any, default: Any) -> Key:
     """Of several things said about a key the last one counts."""
     said = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
     about = [extra for extra in said if isinstance(extra, About)]
     return Key(
+        name,
         plain_hint(annotation),
         default,
         next((extra for extra in said if isinstance(extra, Quantity)), None),
@@ -140,7 +143,7 @@ def read_list(given: Any, hint: Any, context: Context) -> list[Any]:
     """Items by their annotation, each error with its place."""
     if not isinstance(given, list):
         raise NoListError
-    key, values = _key(hint, MISSING), []
+    key, values = _key("", hint, MISSING), []
     for index, item in enumerate(given):
         with _at(index, item):
             values.append(key.read(item, context))
@@ -179,10 +182,9 @@ class Table:
     def declared_keys(cls) -> Mapping[str, Key]:
         """Its keys in their order, those of its bases first."""
         if "_keys" not in vars(cls):
-            hints = get_type_hints(cls, include_extras=True).items()
-            cls._keys = {
-                name: _key(hint, getattr(cls, name, MISSING)) for name, hint in hints if get_origin(hint) is not ClassVar
-            }
+            hints = get_type_hints(cls, include_extras=True)
+            names = [name for name, hint in hints.items() if get_origin(hint) is not ClassVar]
+            cls._keys = {name: _key(name, hints[name], getattr(cls, name, MISSING)) for name in names}
         return cls._keys
 
     @classmethod
@@ -292,8 +294,10 @@ def table_of_call(
     for name, parameter in inspect.signature(function).parameters.items():
         if annotations[name] is None:
             continue
-        text = next((extra.help for extra in extras(annotations[name])), "") or documented.get(name, "")
-        about = About("" if name in dict(hints) else text, [examples[name]] if name in examples else [])
+        text = ""
+        if name not in dict(hints):
+            text = next((extra.help for extra in extras(annotations[name])), "") or documented.get(name, "")
+        about = About(text, [examples[name]] if name in examples else [])
         default = MISSING if parameter.default is parameter.empty else parameter.default
         key = spelt.get(name, name)
         keys[key], arguments[key] = (Annotated[annotations[name], about], default), name

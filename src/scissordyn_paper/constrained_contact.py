@@ -32,14 +32,20 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     clearance[-1] = joint.clearance.clearance
     placed = Placement.at(mechanism, run, slice(None))
     journal, bearing = placed.place(joint.journal), placed.place(joint.bearing)
+    apart = journal - bearing
+    reaction = whole["reaction"].transpose("time", "joint", "axis").copy(deep=True)
+    reaction[:, -1] = -force[:, None] * apart / np.linalg.norm(apart, axis=1)[:, None]
     contact = (
         ("contact_start", 0.0, "s"),
         ("contact_duration", math.nan, "s"),
         ("peak_force", float(force[highest]), "N"),
         ("peak_time", float(run["time"].values[highest]), "s"),
+        ("peak_normal_force", float(force[highest]), "N"),
+        ("peak_normal_time", float(run["time"].values[highest]), "s"),
     )
     variables = {
-        "eccentricity": here(journal - bearing, "m", "journal centre relative to the bearing centre"),
+        "eccentricity": here(apart, "m", "journal centre relative to the bearing centre"),
+        "reaction": reaction,
         "normal_force": here(force, "N", "normal force of the constrained contact"),
         "in_contact": (
             ("time", "joint"),

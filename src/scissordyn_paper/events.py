@@ -26,8 +26,8 @@ REFERENCE = (
     Column("contact_start", "starts", "s", 1.0, ("0.0013651259130", "0.0031639798805", "0.0053665921273")),
     Column("approach_speed", "approach speed", "m/s", 1.0, ("0.73514298384", "0.34484394745", "0.62238044736")),
     Column("contact_angle", "direction of the normal", "deg", DEGREE, ("-107.816990465", "179.866471441", "-123.959802923")),
-    Column("peak_force", "peak force", "N", 1.0, ("42701.9244", "82944.8947", "40856.8058")),
-    Column("peak_time", "time to peak", "s", 1.0, ("0.00011997917", "0.00040370370", "0.00013061164")),
+    Column("peak_normal_force", "peak force", "N", 1.0, ("42701.9244", "82944.8947", "40856.8058")),
+    Column("peak_normal_time", "time to peak", "s", 1.0, ("0.00011997917", "0.00040370370", "0.00013061164")),
     Column("contact_duration", "duration", "s", 1.0, ("0.00027482661706", "0.00099355989906", "0.00029513987981")),
     Column("rebound_speed", "rebound", "m/s", 1.0, ("-0.6236406636", "-0.2974059743", "-0.5760923414")),
 )

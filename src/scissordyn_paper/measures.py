@@ -96,7 +96,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset | IdealMotion) -> Measures:
     time = run.variables["time"].values
     end = float(time[-1])
     start, stop = contact_spans(run, JOINT).T
-    peak, when = run.variables["peak_force"].values, start + run.variables["peak_time"].values
+    peak, when = run.variables["peak_normal_force"].values, start + run.variables["peak_normal_time"].values
     before = time <= SETTLED
     curves, wanted = _series(run), expected.curves
     differences = {name: curves[name] - wanted[name] for name in _SERIES}

@@ -46,6 +46,7 @@ def made_up_run(
         "angle": named(("time", "body"), motion[..., 0].copy(), "rad"),
         "eccentricity": named(("time", "joint", "axis"), place, "m"),
         "normal_force": named(("time", "joint"), force, "N"),
+        "reaction": named(("time", "joint", "axis"), np.stack([force, 0.0 * force], axis=-1), "N"),
         "in_contact": named(("time", "joint"), touching, "1"),
         "clearance": named(("joint",), np.array([CLEARANCE, np.nan]), "m"),
         "contact_joint": (("contact",), np.full(len(spans), "A")),
@@ -53,6 +54,8 @@ def made_up_run(
         "contact_duration": named(("contact",), duration, "s"),
         "peak_force": named(("contact",), peaks, "N"),
         "peak_time": named(("contact",), np.full(len(spans), 1e-3), "s"),
+        "peak_normal_force": named(("contact",), peaks, "N"),
+        "peak_normal_time": named(("contact",), np.full(len(spans), 1e-3), "s"),
     }
     coordinates = {"time": ("time", time, {"units": "s"}), "body": BODIES, "joint": ["A", "O"], "axis": ["x", "y"]}
     return xr.Dataset(variables, coords=coordinates, attrs={"trusted_until": math.nan, **attributes})

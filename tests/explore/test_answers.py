@@ -66,7 +66,7 @@ def test_file_of_curves_has_their_values() -> None:
     assert np.array_equal(table["time [s]"][at], run["time"].values)
     assert np.array_equal(table["torque of actuator of crank [N m]"][at], run["control_torque"].values[:, 0])
     assert np.array_equal(table["deviation of face [m]"][at], run["track_deviation"].values[:, 0])
-    assert table["normal force at slider pin [N]"].max() == float(run["peak_force"].max())
+    assert table["force at slider pin [N]"].max() == float(run["peak_force"].max())
 
 
 def test_legend_names_the_numbers_that_differ(tmp_path: Path) -> None:

@@ -101,7 +101,7 @@ def compare(tab: Tab, run: xr.Dataset, fine: xr.Dataset, number: int) -> None:
         values = (run[variable].sel(joint=joint) if joint else run[variable]).values
         wanted = factor(shown["units"][panel]) * values
         np.testing.assert_allclose(curves[column][at], wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max(), err_msg=column)
-    assert curves["normal"].max() == pytest.approx(factor(shown["units"]["force"]) * float(run["peak_force"].max()), rel=1e-9)
+    assert curves["force"].max() == pytest.approx(factor(shown["units"]["force"]) * float(run["peak_force"].max()), rel=1e-9)
     orbit = shown["sources"]["orbit points"]
     _compare_orbit(np.array([orbit["x"], orbit["y"]], float).T, run, fine)
     assert shown["sources"]["horizon"]["from"] == []

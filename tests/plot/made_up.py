@@ -79,6 +79,9 @@ def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attrib
     reaction[:, names.index("A")] = np.stack([7464.0 - 1e5 * time, 1184.0 + 3e4 * time], axis=-1)
     kinetic, potential = 3000.0 + 1e5 * time**2, 200.0 * np.sin(theta)
     lost = np.cumsum(rattle) * 1e-6
+    for k in np.flatnonzero(np.isfinite(clearance)):
+        reaction[:, k] = np.stack([per_joint["normal_force"][:, k], np.zeros(INSTANTS)], axis=-1)
+    peaks, to_peak = np.array([row[2] for row in table], float), np.full(len(table), 0.15e-3)
     variables = {
         "slider_position": named(("time",), position[:, -1, 1], "m"),
         "slider_velocity": named(("time",), velocity[:, -1, 1], "m/s"),
@@ -99,8 +102,8 @@ def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attrib
         "energy_residual": named(("time",), 2e-6 * np.sin(400.0 * time), "J"),
         "contact_joint": (("contact",), np.array([row[1] for row in table], dtype=str)),
         "contact_start": named(("contact",), np.array([row[0] for row in table], float), "s"),
-        "peak_force": named(("contact",), np.array([row[2] for row in table], float), "N"),
-        "peak_time": named(("contact",), np.full(len(table), 0.15e-3), "s"),
+        **{f"peak_{part}force": named(("contact",), peaks, "N") for part in ("", "normal_")},
+        **{f"peak_{part}time": named(("contact",), to_peak, "s") for part in ("", "normal_")},
         "contact_duration": named(("contact",), np.full(len(table), 0.3e-3), "s"),
     }
     if joints:

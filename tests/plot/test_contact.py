@@ -44,7 +44,7 @@ def line(axes: Axes, label: str) -> np.ndarray:
 def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
     """Contract: each marked peak is a point of the line, which has every sample too, and the samples alone miss the peaks."""
     (axes,) = force(coarse)
-    drawn, peaks = line(axes, "normal force"), line(axes, "peak of a contact")
+    drawn, peaks = line(axes, "force"), line(axes, "peak of a contact")
     assert len(peaks) == coarse.sizes["contact"] > 5
     sampled = coarse["normal_force"].sel(joint="slider pin").values
     assert float(coarse["peak_force"].max()) > 1.05 * sampled.max()

@@ -144,11 +144,11 @@ def test_torque_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_force_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Contract: normal and friction force, the peaks of the contact table, the contacts' intervals, the ideal reaction."""
+    """Contract: the force and its friction, the peaks of the contact table, the contacts' intervals, the ideal reaction."""
     normal, friction = force(run, ideal)
     at_a = run.sel(joint="A")
-    assert (normal.get_ylabel(), friction.get_ylabel()) == ("normal force [kN]", "friction force [kN]")
-    drawn = np.array(curve(normal, "normal force").get_xydata())
+    assert (normal.get_ylabel(), friction.get_ylabel()) == ("force [kN]", "friction force [kN]")
+    drawn = np.array(curve(normal, "force").get_xydata())
     np.testing.assert_allclose(drawn[np.isin(drawn[:, 0], 1e3 * run["time"]), 1], at_a["normal_force"] / 1e3, rtol=1e-14)
     np.testing.assert_allclose(friction.lines[0].get_ydata(), at_a["friction_force"] / 1e3, rtol=1e-14)
     peaks = curve(normal, "peak of a contact")
@@ -198,8 +198,11 @@ def test_joints_with_the_largest_forces() -> None:
     names = [f"j{k}" for k in range(9)]
     peaks = [3.0, 9.0, 1.0, 8.0, 2.0, 7.0, 6.0, 5.0, 4.0]
     many = xr.Dataset(
-        {"clearance": ("joint", np.full(9, 1e-3)), "normal_force": (("time", "joint"), np.array([np.zeros(9), peaks]))},
-        coords={"joint": names},
+        {
+            "clearance": ("joint", np.full(9, 1e-3)),
+            "reaction": (("time", "joint", "axis"), np.array([np.zeros((9, 2)), [(peak, 0.0) for peak in peaks]])),
+        },
+        coords={"time": [0.0, 1.0], "joint": names},
     )
     assert chosen_joints(many, None) == ["j1", "j3", "j5", "j6", "j7", "j8"]
     assert len(chosen_joints(many, None)) == MOST_JOINTS
@@ -423,6 +426,7 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
             "clearance": ("joint", np.full(8, 1e-4)),
             "normal_force": (("time", "joint"), force_, {"units": "N"}),
             "friction_force": (("time", "joint"), np.zeros_like(force_), {"units": "N"}),
+            "reaction": (("time", "joint", "axis"), np.stack([force_, 0.0 * force_], axis=-1), {"units": "N"}),
             "contact_joint": ("contact", ["joint 0"]),
             "contact_start": ("contact", [float(run["time"][3])]),
             "contact_duration": ("contact", [1e-5]),

@@ -199,3 +199,23 @@ def test_a_film_that_keeps_the_metal_apart_has_a_largest_force() -> None:
     assert answer.force == pytest.approx(float(run["film_peak_force"].max()), rel=1e-12)
     assert answer.metal == 0.0
     assert not answer.estimated
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_the_largest_force_of_a_dry_joint_has_its_friction(method: str) -> None:
+    """Cross-check: the peak within the steps is the size of the reaction at its own instant, in all answers."""
+    mechanism = array(A=DRY)
+    run = sd.simulate(mechanism, until=0.01, samples="auto", method=method)
+    size = np.hypot(*run["reaction"].sel(joint="A").values.T)
+    peak, normal = run["peak_force"].values, run["peak_normal_force"].values
+    for start, when, force in zip(run["contact_start"].values, run["peak_time"].values, peak, strict=True):
+        assert force == pytest.approx(size[np.argmin(np.abs(run["time"].values - start - when))], rel=1e-6)
+    assert np.all(peak >= normal)
+    assert peak.max() > 1.004 * normal.max()
+    assert peak.max() == pytest.approx(size.max(), rel=1e-9)
+    summary = summary_of(run).force
+    assert summary is not None
+    assert summary.force == peak.max()
+    batch = sd.simulate_many(mechanism, {"A.clearance": [4e-4]}, until=0.01, measures=("peak_force",), method=method)
+    assert float(batch["peak_force"].max()) == peak.max()
+    assert sd.pin_forces(run, mechanism)["located_peak"].max() == peak.max()

@@ -68,15 +68,15 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
 
 def _own_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:
     """The largest contact force that the run noted in a time, and when; None for other quantities."""
-    if column.variable != "normal_force" or "peak_force" not in run:
+    if column.variable != "normal_force" or "peak_normal_force" not in run:
         return None
     joint = str(run["joint"].values[column.index[0]])
-    when = run["peak_time"].values
+    when = run["peak_normal_time"].values
     here = (run["contact_joint"].values.astype(str) == joint) & (when >= instants[0]) & (when <= instants[-1])
     if not here.any():
         return None
-    k = int(np.argmax(np.where(here, run["peak_force"].values, -np.inf)))
-    return float(run["peak_force"].values[k]), float(when[k])
+    k = int(np.argmax(np.where(here, run["peak_normal_force"].values, -np.inf)))
+    return float(run["peak_normal_force"].values[k]), float(when[k])
 
 
 def _measures(

@@ -12,7 +12,7 @@ from scissordyn.analysis.deviation import deviation
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.component.place import GROUND
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
-from scissordyn.run.joints import some_clearance_joints
+from scissordyn.run.joints import largest_force, some_clearance_joints
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of forces and impulses."""
@@ -98,8 +98,8 @@ MEASURES = {
     "longest_flight": ("s", "longest free flight"),
     "contact_arc_95": ("rad", "smallest arc of the bearing with 95 % of the contact time"),
     "contact_arc": ("rad", "smallest arc of the bearing with all contact"),
-    "peak_force": ("N", "largest normal force"),
-    "peak_force_quantile": ("N", "quantiles of the largest normal force of a contact, linear between contacts"),
+    "peak_force": ("N", "largest force that the joint transmits"),
+    "peak_force_quantile": ("N", "quantiles of the largest force of a contact, linear between contacts"),
     "mean_force": ("N", "mean normal force over the window"),
     "contact_force": ("N", "mean normal force while in contact"),
     "contact_force_quantile": ("N", "normal force not exceeded for a fraction of the contact time"),
@@ -122,12 +122,6 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
     # flights lie between the end of a contact and the start of the next one, and at both ends of the window
     flights = np.append(spans[:, 0], end) - np.concatenate([[start], spans[:, 1]])
     touching = float(np.sum(spans[:, 1] - spans[:, 0])) / (end - start)
-    at_peak = begin + run["peak_time"].values
-    sampled = (run["time"].values >= start) & (run["time"].values <= end)
-    forces = [
-        run["peak_force"].values[ours & (at_peak >= start) & (at_peak <= end)],
-        run["normal_force"].sel(joint=joint).values[sampled],
-    ]
     impulse = _column(run, "impulse", begun)
     damping = _column(run, "contact_damping_loss", begun)
     friction = _column(run, "contact_friction_loss", begun)
@@ -139,7 +133,7 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
         "contact_fraction": touching,
         "flight_fraction": 1.0 - touching,
         "longest_flight": float(np.max(flights)),
-        "peak_force": float(np.max(np.concatenate(forces), initial=0.0)),
+        "peak_force": largest_force(run, joint, start, end),
         "peak_force_quantile": _quantiles(run["peak_force"].values[begun]),
         "impulse": math.nan if impulse is None else float(np.sum(impulses)),
         "impulse_mean": float(np.mean(impulses)) if impulses.size else math.nan,

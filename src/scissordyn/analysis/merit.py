@@ -10,7 +10,7 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.run.configuration import number_attribute, read_configuration
-from scissordyn.run.joints import clearance_joints
+from scissordyn.run.joints import clearance_joints, largest_force
 from scissordyn.run.spacing import time_mean
 
 
@@ -82,7 +82,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         ("contact_fraction", "1", "fraction of the time in contact"),
         ("separations", "1", "contacts that ended"),
         ("in_contact_from", "s", "start of the contact that lasts to the end"),
-        ("peak_force", "N", "largest normal force"),
+        ("peak_force", "N", "largest force that the joint transmits"),
     )
     for column, (name, units, text) in enumerate(named):
         figures[name] = (("joint",), rows[:, column], {"units": units, "long_name": text})
@@ -126,7 +126,7 @@ def _peak_torque(run: xr.Dataset, body: str, torque: np.ndarray, after: float) -
 
 
 def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Fraction of the time in contact, separations, start of the contact that lasts, largest normal force."""
+    """Fraction of the time in contact, separations, start of the contact that lasts, largest force."""
     end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
@@ -135,8 +135,5 @@ def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, f
     touched = np.clip(stop - np.maximum(start, after), 0.0, None)
     counted = stop > after
     kept = float(start[lasting][0]) if np.any(lasting) else np.nan
-    # the peak of a contact that began earlier may lie before `after`: then only the samples are used
-    peaks = run["peak_force"].values[chosen][start >= after]
-    sampled = run["normal_force"].sel(joint=joint).values[run["time"].values >= after]
-    peak = max(float(np.max(peaks, initial=0.0)), float(np.nanmax(sampled)))
-    return float(np.sum(touched)) / (end - after), float(np.sum(counted & ~lasting)), kept, peak
+    separations = float(np.sum(counted & ~lasting))
+    return float(np.sum(touched)) / (end - after), separations, kept, largest_force(run, joint, after)

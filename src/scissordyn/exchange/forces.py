@@ -13,6 +13,7 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.joints import joint_force
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,8 +39,8 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
         body, the first component along its x axis [N]. `other_force (time, body, axis)` and `other_torque (time, body)`: what
         acts on the body beside joints and gravity, such as drives, springs and friction, about its mass centre, from the
         balance of momentum [N, N m]; NaN for bodies with a reaction that is not determined. The moment of friction in a
-        joint, of metal and of oil, is in `other_torque`. `located_peak (end)`: largest normal force of a clearance joint, of an
-        oiled joint the largest of metal and film together, within the steps, between samples too [N]; NaN for others.
+        joint, of metal and of oil, is in `other_torque`. `located_peak (end)`: largest force of a clearance joint within
+        the steps, between samples too [N]; NaN for others.
     """
     ends, factors = _ends(mechanism)
     if not ends:
@@ -63,7 +64,7 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
             "located_peak": (
                 "end",
                 np.array([located_peak(run, joint) for _, joint, _ in ends]),
-                {"units": "N", "long_name": "largest normal force within the steps, with the film of an oiled joint"},
+                {"units": "N", "long_name": "largest force within the steps"},
             ),
         },
         coords={
@@ -102,13 +103,10 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
     touched = run["contact_joint"].values.astype(str).tolist() if "peak_force" in run else []
     for joint in sorted({*touched, *(run["film"].values.tolist() if "film" in run.dims else ())}):
         peak = located_peak(run, joint)
-        oiled = _oiled_peak(run, joint) is not None
-        what = "force" if oiled else "normal force"
-        size = np.linalg.norm(run["reaction"].sel(joint=joint).transpose("time", "axis").values, axis=1)
-        sampled = float(np.max(size if oiled else np.abs(run["normal_force"].sel(joint=joint).values)))
+        sampled = float(np.max(joint_force(run, joint)))
         if sampled < (1.0 - MISSED) * peak:
             lines.append(
-                f"joint '{joint}': the samples reach {sampled:.4g} N of the {what}, whose largest is {peak:.4g} N "
+                f"joint '{joint}': the samples reach {sampled:.4g} N of the force, whose largest is {peak:.4g} N "
                 'between them; samples = "auto" in [run] records it'
             )
     return lines
@@ -217,7 +215,7 @@ ENVELOPE = (
 """Columns of an envelope behind the names."""
 
 LOCATED = "largest force within the steps [N]"
-"""The last column, for clearance joints: normal force, of an oiled joint metal and film."""
+"""The last column, for clearance joints."""
 
 
 def to_csv(table: pd.DataFrame) -> bytes:

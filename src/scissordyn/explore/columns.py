@@ -30,7 +30,7 @@ NEAR = 5.0
 UNITS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "output": ("m", ("output",)),
     "torque": ("N m", ("torque", *(f"torque {k}" for k in range(2, MOST_TORQUES + 1)))),
-    "force": ("N", ("normal", "friction")),
+    "force": ("N", ("force", "friction", "metal")),
     "slip": ("m/s", ("slip",)),
     "energy": ("J", ("kinetic", "potential", "stored", "work", "motor", "load")),
     "loss": ("J", ("dissipated",)),
@@ -85,7 +85,7 @@ def columns(
     curves = {source.name: source.curve for source in (torque_sources(run) if known is None else known)}
     exact = {f"torque {k}" if k > 1 else "torque": curves[name] for k, name in enumerate(torques, 1) if name in curves}
     if here:
-        exact["normal"] = force_curve(run, here)
+        exact["force"] = force_curve(run, here)
     every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
 
     def drawn(values: np.ndarray) -> np.ndarray:
@@ -99,6 +99,8 @@ def columns(
         found["slip"] = drawn(run["slip_speed"].sel(joint=here).values)
         if np.any(np.nan_to_num(friction)):
             found["friction"] = drawn(friction)
+        if "film" in run.dims and here in run["film"].values:
+            found["metal"] = drawn(run["normal_force"].sel(joint=here).values)
     bodies = run["body"].values.astype(str).tolist()
     body = output if output in bodies else bodies[-1]
     moved = run["slider_position"] if "slider_position" in run else run["angle"].sel(body=body)

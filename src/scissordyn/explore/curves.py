@@ -98,7 +98,7 @@ class Panel:
 LINES: dict[str, tuple[tuple[str, str], ...]] = {
     "output": (("output", BLUE),),
     "torque": (("driving torque", BLUE), ("", ORANGE), ("", GREEN), ("", PURPLE)),
-    "force": (("normal", BLUE), ("friction", ORANGE)),
+    "force": (("force", BLUE), ("friction", ORANGE), ("metal alone", GREEN)),
     "slip": (("slip speed", BLUE),),
     "energy": (
         ("kinetic", BLUE),

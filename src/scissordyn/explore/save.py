@@ -105,7 +105,8 @@ def curves_as_csv(run: xr.Dataset, output: str, joint: str) -> str:
 
 
 HEADS = {
-    "normal": "normal force at {joint}",
+    "force": "force at {joint}",
+    "metal": "normal force of the metal at {joint}",
     "friction": "friction force at {joint}",
     "slip": "slip speed at {joint}",
     "kinetic": "kinetic energy",

@@ -34,7 +34,7 @@ JOINTS = {
 """What runs with clearance joints have, NaN at ideal ones."""
 
 CONTACTS = (
-    *("contact_start", "approach_speed", "contact_angle", "peak_force", "peak_time"),
+    *("contact_start", "approach_speed", "contact_angle", "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"),
     *("contact_duration", "rebound_speed"),
 )
 """What the contacts are described by, beside their joint."""

@@ -38,8 +38,8 @@ from scissordyn.integrate.crossing import crossed, end_inactive, log_crossings
 from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
-from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, WHEN, open_integration
-from scissordyn.integrate.monitor import monitor_step, step_integral
+from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, open_integration
+from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step, step_integral
 from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
@@ -314,11 +314,9 @@ def take_event(problem, now, guard, s, w, S, log):
     if not problem.reset(now, s.y, guard, S, row[DATA:ENDED]):
         return -1
     row[TIME], row[GUARD], row[MODE] = now, guard, event
-    for q in range(ENDED, row.size):
-        row[q] = s.peak[guard, q - ENDED]
+    end_peak(guard, s, w, row)
     if event == RISE:
-        s.peak[guard, :] = 0.0
-        s.peak[guard, WHEN] = now
+        begin_peak(now, guard, s, w)
     s.monitored[guard, 0] = 0.0
     counts.events += 1
     return event

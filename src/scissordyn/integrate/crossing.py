@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.event import find_crossings
-from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, WHEN
+from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME
+from scissordyn.integrate.monitor import begin_peak, end_peak
 from scissordyn.integrate.step import NOTHING, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction
 from scissordyn.kernel import kernel
@@ -130,14 +131,12 @@ def log_crossings(problem, T, t, h, s, w, S, log, rises):
             row[MODE] = RISE
             for q in range(DATA, row.size):
                 row[q] = w.rise_data[c, q - DATA] if q < ENDED else 0.0
-            s.peak[k, :] = 0.0
-            s.peak[k, WHEN] = now
+            begin_peak(now, k, s, w)
         else:
             row[MODE] = FALL
             dense_value(theta, T.pattern, s.y, w.dense, w.inside)
             problem.reset(now, w.inside, k, S, row[DATA:ENDED])
-            for q in range(ENDED, row.size):
-                row[q] = s.peak[k, q - ENDED]
+            end_peak(k, s, w, row)
         counts.events += 1
 
 

@@ -29,8 +29,8 @@ ENDED = DATA + RESET_DATA
 LARGEST, WHEN, INTEGRAL = range(3)
 STRUCK = INTEGRAL + MONITORED
 PEAK_COLUMNS = STRUCK + 2
-"""Columns of `State.peak`: the largest value, when, the integrals from `INTEGRAL` on, and where the state jumps the largest
-impact, and when."""
+"""Columns of `State.peak`: the largest value, when, the integrals from `INTEGRAL` on; then a second value and when: where the
+state jumps the largest impact, else that of the guard's companion."""
 
 LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)
 """Columns of `State.band`."""
@@ -147,6 +147,7 @@ class Work(NamedTuple):
     monitored: F3  # (points, rows, MONITORED): at the stages, or at the start, the nodes and the end; then `SPARE_ROWS`
     reads_start: I1  # (rows+1,) entries of y that a guard or a monitored row depends on; none listed: on all
     reads: I1
+    companion: I1  # (guards,) the monitored row whose largest value goes with that of a guard, -1 for none
     delays: F1  # (delays,) steps end on their multiples
     signals: F2  # (nodes, signals)
     accepted: F1  # (3,) whether `accept` changed the state, the longest step from there, the fastest rotation [1/s]
@@ -243,6 +244,7 @@ def make_work(
     precision: np.ndarray,
     crossable: np.ndarray,
     reads: tuple[np.ndarray, np.ndarray] | None = None,
+    companion: np.ndarray | None = None,
     delays: tuple[float, ...] = (),
 ) -> Work:
     """Scratch for an integration."""
@@ -294,6 +296,7 @@ def make_work(
         monitored=np.zeros((points, state.monitored.shape[0], MONITORED)),
         reads_start=reads_start,
         reads=listed,
+        companion=np.full(guards, -1) if companion is None else companion,
         delays=np.array(delays, float),
         signals=np.zeros((NODES.size, (state.history.shape[1] - 2) // NODES.size)),
         accepted=np.zeros(3),

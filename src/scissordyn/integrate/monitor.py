@@ -9,7 +9,17 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.dense import complete, dense_value, inside_at
-from scissordyn.integrate.integration import FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, LIMIT, SPARE_ROWS, WHEN
+from scissordyn.integrate.integration import (
+    ENDED,
+    FIRST_WITHIN,
+    INTEGRAL,
+    LARGEST,
+    LAST_ABOVE,
+    LIMIT,
+    SPARE_ROWS,
+    STRUCK,
+    WHEN,
+)
 from scissordyn.integrate.step_scaling import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
@@ -36,6 +46,26 @@ GOLDEN = 0.3819660112501051
 
 WIDTH = 1e-7
 """A maximum is located within this part of the step: below it the parabola is flat to round-off."""
+
+
+@kernel
+def begin_peak(now, guard, s, w):
+    """Follow a guard anew, and its companion."""
+    s.peak[guard, :] = 0.0
+    s.peak[guard, WHEN] = now
+    row = w.companion[guard]
+    if row >= 0:
+        s.peak[row, LARGEST], s.peak[row, WHEN] = 0.0, now
+
+
+@kernel
+def end_peak(guard, s, w, row):
+    """Write what a guard has come to into a row of the event log, with the largest value of its companion."""
+    other = w.companion[guard]
+    if other >= 0:
+        s.peak[guard, STRUCK], s.peak[guard, STRUCK + 1] = s.peak[other, LARGEST], s.peak[other, WHEN]
+    for q in range(ENDED, row.size):
+        row[q] = s.peak[guard, q - ENDED]
 
 
 @kernel

@@ -31,10 +31,14 @@ DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
     TRACK_DEVIATION,
     COMPONENT_OUTPUT,
     JOINT_FORCE,
-) = range(8)
+    CONTACT_FORCE,
+) = range(9)
 """Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index; that of a component's output is
 the component times `RESULTS` and its place among the results, that of an oiled joint's force the contact times the number of
-components and the place of its film among them."""
+components and the place of its film among them; `CONTACT_FORCE` is normal force and friction of a contact."""
+
+OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE
+"""Kinds that one contact alone determines."""
 
 _RESULTS = RESULTS
 
@@ -45,6 +49,13 @@ EXCEEDED = 1.05
 def monitored_rows(model: Model, kind: int) -> np.ndarray:
     """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
     return np.asarray(model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind))
+
+
+def companions(model: Model) -> np.ndarray:
+    """Of each guard the row of the force of its contact with friction in it, -1 where that is the normal force."""
+    rows = np.full(model.guard_component.size, -1)
+    rows[model.monitor[model.monitor[:, 0] == CONTACT_FORCE, 1]] = monitored_rows(model, CONTACT_FORCE)
+    return rows
 
 
 def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
@@ -61,7 +72,7 @@ def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
     def of_row(row: int) -> list[int]:
         guards = model.guard_component.size
         kind, which = (-1, row) if row < guards else model.monitor[row - guards].tolist()
-        if row < contacts or kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO):
+        if row < contacts or kind in OF_CONTACT:
             return of_contact(which)
         if kind == TRACK_DEVIATION:
             columns = model.track_column[model.track_start[which] : model.track_start[which + 1]].tolist()
@@ -197,6 +208,9 @@ def write_row(t, row, S, out):
             size = W.contact[which].depth
         elif kind == FRICTION_RATIO:
             size = friction_ratio(which, S)
+        elif kind == CONTACT_FORCE:
+            normal, tangential = W.contact[which].normal, W.contact[which].tangential
+            size = math.sqrt(normal * normal + tangential * tangential)
     out[0] = size
     if kind == FRICTION_RATIO:
         out[1] = 1.0 if size > EXCEEDED else 0.0
@@ -245,7 +259,7 @@ def probe(t, y, row, S, dy, out):
         kind, which = M.monitor[row - guards, 0], M.monitor[row - guards, 1]
     if kind == TRACK_DEVIATION:
         expand_track(t, y, which, S)
-    elif row < S.parameters.contact.size or kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO):
+    elif row < S.parameters.contact.size or kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE):
         if S.state.mode[which] == 1:
             contact_at(t, y, which, S)
     else:

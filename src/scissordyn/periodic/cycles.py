@@ -150,7 +150,7 @@ DESCRIBED = {
     "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
     "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
     "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle in contact"),
-    "peak_force": (("cycle", "joint"), "N", "largest normal force in the cycle"),
+    "peak_force": (("cycle", "joint"), "N", "largest force that the joint transmits in the cycle"),
     "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
     "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
     "steps": (("cycle",), "1", "integration steps in the cycle"),

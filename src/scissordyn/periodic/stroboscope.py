@@ -15,6 +15,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.mechanics.monitored import JOINT_FORCE, companions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.demand import check_cycles
@@ -37,7 +38,7 @@ class Cycles:
     samples: Samples  # One row per cycle, at its start plus the phase
     impacts: np.ndarray  # (cycles, nj) Contacts that started
     contact_fraction: np.ndarray  # (cycles, nj) Fraction of the cycle spent in contact
-    peak_force: np.ndarray  # (cycles, nj) Largest normal force [N]
+    peak_force: np.ndarray  # (cycles, nj) Largest force of a joint [N]
     work: np.ndarray  # (cycles, accounts) Increment of each of `events.ACCOUNTS` [J]
     steps: np.ndarray  # (cycles,)
     end: Snapshot  # After the last whole cycle
@@ -114,7 +115,9 @@ def _cycled(
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
     fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(ACCOUNTS)))
-    extremes = Extremes(driver.plan)
+    extremes, model = Extremes(driver.plan), driver.system.content.model
+    rubbing, oiled = companions(model), model.monitor[model.monitor[:, 0] == JOINT_FORCE, 1] // max(len(driver.plan.acting), 1)
+    last = np.where(rubbing >= 0, rubbing, np.arange(rubbing.size))
     done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
     try:
@@ -134,9 +137,11 @@ def _cycled(
                 break
             log, begin = driver.log, number * period
             summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
-            highest = np.where(state.mode == 1, driver.peak["largest"][: state.mode.size], 0.0)
-            np.maximum.at(highest, log["guard"].astype(np.int64), log["largest"])
+            highest = np.where(state.mode == 1, driver.peak["largest"][last], 0.0)
+            guard = log["guard"].astype(np.int64)
+            np.maximum.at(highest, guard, np.where(rubbing[guard] >= 0, log["whole"], log["largest"]))
             peak[done] = highest[:contacts]
+            peak[done, oiled] = driver.peak["largest"][driver.rows(JOINT_FORCE)]
             gained[done] = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
             steps[done] = int(state.counts["steps"][0]) - taken
             end = driver.snapshot()

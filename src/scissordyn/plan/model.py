@@ -13,9 +13,11 @@ from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
 from scissordyn.component.port import AXIS, TRAVEL, Attachment
+from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     COMPONENT_OUTPUT,
+    CONTACT_FORCE,
     DRIVE_TORQUE,
     FRICTION_RATIO,
     INDENTATION,
@@ -267,7 +269,7 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
 
     Torques of drives, forces of components, pressure times velocity in clearance joints, indentations, friction of laws with
     internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored, forces
-    of oiled joints.
+    of oiled joints and of contacts with friction.
     """
     rows = [(DRIVE_TORQUE, d) for d in range(len(mechanism.drives))]
     rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
@@ -285,7 +287,12 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
         (JOINT_FORCE, mechanism.clearance_joints.index(joint) * total + films + f)
         for f, (joint, _, _) in enumerate(mechanism.lubricated)
     ]
+    rows += [(CONTACT_FORCE, j) for j, contact in enumerate(mechanism.contacts) if _rubs(contact)]
     return np.array(rows, np.int64).reshape(-1, 2)
+
+
+def _rubs(contact: Any) -> bool:
+    return contact.clearance.contact != "hard" and not isinstance(contact.clearance.friction, NoFriction)
 
 
 def _has_bristles(contact: Any) -> bool:

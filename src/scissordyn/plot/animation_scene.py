@@ -24,6 +24,7 @@ from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols
+from scissordyn.run.joints import joint_force
 from scissordyn.run.placement import Placement
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class ClearanceJoint:
     path: np.ndarray  # (points, 2) The same at finer instants
     reached: np.ndarray  # (frames,) Number of points of the path before each frame
     touched: np.ndarray  # (frames,) Whether there was contact at any instant since the frame before
-    force: np.ndarray  # (frames,) Largest normal force since the frame before [N]
+    force: np.ndarray  # (frames,) Largest force since the frame before [N]
     gain: float  # Magnification of the clearance relative to that of the journal
 
 
@@ -262,7 +263,7 @@ def _clearance_joint(
     fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
     # a contact may be shorter than a frame: each frame covers all samples since the one before
     begins = np.concatenate([[0], frames[:-1] + 1])
-    force = np.nan_to_num(here["normal_force"].values)[:last]
+    force = joint_force(run, name)[:last]
     touching = here["in_contact"].values[:last]
     touched, largest = frame_contacts(run, name, run["time"].values[frames])
     return ClearanceJoint(

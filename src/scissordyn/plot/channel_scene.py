@@ -33,7 +33,7 @@ class Channel:
     block: np.ndarray  # (samples, corners, 2) The corners around the block, with magnified clearance
     touching: np.ndarray  # (samples, corners) Which corners are in contact
     surfaces: dict[float, float]  # Heights of the guide surfaces by their sides, 1 and -1
-    force: np.ndarray  # (samples,) Largest normal force of a corner [N]
+    force: np.ndarray  # (samples,) Largest force of a corner [N]
     place: np.ndarray  # (samples, 2) Where the block is in the picture [m]; empty if not asked for
     gain: float  # Magnification of the clearance relative to that of the block
     corners: tuple[str, ...]  # Names of the contact points, as they stand around the block
@@ -52,8 +52,8 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
             f"guide '{guide}' is ideal", "a clearance guide", f'mechanism.with_clearance("{guide}", GuideClearance(...))'
         )
     points = [point for point in mechanism.contact_points if point.guide == guide]
-    now = run[["indentation", "in_contact", "normal_force"]].isel(time=samples).sel(joint=[point.name for point in points])
-    now = now.transpose("time", "joint")
+    now = run[["indentation", "in_contact", "reaction"]].isel(time=samples).sel(joint=[point.name for point in points])
+    now = now.transpose("time", "joint", "axis", missing_dims="ignore")
     follower = mechanism.body(described.follower[0])
     base = 0.0 if described.body == GROUND else mechanism.body(described.body).angle
     direction = base + described.direction - follower.angle
@@ -74,7 +74,7 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
         tips[:, around],
         now["in_contact"].values.astype(bool)[:, around],
         {face: face * float(surface[inside * side == face][0]) for face in (1.0, -1.0)},
-        np.nan_to_num(now["normal_force"].values).max(axis=1),
+        np.linalg.norm(now["reaction"].values, axis=2).max(axis=1),
         np.empty((0, 2)) if place is None else place,
         GAP * half / gap.clearance,
         tuple(points[k].name for k in around),

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from scissordyn.run.joints import joint_force
+
 
 @dataclass(frozen=True)
 class ContactTimes:
@@ -19,8 +21,8 @@ class ContactTimes:
     lasting: np.ndarray  # (contacts,) Whether a contact goes on at the end of the run
 
 
-def contact_times(run: xr.Dataset, joint: str) -> ContactTimes:
-    """The contacts of a joint; none in a run without contacts."""
+def contact_times(run: xr.Dataset, joint: str, *, normal: bool = False) -> ContactTimes:
+    """The contacts of a joint, with the peaks of their force or of its normal part; none in a run without contacts."""
     if "contact_joint" not in run:
         nothing = np.empty(0)
         return ContactTimes(nothing, nothing, nothing, nothing, nothing.astype(bool))
@@ -28,7 +30,8 @@ def contact_times(run: xr.Dataset, joint: str) -> ContactTimes:
     start, duration = run["contact_start"].values[ours], run["contact_duration"].values[ours]
     lasting = ~np.isfinite(duration)
     end = np.where(lasting, float(run["time"].values[-1]), start + np.where(lasting, 0.0, duration))
-    return ContactTimes(start, end, start + run["peak_time"].values[ours], run["peak_force"].values[ours], lasting)
+    part = "peak_normal_" if normal else "peak_"
+    return ContactTimes(start, end, start + run[f"{part}time"].values[ours], run[f"{part}force"].values[ours], lasting)
 
 
 def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -50,20 +53,24 @@ def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: 
     return merged[order], np.concatenate([values, also[~sampled]])[order]
 
 
-def force_curve(run: xr.Dataset, joint: str) -> xr.DataArray:
-    """The normal force of a joint at its samples, and at start, peak and end of each contact.
+def force_curve(run: xr.Dataset, joint: str, *, normal: bool = False) -> xr.DataArray:
+    """The force of a joint, or its normal part, at its samples and where it is largest; dry also at both ends of contacts.
 
     A line through samples alone is lower than the peaks between them, and misses a contact that is shorter than their distance.
     """
-    sampled = run["normal_force"].sel(joint=joint)
-    time, values = run["time"].values, sampled.values
-    contacts = contact_times(run, joint)
+    time = run["time"].values
+    values = run["normal_force"].sel(joint=joint).values if normal else joint_force(run, joint)
+    attributes = {"units": "N", "long_name": "normal force" if normal else "force"}
+    if not normal and "joint_peak_force" in run and np.isfinite(peak := run["joint_peak_force"].sel(joint=joint).values):
+        time, values = with_instants(time, values, run["joint_peak_force_time"].sel(joint=joint).values[None], peak[None])
+        return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
+    contacts = contact_times(run, joint, normal=normal)
     before, after = contacts.start[contacts.start > time[0]], contacts.end[~contacts.lasting & (contacts.end < time[-1])]
     # without a force at its ends, except where a sample is
     zero = np.concatenate([before, after])
     time, values = with_instants(time, values, zero, np.zeros(zero.size))
     time, values = with_instants(time, values, contacts.peak_time, contacts.peak)
-    return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
+    return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
 
 
 def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

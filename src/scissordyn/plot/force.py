@@ -43,7 +43,7 @@ def force(
     end: float | None = None,
     axes: Canvas = None,
 ) -> list[Axes]:
-    """Normal and friction force of each clearance joint, its contacts, and the ideal mechanism's reaction.
+    """Force of each clearance joint, its friction and film, its contacts, and the ideal mechanism's reaction.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def force(
     time = time_scale(run)
     following = iter(drawn)
     for name, has_friction in zip(chosen, frictional, strict=True):
-        _normal(panel := next(following), run, ideal, name, time)
+        _force(panel := next(following), run, ideal, name, time)
         if len(chosen) > 1:
             panel.set_title(f"joint {literal(name)}", loc="left", fontsize=normal())
         if has_friction:
@@ -90,18 +90,17 @@ def force(
     return drawn
 
 
-def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, time: Scale) -> None:
-    curve, contacts = force_curve(run, joint), contact_times(run, joint)
+def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, time: Scale) -> None:
+    oiled = "film" in run.dims and joint in run["film"].values
+    curve, contacts = force_curve(run, joint), contact_times(run, joint, normal=oiled)
     values, peaks = curve.values, contacts.peak
     reaction = None
     if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
         reaction = np.hypot(*ideal["reaction"].sel(joint=joint).transpose("axis", "time").values)
-    whole = None
-    if "film" in run.dims and joint in run["film"].values:
-        whole = np.hypot(*run["reaction"].sel(joint=joint).transpose("axis", "time").values)
-    others = [other for other in (reaction, whole) if other is not None]
+    metal = force_curve(run, joint, normal=True) if oiled else None
+    others = [] if reaction is None else [reaction]
     scale = engineering("N", values, peaks, *others)
-    axes.plot(time.factor * curve["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="normal force")
+    axes.plot(time.factor * curve["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="force")
     if peaks.size:
         axes.plot(
             time.factor * contacts.peak_time,
@@ -114,12 +113,13 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
         )
     if reaction is not None and ideal is not None:
         axes.plot(time.factor * ideal["time"].values, scale.factor * reaction, label="ideal reaction", **IDEAL)
-    if whole is not None:
-        axes.plot(time.factor * run["time"].values, scale.factor * whole, color=GREEN, linewidth=LINE, label="metal and film")
-    axes.set_ylabel(scale.label("normal force" if whole is None else "force"))
+    if metal is not None:
+        there, sizes = time.factor * metal["time"].values, scale.factor * metal.values
+        axes.plot(there, sizes, color=GREEN, linewidth=LINE, label="normal force of the metal")
+    axes.set_ylabel(scale.label("force"))
     top = scale.factor * max([0.0, *peaks.tolist(), float(np.max(values)), *(float(np.nanmax(other)) for other in others)])
     top = top or 1.0
-    # normal forces are never negative: the region below zero is used for the strip of contacts
+    # sizes of forces are never negative: the region below zero is used for the strip of contacts
     axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     if contacts.start.size:

@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, in_lines, normal, small
-from scissordyn.run.joints import clearance_joints, some_clearance_joints
+from scissordyn.run.joints import clearance_joints, joint_force, largest_force, some_clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,17 +72,10 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
 
 
 def largest_forces(run: xr.Dataset) -> dict[str, float]:
-    """The largest normal force of each clearance joint [N], of oiled ones with the film, between samples too."""
-    names = clearance_joints(run)
-    forces = {name: float(np.max(run["normal_force"].sel(joint=name).values)) for name in names}
-    if "contact_joint" in run:
-        peaks = zip(run["contact_joint"].values.astype(str), np.nan_to_num(run["peak_force"].values).tolist(), strict=True)
-        for name, peak in peaks:
-            if name in forces:
-                forces[name] = max(forces[name], peak)
-    for name in run["film"].values.tolist() if "joint_peak_force" in run else ():
-        forces[name] = float(run["joint_peak_force"].sel(joint=name))
-    return forces
+    """The largest force of each clearance joint [N], between samples too."""
+    return {
+        name: float(np.nanmax([largest_force(run, name), np.max(joint_force(run, name))])) for name in clearance_joints(run)
+    }
 
 
 def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> None:

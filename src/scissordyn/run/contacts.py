@@ -20,8 +20,8 @@ class Contact(NamedTuple):
     start: float  # [s]
     approach_speed: float  # delta'(-) [m/s]
     angle: float  # Direction of n at the start [rad]
-    peak_force: float  # Largest normal force [N]
-    peak_time: float  # From the start of the contact to the peak [s]
+    peak_normal_force: float  # [N]
+    peak_normal_time: float  # From the start of the contact to it [s]
     duration: float  # [s]; NaN if the run ended first
     rebound_speed: float  # delta' at the end [m/s], negative; NaN if the run ended first
     impulse: float  # Of the normal force [N s]
@@ -30,32 +30,41 @@ class Contact(NamedTuple):
     effective_mass: float = math.nan  # Of a hard contact, along the normal at its start [kg]; NaN of a compliant one
     struck: float = 0.0  # Of a hard contact the largest impact while it lasts, as m v^2 of the single impact of its impulse [J]
     struck_time: float = 0.0  # From the start of the contact to that [s]
+    peak_force: float = 0.0  # Normal force and friction [N]
+    peak_time: float = 0.0  # From the start of the contact to it [s]
 
 
-def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
+def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> list[Contact]:
     """Pair the starts and ends in an event log.
 
-    Shapes: `log` (events,), `peak` (nj,).
+    Shapes: `log` (events,), `companion` (nj,), see `monitored.companions`; `peak` is that of contacts that have not ended.
     """
-    open_, found = dict[int, tuple[float, float, float, float]](), []
-    for guard, mode, time, rate, angle, mass, *ended in log[log["guard"] < peak.size][list(EVENT)].tolist():
+    open_, closed = dict[int, tuple[float, float, float, float]](), []
+
+    def close(joint: int, duration: float, rebound: float, largest: list[float]) -> None:
+        start, approach, direction, mass = open_.pop(joint)
+        force, when, impulse, damping, friction, second, second_when = largest
+        rubs = companion[joint] >= 0
+        struck, whole = ((0.0, start), (second, second_when)) if rubs else ((second, second_when), (force, when))
+        closed.append(
+            Contact(
+                *(joint, start, approach, direction, force, when - start, duration, rebound, impulse, damping, friction, mass),
+                *(struck[0], struck[1] - start, whole[0], whole[1] - start),
+            )
+        )
+
+    for guard, mode, time, rate, angle, mass, *largest in log[log["guard"] < companion.size][list(EVENT)].tolist():
         joint = int(guard)
         if mode == RISE:
             open_[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
         elif joint in open_:
-            start, approach, direction, moved = open_.pop(joint)
-            force, when, impulse, damping, friction, struck, struck_when = ended
-            begun, lost = (joint, start, approach, direction, force, when - start), (impulse, damping, friction)
-            found.append(Contact(*begun, time - start, rate, *lost, moved, struck, struck_when - start))
-    for joint, (start, approach, direction, moved) in open_.items():
-        force, when, impulse, damping, friction, struck, struck_when = peak[list(LARGEST)][joint].tolist()
-        found.append(
-            Contact(
-                *(joint, start, approach, direction, force, when - start, math.nan, math.nan),
-                *(impulse, damping, friction, moved, struck, struck_when - start),
-            )
-        )
-    return sorted(found, key=lambda contact: contact.start)
+            close(joint, time - open_[joint][0], rate, largest)
+    for joint in list(open_):
+        largest = list(peak[list(LARGEST)][joint].tolist())
+        if companion[joint] >= 0:
+            largest[-2:] = peak[["largest", "largest_time"]][companion[joint]].tolist()
+        close(joint, math.nan, math.nan, largest)
+    return sorted(closed, key=lambda contact: contact.start)
 
 
 def columns(found: list[Contact]) -> dict[str, np.ndarray]:

@@ -33,7 +33,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.run.bars import bar_variables
 from scissordyn.run.buckling_ratio import buckling_ratios
 from scissordyn.run.configuration import TITLE
-from scissordyn.run.contacts import columns, contacts
+from scissordyn.run.contacts import columns
 from scissordyn.run.distributed import with_distributed_mass
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.film import film_variables
@@ -385,6 +385,10 @@ def _drive_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     return variables
 
 
+LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"
+"""Columns of contacts that hard ones have not."""
+
+
 def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
     """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
     hard = plan.hard_places
@@ -394,10 +398,11 @@ def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
     for j in hard:
         own, clearance = table["joint"] == j, plan.contacts[j].clearance
         assert clearance is not None
-        struck, lasting = peak_forces(clearance, table["struck"][own]), table["peak_force"][own]
+        struck, lasting = peak_forces(clearance, table["struck"][own]), table["peak_normal_force"][own]
         estimate[own] = np.fmax(struck, lasting)
-        when[own] = np.where(struck >= lasting, table["struck_time"][own], table["peak_time"][own])
-        table["peak_force"][own] = table["peak_time"][own] = np.nan
+        when[own] = np.where(struck >= lasting, table["struck_time"][own], table["peak_normal_time"][own])
+        for name in LOCATED:
+            table[name][own] = np.nan
     text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
     mass = "effective mass along the normal at the start of a hard contact"
     return {
@@ -408,7 +413,7 @@ def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
 
 
 def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
-    table = columns(contacts(path.log, path.peak[: len(plan.contacts)]))
+    table = columns(path.contacts())
     names = np.array([joint.name for joint in plan.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
@@ -418,8 +423,12 @@ def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
         "contact_start": _described(along, table["start"], "s", "start of the contact"),
         "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
         "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),
-        "peak_force": _described(along, table["peak_force"], "N", "largest normal force"),
-        "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest normal force"),
+        "peak_force": _described(along, table["peak_force"], "N", "largest force: normal force and friction"),
+        "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest force"),
+        "peak_normal_force": _described(along, table["peak_normal_force"], "N", "largest normal force"),
+        "peak_normal_time": _described(
+            along, table["peak_normal_time"], "s", "time from the start to the largest normal force"
+        ),
         "contact_duration": _described(along, table["duration"], "s", "duration"),
         "rebound_speed": _described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
         "impulse": _described(along, table["impulse"], "N s", "impulse of the normal force"),

@@ -25,7 +25,7 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.tableau import tableau
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
+from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
@@ -133,6 +133,7 @@ class Driver:
             precision=tolerances.precision,
             crossable=tolerances.crossable,
             reads=entries_read(model, len(plan.contacts)),
+            companion=companions(model),
             delays=tolerances.delays,
         )
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), LOG_COLUMNS))

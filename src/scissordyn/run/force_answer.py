@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from scissordyn.errors import printable
-from scissordyn.run.results import Run, along
+from scissordyn.run.joints import clearance_joints, joint_force
+from scissordyn.run.results import Run
 from scissordyn.run.words import Words
 from scissordyn.units import short
 
@@ -67,10 +68,6 @@ def force_after_start(run: Run, start: str, force: float, when: float) -> tuple[
     if not when < end < float(run.attrs["end"]) or not (time >= end).any():
         return None
     peaks = [run[name].values[begun >= end] for name in ("peak_force", "peak_force_estimate") if name in run]
-    after = np.concatenate([*peaks, run["normal_force"].values[time >= end].ravel()])
-    if "film" in run.sizes:
-        of_films = np.isin(run["joint"].values, run["film"].values)
-        oiled = along(run["reaction"], "time", "joint", "axis")[time >= end][:, of_films]
-        after = np.concatenate([after, np.linalg.norm(oiled, axis=2).ravel()])
+    after = np.concatenate([*peaks, *(joint_force(run, joint)[time >= end] for joint in clearance_joints(run))])
     largest = float(np.nanmax(after)) if np.isfinite(after).any() else 0.0
     return (end, largest) if largest < LESS * force else None

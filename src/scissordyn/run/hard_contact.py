@@ -10,7 +10,6 @@ import numpy as np
 
 from scissordyn.kernel import Handle
 from scissordyn.plan.plan import Plan
-from scissordyn.run.contacts import contacts
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory
 
@@ -76,7 +75,7 @@ def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> 
 def _not_converged(path: Trajectory) -> list[str]:
     """That the losses of restitution are those of sequences of impacts that the step does not resolve."""
     size, ends, unresolved = FOLLOWS * path.statistics["step"], dict[int, float](), 0.0
-    hard, own = set(path.plan.hard_places), contacts(path.log, path.peak[: len(path.plan.contacts)])
+    hard, own = set(path.plan.hard_places), path.contacts()
     for contact in own:
         if contact.joint in hard and contact.start < ends.get(contact.joint, -math.inf) + size:
             unresolved += contact.damping_loss

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.run.contacts import columns, contacts
+from scissordyn.run.contacts import columns
 from scissordyn.run.options import EQUALLY_SPACED
 from scissordyn.run.trajectory import Trajectory
 
@@ -23,18 +23,18 @@ WITHIN = 8
 
 def of_trajectory(path: Trajectory) -> np.ndarray:
     """The instants of a trajectory; see `own_instants`."""
-    table = columns(contacts(path.log, path.peak[: len(path.plan.contacts)]))
-    return own_instants(
-        table["joint"], table["start"], table["peak_time"], table["duration"], path.peak["largest_time"], path.end
-    )
+    table = columns(path.contacts())
+    further = np.concatenate([path.peak["largest_time"], table["start"] + table["peak_normal_time"]])
+    return own_instants(table["joint"], table["start"], table["peak_time"], table["duration"], further, path.end)
 
 
 def of_run(run: xr.Dataset) -> np.ndarray:
     """The instants of a run, from its table of contacts and its located largest values; see `own_instants`."""
-    located = [run[name].values.ravel() for name in run.variables if re.search("peak_.*_time$", str(name))]
+    names = [name for name in run.variables if re.search("peak_.*_time$", str(name)) and run[name].dims != ("contact",)]
+    located = [run[name].values.ravel() for name in names]
     joint = np.unique(run["contact_joint"].values, return_inverse=True)[1]
     start, peak, duration = (run[name].values for name in ("contact_start", "peak_time", "contact_duration"))
-    further = np.concatenate([np.empty(0), *located])
+    further = np.concatenate([start + run["peak_normal_time"].values, *located])
     return own_instants(joint, start, peak, duration, further, float(run.attrs["end"]))
 
 

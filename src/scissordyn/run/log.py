@@ -24,15 +24,15 @@ _LARGEST = (
     ("impulse", "integral"),
     ("damping_loss", "square", "excess_time"),
     "friction_loss",
-    "struck",
-    "struck_time",
+    ("struck", "whole"),
+    ("struck_time", "whole_time"),
 )
 
 PEAK = _rows(*_LARGEST)
 """Since the last rise of a guard, or over the run: the largest value and when [s]. Of a contact the impulse of its normal force
 [N s] and its losses [J]; of another quantity its integrals over time: itself, its square, or how
 long it is above a limit. Of a hard contact the largest impact, as m v^2 of the single impact with the same impulse [J], and
-when [s]."""
+when [s]; of a compliant one with friction, once it has ended, the largest force with friction in it, and when."""
 
 LOG = _rows("time", "guard", "mode", "rate", ("angle", "loss"), ("drive_work", "mass"), *_LARGEST)
 """An event: when [s], of which guard, its new mode, the rate of the guard. Of a contact that begins the direction of n [rad],

@@ -21,6 +21,7 @@ from scissordyn.mechanics.monitored import (
     POWERS,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
+    companions,
 )
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
@@ -48,7 +49,8 @@ class Ended:
     @cached_property
     def contacts(self) -> list[Contact]:
         """All contacts in order of their starts."""
-        return contacts(self.driver.log, self.driver.peak[: len(self.plan.contacts)])
+        model = self.driver.system.content.model
+        return contacts(self.driver.log, self.driver.peak, companions(model)[: len(self.plan.contacts)])
 
     @cached_property
     def by_joint(self) -> list[list[Contact]]:
@@ -63,7 +65,7 @@ class Ended:
         return np.array([value(found) for found in self.by_joint], float)
 
     def largest_forces(self) -> np.ndarray:
-        """Largest normal force of each contact, of an oiled joint the largest of metal and film [N]; NaN for a hard contact."""
+        """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
         found = self.per_joint(lambda own: max((c.peak_force for c in own), default=0.0))
         found[self.plan.hard_places] = math.nan
         monitor = self.driver.system.content.model.monitor
@@ -77,7 +79,7 @@ class Ended:
         for j in self.plan.hard_places:
             own, clearance = self.by_joint[j], self.plan.contacts[j].clearance
             assert clearance is not None
-            numbers = np.array([(c.struck, c.peak_force) for c in own]).reshape(-1, 2)
+            numbers = np.array([(c.struck, c.peak_normal_force) for c in own]).reshape(-1, 2)
             found[j] = np.max(np.fmax(peak_forces(clearance, numbers[:, 0]), numbers[:, 1]), initial=0.0)
         return found
 
@@ -193,7 +195,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
         "peak_force": Measure(
             "N",
-            "largest normal force, of an oiled joint the largest of metal and film together",
+            "largest force that a joint transmits: normal force, friction and film together",
             _JOINT,
             lambda e: e.largest_forces(),
         ),

@@ -14,11 +14,12 @@ from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import INDENTATION, monitored_rows
+from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
 from scissordyn.run.checkpoint import Keeper
+from scissordyn.run.contacts import Contact, contacts
 from scissordyn.run.driver import Driver, counted, make_system
 from scissordyn.run.method import Choice, choose_method
 from scissordyn.run.options import Options
@@ -68,6 +69,10 @@ class Trajectory:
     band: np.ndarray  # (monitors,) Of what is monitored throughout
     # Instants at which the motion passed them, and half the steps across [s]
     change_points: tuple[tuple[float, float], ...] = ()
+
+    def contacts(self) -> list[Contact]:
+        """All contacts in order of their starts."""
+        return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
 
     def peaks(self, kind: int) -> np.ndarray:
         """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""

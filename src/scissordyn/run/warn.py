@@ -181,7 +181,7 @@ def contact_failures(plan: Plan, run: Run) -> list[str]:
 
 def _beyond_damping(plan: Plan, run: Run) -> list[str]:
     """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
-    touched, speed, peak = (_values(run, name) for name in ("contact_joint", "approach_speed", "peak_force"))
+    touched, speed, peak = (_values(run, name) for name in ("contact_joint", "approach_speed", "peak_normal_force"))
     found = []
     for joint in (plan.contacts[j] for j in plan.compliant_places):
         assert joint.clearance is not None

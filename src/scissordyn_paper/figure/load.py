@@ -30,7 +30,7 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -
     """Two panels: (a) contact force, (b) driving torque."""
     drawn = panels(None, 2, size=(9.0, 5.6))
     curves = (
-        ("contact force", {case: force_curve(runs[case], JOINT) for case in cases}),
+        ("contact force", {case: force_curve(runs[case], JOINT, normal=True) for case in cases}),
         ("driving torque", {case: torque_sources(runs[case])[0].curve for case in cases}),
     )
     time = time_scale(runs[next(iter(cases))])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import scipy.sparse as sp
 
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, I1, entry, kernel
@@ -294,7 +293,14 @@ class Elimination:
         ]
         table = np.array(entries, float).reshape(-1, 3)
         places = table[:, 0].astype(int), table[:, 1].astype(int)
-        constraints = sp.csr_array((table[:, 2], places), shape=(unknown, count))
+        if count <= DENSE:
+            full = np.zeros((unknown, count))
+            np.add.at(full, places, table[:, 2])
+        else:
+            import scipy.sparse as sp
+            from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
+
+            constraints = sp.csr_array((table[:, 2], places), shape=(unknown, count))
         names: dict[str, None] = {}
         for expression in expressions:
             wanted = np.zeros(unknown)
@@ -302,10 +308,8 @@ class Elimination:
                 if column < unknown:
                     wanted[column] += value
             if count <= DENSE:
-                part = np.linalg.lstsq(constraints.toarray(), wanted, rcond=None)[0]
+                part = np.linalg.lstsq(full, wanted, rcond=None)[0]
             else:
-                from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
-
                 part = lsqr(constraints, wanted, atol=1e-13, btol=1e-13)[0]
             largest = np.max(np.abs(part), initial=0.0)
             names.update((chosen[k][1], None) for k in np.flatnonzero(np.abs(part) > 1e-8 * largest).tolist())

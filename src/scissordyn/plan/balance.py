@@ -6,12 +6,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.graph import coupled, reach, reverse_cuthill_mckee
 from scissordyn.plan.linear_constraints import body_inertia
 
 FEW = 6
@@ -113,13 +112,10 @@ class _Unknowns:
 
 def _order(groups: list[list[int]], count: int) -> tuple[np.ndarray, int]:
     """Where each unknown stands so that those of a body are near each other, and the largest distance of two of a body."""
-    rows = np.concatenate([np.arange(count), *(np.repeat(group, len(group)) for group in groups)]).astype(np.int64)
-    beside = np.concatenate([np.arange(count), *(np.tile(group, len(group)) for group in groups)]).astype(np.int64)
-    order = np.arange(count)
+    near, order = coupled([*map(np.array, groups), *np.arange(count)[:, None]], count), np.arange(count)
     if count > FEW:
-        graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
-        order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
-    return order, int(np.max(np.abs(order[rows] - order[beside]), initial=0))
+        order[reverse_cuthill_mckee(near)] = np.arange(count)
+    return order, reach(near, order)
 
 
 def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from scissordyn.component.beam import Beam
 from scissordyn.component.elastic import node_inertia
@@ -17,6 +16,9 @@ from scissordyn.mechanics.lanes import even, padded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
 """420 int S_i S_j dxi for the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
@@ -32,11 +34,13 @@ def bends(mechanism: Mechanism) -> bool:
     return any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components)
 
 
-def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
+def beam_mass(mechanism: Mechanism, natural: Natural) -> csr_array:
     """The consistent mass matrix of beam elements and flexible bars less the masses and inertias of their bodies.
 
     Shapes: returns (nZ, nZ).
     """
+    from scipy.sparse import csr_array  # mechanisms of rigid bodies go without it
+
     entries: list[tuple[int, int, float]] = []
     for beam in beams_of(mechanism):
         if beam.mass_per_length == 0.0:
@@ -53,9 +57,9 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
     for axis in natural.axes:
         entries += _axis_mass(axis)
     if not entries:
-        return sp.csr_array((natural.total, natural.total))
+        return csr_array((natural.total, natural.total))
     rows, columns, values = zip(*entries, strict=True)
-    return sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
+    return csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
 
 
 def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
@@ -135,7 +139,7 @@ FEW = 6
 """Coordinates that are not divided further."""
 
 
-def dissected(graph: sp.csr_array) -> np.ndarray:
+def dissected(graph: csr_array) -> np.ndarray:
     """An order of connected coordinates in which few come after each that depend on it: nested dissection.
 
     The middle of a breadth-first search from one end divides what is left, and comes after both parts
@@ -143,22 +147,27 @@ def dissected(graph: sp.csr_array) -> np.ndarray:
     """
     if graph.shape[0] <= FEW:
         return np.arange(graph.shape[0])
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
     level = _levels(graph, int(np.argmax(_levels(graph, 0))))
     counts = np.bincount(level)
     middle = int(np.searchsorted(np.cumsum(counts), 0.5 * level.size))
     parts = [np.flatnonzero(level < middle), np.flatnonzero(level > middle)]
     ordered = []
     for part in parts:
-        inside = sp.csr_array(graph[part][:, part])
+        inside = csr_array(graph[part][:, part])
         count, label = connected_components(inside, directed=False)
         for k in range(count):
             members = np.flatnonzero(label == k)
-            ordered.append(part[members[dissected(sp.csr_array(inside[members][:, members]))]])
+            ordered.append(part[members[dissected(csr_array(inside[members][:, members]))]])
     return np.concatenate([*ordered, np.flatnonzero(level == middle)])
 
 
-def _levels(graph: sp.csr_array, first: int) -> np.ndarray:
+def _levels(graph: csr_array, first: int) -> np.ndarray:
     """Distance of each coordinate from one of them, in couplings."""
+    from scipy.sparse.csgraph import breadth_first_order
+
     order, before = breadth_first_order(graph, first, directed=False)
     level = np.zeros(graph.shape[0], int)
     for further in order[1:]:

@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natural_coordinates
-from scissordyn.plan.linear_constraints import eliminated, origins
+from scissordyn.plan.linear_constraints import eliminated, full, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
 NO_GRADIENT = 1e-12
@@ -43,7 +42,7 @@ def every_branch(mechanism: Mechanism) -> Branches:
     natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
     elimination, (start, columns, values) = eliminated(mechanism, natural, [])
     total = natural.total
-    expressed = sp.csr_array((values, columns, start), shape=(total, total + basis)).toarray()
+    expressed = full(np.repeat(np.arange(total), np.diff(start)), columns, values, (total, total + basis))
     stays = np.flatnonzero(elimination.solved_at[:total] < 0)
     # every natural coordinate is free here, and the last column stands for 1
     unit = np.zeros((total, total + 1))

@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.port import AXIS
@@ -310,10 +309,10 @@ class Coordinates:
     @cached_property
     def _rows(self) -> list[list[tuple[int, float]]]:
         """Columns and coefficients of each natural coordinate."""
-        matrix = sp.csr_array(self.matrix)
-        starts, columns, values = matrix.indptr.tolist(), matrix.indices.tolist(), matrix.data.tolist()
-        pairs = list(zip(columns, values, strict=True))
-        return [pairs[a:b] for a, b in itertools.pairwise(starts)]
+        if isinstance(self.matrix, np.ndarray):
+            return [[(column, value) for column, value in enumerate(row) if value] for row in self.matrix.tolist()]
+        pairs = list(zip(self.matrix.indices.tolist(), self.matrix.data.tolist(), strict=True))
+        return [pairs[a:b] for a, b in itertools.pairwise(self.matrix.indptr.tolist())]
 
     def _map(self, pair: tuple[Expression, Expression]) -> PointMap:
         """A pair of expressions in natural coordinates as a map of [x; b]."""

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 
@@ -65,6 +64,8 @@ class Gradients:
             rows = np.zeros((self.count, self.maps.shape[1]))
             np.add.at(rows, self.owner, np.sum(d[:, :, None] * self.maps.reshape(*d.shape, self.maps.shape[1]), axis=1))
             return np.vstack([rows, self.held])
+        import scipy.sparse as sp  # only matrices of long arrays are sparse
+
         parts = np.arange(self.owner.size)
         places = np.repeat(self.owner, 2), np.stack([2 * parts, 2 * parts + 1], 1).ravel()
         pairing = sp.csr_array((d.ravel(), places), shape=(self.count, 2 * parts.size))
@@ -82,7 +83,11 @@ class Gradients:
         scale = self.scale(full)
         inverse = 1.0 / np.where(scale > 0.0, scale, 1.0)
         rows = self.jacobian(full)[: self.count, : self.free]
-        return inverse[:, None] * rows if isinstance(rows, np.ndarray) else sp.csr_array(sp.diags_array(inverse) @ rows)
+        if isinstance(rows, np.ndarray):
+            return inverse[:, None] * rows
+        import scipy.sparse as sp
+
+        return sp.csr_array(sp.diags_array(inverse) @ rows)
 
 
 def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
@@ -95,6 +100,8 @@ def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
     rows = np.concatenate([np.repeat([2 * k, 2 * k + 1], vector.columns.size) for k, vector in enumerate(maps)])
     columns = np.concatenate([np.tile(vector.columns, 2) for vector in maps])
     values = np.concatenate([vector.rows.ravel() for vector in maps])
+    import scipy.sparse as sp
+
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(maps), width))
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.hard_elastic import FLOOR
@@ -14,6 +12,7 @@ from scissordyn.mechanics.impulse_solver import COUNTS
 from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.hard_contact import hard_numbers
 from scissordyn.plan.elastic_law import elastic_law
+from scissordyn.plan.graph import coupled, members, pairs_of, reach, reverse_cuthill_mckee
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import PARAMETERS
 
@@ -157,19 +156,8 @@ def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def _ordering(n: int, entries: Entries) -> tuple[np.ndarray, np.ndarray, int]:
     """Where each row stands in the band, pairs of rows that share columns, and the reach of the band."""
-    groups = [np.unique(columns) for columns, _ in entries]
-    size = len(groups)
-    used = np.concatenate(groups) if groups else np.zeros(0, np.int64)
-    owner = np.repeat(np.arange(size), [group.size for group in groups])
-    incidence_matrix = csr_array((np.ones(used.size), (owner, used)), shape=(size, max(n, 1)))
-    graph = csr_array(
-        incidence_matrix @ incidence_matrix.T
-        + csr_array((np.ones(size), (np.arange(size), np.arange(size))), shape=(size, size))
-    )
-    graph.sort_indices()
+    size = len(entries)
+    near = coupled([*members((columns for columns, _ in entries), n), *np.arange(size)[:, None]], size)
     place = np.empty(size, np.int64)
-    place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
-    a, b = graph.nonzero()
-    pairs = np.stack([a, b], axis=1)[a >= b].astype(np.int64)
-    pairs = np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
-    return place, pairs, int(np.max(np.abs(place[a] - place[b]), initial=0))
+    place[reverse_cuthill_mckee(near)] = np.arange(size)
+    return place, pairs_of(near), reach(near, place)

@@ -11,12 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.linalg import solve_triangular
-from scipy.sparse.csgraph import connected_components
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
@@ -30,6 +27,9 @@ from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinate
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
 from scissordyn.plan.redundancy import assembled_near_placed, independent
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 SMALL = 200
 """Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
@@ -65,11 +65,18 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
     # origins are in units of the mechanism's size
     unit = np.where(origins(natural), size, 1.0)
     data = values * np.repeat(unit, np.diff(start))
-    matrix: Any = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
-    mass: Any = _mass(mechanism, natural)
-    bend = bends(mechanism)
+    rows, bend = np.repeat(np.arange(total), np.diff(start)), bends(mechanism)
+    matrix: Any
     if total <= SMALL and not bend:
-        matrix, mass = matrix.toarray(), mass.toarray()
+        matrix = full(rows, position[columns], data, (total, free + basis))
+        mass: Any = full(*_mass(mechanism, natural), (total, total))
+    else:
+        import scipy.sparse as sp  # takes longer to import than the runs of most small mechanisms
+
+        matrix = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
+        *places, values = _mass(mechanism, natural)
+        mass = sp.csr_array((values, places), shape=(total, total))
+        mass = sp.csr_array(mass + beam_mass(mechanism, natural)) if bend else mass
     try:
         matrix = _normalized(matrix, mass, free, dissected if bend else None)
     except np.linalg.LinAlgError:
@@ -77,6 +84,13 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
     bare = Coordinates(natural, free, basis, matrix, mass, size)
     constraints = order_constraints(free, quadratic_constraints(mechanism, bare, elimination))
     return independent(bare.with_constraints(constraints), _angles_of_drives(mechanism, natural))
+
+
+def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """A full matrix of its entries."""
+    matrix = np.zeros(shape)
+    np.add.at(matrix, (rows, columns), values)
+    return matrix
 
 
 def eliminated(
@@ -185,7 +199,8 @@ def body_inertia(mechanism: Mechanism, body: Body) -> float:
     return (body.inertia or 0.0) + sum(map(float, rotors))
 
 
-def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
+def _mass(mechanism: Mechanism, natural: Natural) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows, columns and values of the mass matrix of the bodies."""
     entries: list[tuple[int, int, float]] = []
     for body in mechanism.bodies:
         p, m, (x, y) = natural.offsets[body.name], body.mass, body.centre
@@ -198,11 +213,10 @@ def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
             if value != 0.0:
                 entries += [(row, column, value), (column, row, value)]
     rows, columns, values = zip(*entries, strict=True)
-    matrix = sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
-    return sp.csr_array(matrix + beam_mass(mechanism, natural)) if bends(mechanism) else matrix
+    return np.array(rows), np.array(columns), np.array(values)
 
 
-def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_array], np.ndarray] | None = None) -> Any:
+def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[csr_array], np.ndarray] | None = None) -> Any:
     """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity.
 
     A coordinate then mixes those that it is coupled with by coordinates before it: `ordered` can make these few.
@@ -212,6 +226,10 @@ def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[sp.csr_arr
         lower = np.linalg.cholesky(moving.T @ mass @ moving)
         matrix[:, :free] = moving @ np.linalg.inv(lower).T
         return matrix
+    import scipy.sparse as sp
+    from scipy.linalg import solve_triangular
+    from scipy.sparse.csgraph import connected_components
+
     reduced = sp.csr_array(moving.T @ mass @ moving)
     count, label = connected_components(reduced, directed=False)
     order = np.argsort(label, kind="stable")

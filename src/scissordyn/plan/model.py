@@ -33,7 +33,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import bar_table, flexible_maps, held_table, mode_columns
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
-from scissordyn.plan.ordering import incidence, order_unknowns
+from scissordyn.plan.graph import coupled, members, pairs_of
+from scissordyn.plan.ordering import order_unknowns
 from scissordyn.plan.rail import Rails, rail_tables
 
 
@@ -311,7 +312,5 @@ def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.nd
 
 def _overlaps(coordinates: Coordinates) -> np.ndarray:
     """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
-    own = incidence([each.columns[each.columns < coordinates.free] for each in coordinates.constraints], coordinates.free)
-    k, l = (own @ own.T).nonzero()
-    pairs = np.stack([k, l], axis=1)[k >= l].astype(np.int64)
-    return np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
+    free = [constraint.columns[constraint.columns < coordinates.free] for constraint in coordinates.constraints]
+    return pairs_of(coupled(members(free, coordinates.free), len(free)))

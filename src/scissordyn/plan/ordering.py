@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.plan.coordinates import Constraint
+from scissordyn.plan.graph import coupled, reach, reverse_cuthill_mckee
 
 FEW = 12
 """Up to so many unknowns the step matrix is taken as full, and nothing is eliminated."""
@@ -25,13 +24,6 @@ class Ordering(NamedTuple):
     reach: int  # Off-diagonals on either side
     pair: np.ndarray  # (pairs, 3) Part of the constraint, and its two coordinates
     pair_of: np.ndarray  # (m,) Pair of a constraint, or -1
-
-
-def incidence(groups: Sequence[np.ndarray], columns: int) -> csr_array:
-    """A matrix with a one wherever a group, its row, has a column."""
-    rows = np.repeat(np.arange(len(groups)), [group.size for group in groups])
-    used = np.concatenate(groups) if groups else np.zeros(0, np.int64)
-    return csr_array((np.ones(rows.size), (rows, used)), shape=(len(groups), columns))
 
 
 def order_unknowns(
@@ -85,10 +77,6 @@ def _pairs(
 
 def _narrow(groups: Sequence[np.ndarray], size: int) -> tuple[np.ndarray, int]:
     """Places of unknowns that are coupled in groups, and how far coupled ones are apart."""
-    own = incidence([*groups, *np.arange(size)[:, None]], size)
-    graph = csr_array(own.T @ own)
-    graph.sort_indices()
-    rows, beside = graph.nonzero()
-    place = np.empty(size, np.int64)
-    place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
-    return place, int(np.max(np.abs(place[rows] - place[beside]), initial=0))
+    near, place = coupled([*groups, *np.arange(size)[:, None]], size), np.empty(size, np.int64)
+    place[reverse_cuthill_mckee(near)] = np.arange(size)
+    return place, reach(near, place)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
@@ -15,6 +13,7 @@ from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.check import SAME_PLACE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
+from scissordyn.plan.graph import members, reverse_cuthill_mckee
 
 CONTRADICTION = 1e-7
 """Lengths that differ by less than this fraction are one length."""
@@ -44,12 +43,11 @@ def order_constraints(unknowns: int, found: list[Constraint]) -> tuple[Constrain
     """Constraints in an order in which those that share free coordinates are near."""
     if len(found) < 3:
         return tuple(found)
-    rows = np.repeat(np.arange(len(found)), [constraint.columns.size for constraint in found])
-    columns = np.concatenate([constraint.columns for constraint in found])
-    free = columns < unknowns
-    incidence = sp.csr_array((np.ones(int(np.sum(free))), (rows[free], columns[free])), shape=(len(found), unknowns))
-    graph = sp.csr_array(incidence @ incidence.T)
-    return tuple(found[index] for index in reverse_cuthill_mckee(graph, symmetric_mode=True))
+    free = [np.unique(constraint.columns[constraint.columns < unknowns]).tolist() for constraint in found]
+    sharing = [others.tolist() for others in members(map(np.array, free), unknowns)]
+    # among equal ones those first that share the last columns; in another order the last digits of runs differ
+    near = [list(dict.fromkeys(k for column in own for k in sharing[column]))[::-1] for own in free]
+    return tuple(found[index] for index in reverse_cuthill_mckee(near).tolist())
 
 
 def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[Constraint]:

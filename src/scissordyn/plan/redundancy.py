@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.sparse as sp
 
 from scissordyn.errors import InputError
 from scissordyn.plan.coordinates import Coordinates
@@ -117,6 +116,7 @@ def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
     unit = gradients.unit(full)
     if isinstance(unit, np.ndarray) and gradients.count <= LARGE:
         return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > BEYOND_DOUBT**2)
+    import scipy.sparse as sp
     from scipy.sparse.linalg import splu  # takes a tenth of a second to import
 
     rows = sp.csr_array(unit)

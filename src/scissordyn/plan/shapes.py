@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-import scipy.linalg as sl
 from numpy.polynomial import legendre
 
 EXTRA = 11
@@ -88,6 +87,8 @@ class Shapes:
         fixed = np.array([2 * k for k in range(sections)] + [2 * k + 1 for k in self.clamped])
         free = np.setdiff1d(np.arange(mass.shape[0]), fixed)
         inside = np.ix_(free, free)
+        import scipy.linalg as sl  # mechanisms of rigid bodies go without it
+
         squares, vectors = sl.eigh(bending[inside], mass[inside])
         table = np.zeros((mass.shape[0], self.count))
         table[fixed, range(self.held)] = 1.0

@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from scissordyn.component.compiled import at_rest
 from scissordyn.component.port import LINE
@@ -113,6 +112,7 @@ def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
 def _held_fraction(matrix: Any, moves: Any) -> np.ndarray:
     """Squared lengths of the parts of some rows that lie in the row space of a matrix."""
     if not isinstance(matrix, np.ndarray):
+        import scipy.sparse as sp
         from scipy.sparse.linalg import splu  # takes a tenth of a second to import
 
         moves = moves if not isinstance(moves, np.ndarray) else sp.csr_array(moves)

@@ -96,7 +96,7 @@ def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
     made = arm.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind).driven(speed=0.0)
     frame = Frame(AXIAL, RIGIDITY)
     for body in arm.bodies[:-1]:
-        cos, sin, (x, y) = math.cos(body.angle), math.sin(body.angle), body.position
+        cos, sin, (x, y) = math.cos(body.placed_angle), math.sin(body.placed_angle), body.placed_position
         places = [(x + cos * at, y + sin * at) for at in (0.0, 0.5 * LENGTH, LENGTH)]
         rotations = frame.member([(f"{a:.6f} {b:.6f}", (a, b)) for a, b in places], pinned=True, weight=MASS / LENGTH * 9.81)
         if body is arm.bodies[0]:

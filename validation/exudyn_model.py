@@ -55,7 +55,11 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
     seconds = time.perf_counter() - began
     stored = system.GetSensorStoredData(sensor)
     one = mechanism.body(body)
-    return stored[:, 0], stored[:, 1:4] + np.array([*(one.position + _rotation(one) @ one.centre), one.angle]), seconds
+    return (
+        stored[:, 0],
+        stored[:, 1:4] + np.array([*(one.placed_position + _rotation(one) @ one.centre), one.placed_angle]),
+        seconds,
+    )
 
 
 def limit(mechanism: sd.Mechanism, until: float, settings: Settings, body: str) -> np.ndarray:
@@ -71,7 +75,7 @@ def limit(mechanism: sd.Mechanism, until: float, settings: Settings, body: str) 
 
 def _rotation(body: sd.Body) -> np.ndarray:
     """From the body's own directions to those of the ground, where it is placed."""
-    cosine, sine = np.cos(body.angle), np.sin(body.angle)
+    cosine, sine = np.cos(body.placed_angle), np.sin(body.placed_angle)
     return np.array([[cosine, -sine], [sine, cosine]])
 
 
@@ -85,10 +89,11 @@ def _translated(mechanism: sd.Mechanism, body: str) -> tuple[Any, Any]:
     nodes, objects = {}, {}
     for one in mechanism.bodies:
         arm = _rotation(one) @ one.centre
-        speed = np.array(one.velocity) + one.angular_velocity * np.array([-arm[1], arm[0]])
+        turning = one.angular_velocity or 0.0
+        speed = np.array(one.velocity or (0.0, 0.0)) + turning * np.array([-arm[1], arm[0]])
         nodes[one.name] = system.AddNode(
             items.NodeRigidBody2D(
-                referenceCoordinates=[*(one.position + arm), one.angle], initialVelocities=[*speed, one.angular_velocity]
+                referenceCoordinates=[*(one.placed_position + arm), one.placed_angle], initialVelocities=[*speed, turning]
             )
         )
         objects[one.name] = system.AddObject(

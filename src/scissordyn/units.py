@@ -349,8 +349,9 @@ def _allowed(hint: Any) -> str:
 def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:
     plain = plain_hint(hint)
     allowed = f"{name} must be {'a whole number, ' if int in members(plain) else ''}{quantity.allowed}"
-    if get_origin(plain) is tuple:
-        allowed = f"{'several' if ... in get_args(plain) else 'two'} of: {quantity.allowed}"
+    pairs = [kind for kind in members(plain) if get_origin(kind) is tuple]
+    if pairs:
+        allowed = f"{'several' if ... in get_args(pairs[0]) else 'two'} of: {quantity.allowed}"
     sample: Sample | str = ""
     if isinstance(value, str) and int not in members(plain):
         sample = _as_number(name, value, quantity)

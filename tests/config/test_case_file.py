@@ -56,8 +56,8 @@ def test_paper_case_is_the_one_built_in_python() -> None:
     assert [body.name for body in case.mechanism.bodies] == [body.name for body in array.bodies]
     for read, built in zip(case.mechanism.bodies, array.bodies, strict=True):
         assert read.mass == built.mass
-        assert read.angle == pytest.approx(built.angle, rel=1e-15)
-        assert read.position == pytest.approx(built.position, rel=1e-15)
+        assert read.placed_angle == pytest.approx(built.placed_angle, rel=1e-15)
+        assert read.placed_position == pytest.approx(built.placed_position, rel=1e-15)
     motion = case.mechanism.drives[0].motion
     assert isinstance(motion, ConstantSpeed)
     assert motion.speed == pytest.approx(rpm(150), rel=1e-15)

@@ -179,7 +179,7 @@ def test_intervals_hold_the_truth(arm):
     [
         ({"arm.inertai": None}, "did you mean 'inertia'"),
         ({"arm.inertia": (1.0, 2.0)}, "outside its range"),
-        ({"arm.angular_velocity": None}, "starts at zero"),
+        ({"arm.angular_velocity": None}, "gives no value"),
         ({"arm.inertia": "weibull(1, 2) kg m^2"}, "distribution"),
         ({}, "no free number"),
     ],

@@ -52,11 +52,11 @@ class Multipliers:
         self.active = np.array(active)
         self.size = len(active)
         self.mass = np.array([m for body in self.bodies for m in (body.mass, body.mass, body.inertia or 0.0)] + [0.0] * 3)
-        self.angle = np.array([body.angle for body in self.bodies] + [0.0])
+        self.angle = np.array([body.placed_angle for body in self.bodies] + [0.0])
         self.centre = np.zeros((count + 1, 2))
         for i, body in enumerate(self.bodies):
-            c, s = math.cos(body.angle), math.sin(body.angle)
-            self.centre[i] = np.array(body.position) + np.array([[c, -s], [s, c]]) @ body.centre
+            c, s = math.cos(body.placed_angle), math.sin(body.placed_angle)
+            self.centre[i] = np.array(body.placed_position) + np.array([[c, -s], [s, c]]) @ body.centre
         ideal = [joint for joint in mechanism.joints if joint.clearance is None]
         self.pins = self.ends(ideal)
         self.clearance_pins = self.ends(self.clearance_joints)

@@ -81,11 +81,11 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
     far, turned = ("", 0.0), ("", 0.0)
     now = ideal.isel(time=0)
     for body in mechanism.bodies:
-        (px, py), (x, y) = body.position, body.centre
-        cos, sin = math.cos(body.angle), math.sin(body.angle)
+        (px, py), (x, y) = body.placed_position, body.centre
+        cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
         placed = px + cos * x - sin * y, py + sin * x + cos * y
         moved = math.dist(placed, now["position"].sel(body=body.name).values.tolist())
-        turn = abs(math.remainder(float(now["angle"].sel(body=body.name)) - body.angle, 2.0 * math.pi))
+        turn = abs(math.remainder(float(now["angle"].sel(body=body.name)) - body.placed_angle, 2.0 * math.pi))
         far = max(far, (body.name, moved), key=lambda pair: pair[1])
         turned = max(turned, (body.name, turn), key=lambda pair: pair[1])
     said = []

@@ -165,7 +165,7 @@ class Stroke:
         body, base = names.index(self.pair["body"]), names.index(self.pair["base"])
         found = self.path.angle[:, body] - self.path.angle[:, base]
         # continuous from the angles as placed, in which turns count
-        found += self.mechanism.bodies[body].angle - self.mechanism.bodies[base].angle - found[self.ends[0]]
+        found += self.mechanism.bodies[body].placed_angle - self.mechanism.bodies[base].placed_angle - found[self.ends[0]]
         start, last = found[self.ends[0]], found[self.ends[1]]
         return float((start, last + beyond * (last - start))[end])
 
@@ -265,7 +265,7 @@ def _motor(stroke: Stroke) -> Given:
 def _bushing(stroke: Stroke) -> Given:
     hinge = stroke.hinge
     names = [body.name for body in stroke.mechanism.bodies]
-    start, end = (stroke.mechanism.bodies[names.index(name)].angle for name in (hinge.journal[0], hinge.bearing[0]))
+    start, end = (stroke.mechanism.bodies[names.index(name)].placed_angle for name in (hinge.journal[0], hinge.bearing[0]))
     angle = {"free_angle": _exact(end - start, "rad")}
     return {"start": ".".join(hinge.journal), "end": ".".join(hinge.bearing), **angle}
 
@@ -342,7 +342,7 @@ def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Cha
         raise InputError(both, "one of them", f"--with {command(drives[0])}")
     if "latch" in asked and not drives:
         raise InputError("a latch, which a prescribed drive does not let lock", "a latch with a servo", "--with servo,latch")
-    start = mechanism.body(mechanism.input_body).angle
+    start = mechanism.body(mechanism.input_body).placed_angle
     drive = changes("drive", _move(_exact(start, "rad"), _exact(start + turn, "rad")))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"

@@ -104,13 +104,17 @@ class BodyTable(Table):
         About("mass centre in the body's frame; of a bar its middle", examples=["0.1, 0 m"]),
     ] = None
     position: Annotated[
-        Point, pair("m"), About("position of the origin of the body's frame at the start", examples=["0, 0 m"])
-    ] = (0.0, 0.0)
-    angle: Annotated[float, _BODY["angle"], About(examples=["30 deg"])] = 0.0
+        Point | None,
+        pair("m"),
+        About("of the origin of the body's frame at the start; it follows from the others", examples=["0, 0 m"]),
+    ] = None
+    angle: Annotated[float | None, _BODY["angle"], About(examples=["30 deg"])] = None
     velocity: Annotated[
-        Point, pair("m/s"), About("of the origin at the start, where it is not prescribed", examples=["0, 0 m/s"])
-    ] = (0.0, 0.0)
-    angular_velocity: Annotated[float, _BODY["angular_velocity"], About(examples=["0 rpm"])] = 0.0
+        Point | None,
+        pair("m/s"),
+        About("of the origin at the start; it follows from those that are given", examples=["0, 0 m/s"]),
+    ] = None
+    angular_velocity: Annotated[float | None, _BODY["angular_velocity"], About(examples=["0 rpm"])] = None
 
     def body(self) -> Body:
         """The body that the table describes."""

@@ -181,16 +181,16 @@ def _guide(block: Block, drawing: Drawing, bodies: Mapping[str, Body]) -> Guide:
     through, direction = drawing.pins[block.pin], block.direction
     if block.carrier != GROUND:
         carrier = bodies[block.carrier]
-        through, direction = _turned(through, carrier.position, -carrier.angle), direction - carrier.angle
+        through, direction = _turned(through, carrier.placed_position, -carrier.placed_angle), direction - carrier.placed_angle
     follower = (block.follower, block.pin) if block.follower else (block.name, "centre")
     return Guide(f"guide of {block.name}", follower, through, direction, block.carrier, block.aligned)
 
 
 def _force(load: Load, body: Body) -> Any:
     """The force on a named point of its body; one with the place of a pin acts there."""
-    at = _turned(load.place, body.position, -body.angle)
+    at = _turned(load.place, body.placed_position, -body.placed_angle)
     near = min(body.points, key=lambda point: math.dist(body.points[point], at))
     if math.dist(body.points[near], at) > 1e-9 * max(1.0, body.extent):
         raise InputError(f"force '{load.name}' beside the points of '{load.bar}'", "a force on one of its points")
-    force = _turned(load.force, (0.0, 0.0), -body.angle) if load.follows else load.force
+    force = _turned(load.force, (0.0, 0.0), -body.placed_angle) if load.follows else load.force
     return Force(load.name, (load.bar, near), force, follows=load.follows)

@@ -90,7 +90,7 @@ def _placed(ideal: Mechanism) -> dict[str, _Placed]:
     bodies = {}
     for body in ideal.bodies:
         motion = run.sel(body=body.name)
-        angle = float(motion["angle"]) if body.rotates else body.angle
+        angle = float(motion["angle"]) if body.rotates else body.placed_angle
         rate = float(motion["angular_velocity"]) if body.rotates else 0.0
         cos, sin = math.cos(angle), math.sin(angle)
         arm = cos * body.centre[0] - sin * body.centre[1], sin * body.centre[0] + cos * body.centre[1]

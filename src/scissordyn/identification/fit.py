@@ -127,10 +127,10 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
     for start in starts:
         bodies = start.bodies
         values.append(
-            [body.angle for body in bodies]
-            + [body.angular_velocity for body in bodies]
-            + [number for body in bodies for number in body.position]
-            + [number for body in bodies for number in body.velocity]
+            [body.placed_angle for body in bodies]
+            + [body.angular_velocity or 0.0 for body in bodies]
+            + [number for body in bodies for number in body.placed_position]
+            + [number for body in bodies for number in body.velocity or (0.0, 0.0)]
         )
     spread = np.std(np.array(values), axis=0)
     count = len(starts[0].bodies)

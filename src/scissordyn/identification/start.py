@@ -69,7 +69,7 @@ def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> B
     if body.rotates:
         (cos, sin), (cos_rate, sin_rate) = position[p + 2 : p + 4].tolist(), velocity[p + 2 : p + 4].tolist()
         angle = math.atan2(sin, cos)
-        changes["angle"] = angle + 2.0 * math.pi * round((body.angle - angle) / (2.0 * math.pi))  # turns count
+        changes["angle"] = angle + 2.0 * math.pi * round((body.placed_angle - angle) / (2.0 * math.pi))  # turns count
         changes["angular_velocity"] = (cos * sin_rate - sin * cos_rate) / (cos * cos + sin * sin)
     return dataclasses.replace(body, **changes)  # type: ignore[arg-type]
 
@@ -88,7 +88,7 @@ def chart_of(mechanism: Mechanism) -> Chart:
     """The chart about the position in which the bodies, as placed, are assembled."""
     tables = plan(mechanism)
     system = make_system(tables).content
-    start: Start = assemble(tables, system, placed_start(tables, system), Held())
+    start: Start = assemble(tables, system, placed_start(tables, system), Held(places=True, speeds=True))
     coordinates = tables.coordinates
     constraints = [constraint for constraint in coordinates.constraints if not constraint.latch]
     free = np.eye(coordinates.free)

@@ -10,6 +10,7 @@ import numpy as np
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.kinematics.given import Given, change_towards, given_places, given_speeds
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
@@ -25,6 +26,9 @@ MOST_STEPS = 50
 
 MOST_VELOCITIES = 200
 """So many of the velocities at one position are kept: those of long chains take some hundred kilobytes each."""
+
+NEARER = 0.9
+"""Places and speeds are changed if that brings what is given of them nearer by a factor below this: else they are rounded."""
 
 FAR = 0.01
 """Errors above this fraction of the largest are named when a mechanism cannot be assembled."""
@@ -50,6 +54,9 @@ class Held:
     scale: list[float] = field(default_factory=list)
     # Lengths that are kept at the start alone: bars that bend, straight
     constraints: list[Constraint] = field(default_factory=list)
+    # Whether what the description gives of positions and of speeds is kept as far as all these admit it
+    places: bool = False
+    speeds: bool = False
 
     def add(
         self, name: str, vector: PointMap, value: tuple[float, float], rate: tuple[float, float], scale: float = 1.0
@@ -111,46 +118,88 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     b, b_rate = basis_at_start(system)
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
     # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither
-    question = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
+    places = given_places(plan) if held.places else None
+    question = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names), places and places.target.tobytes()
     last = plan.known.get("assembly")  # which another thread may replace
     if last is None or last[0] != question:
-        velocities: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
-        last = plan.known["assembly"] = question, *_closed(plan, b, guess.position, held, values), velocities
+        velocities: dict[tuple[bytes | None, ...], np.ndarray] = {}
+        last = plan.known["assembly"] = question, *_closed(plan, b, guess.position, held, values, places), velocities
     _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in plan.coordinates.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates
     if held.constraints:
         wanted = np.concatenate([wanted[: wanted.size - rates.size], np.zeros(len(held.constraints)), rates])
-    moving = guess.velocity.tobytes(), b_rate.tobytes(), wanted.tobytes()
+    speeds = given_speeds(plan, np.append(x, b)) if held.speeds else None
+    moving = guess.velocity.tobytes(), b_rate.tobytes(), wanted.tobytes(), speeds and speeds.target.tobytes()
     velocity = velocities.get(moving)
     if velocity is None:
-        change = least_change(jacobian[:, : plan.coordinates.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
-        velocity = guess.velocity - change
+        rows = jacobian[:, : plan.coordinates.free]
+        velocity = guess.velocity - least_change(rows, jacobian @ np.append(guess.velocity, b_rate) - wanted)
+        rates_of_all = np.append(velocity, b_rate)
+        if speeds is not None and not speeds.is_met(rates_of_all):
+            missed = speeds.misses(rates_of_all)
+            change = change_towards(speeds, missed, rows, velocity.size)
+            rates_of_all[: change.size] += change
+            if np.linalg.norm(speeds.misses(rates_of_all)) < NEARER * np.linalg.norm(missed):
+                velocity = velocity + change
         if len(velocities) < MOST_VELOCITIES:
             velocities[moving] = velocity
     return Start(x.copy(), velocity.copy())
 
 
-def _closed(plan: Plan, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray) -> tuple[np.ndarray, Any]:
-    """The position nearest to a guess in which all constraints are met, and the gradients there."""
+def _closed(
+    plan: Plan, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray, places: Given | None
+) -> tuple[np.ndarray, Any]:
+    """The position nearest to a guess, or where places are given, in which all constraints are met, and the gradients there."""
     constraints = [constraint for constraint in plan.coordinates.constraints if not constraint.latch] + held.constraints
     gradients = Gradients(plan.coordinates.free, plan.coordinates.basis, constraints, held.maps)
     worst: np.ndarray | None = None
     for first in guesses(plan.coordinates, b, guess):
-        x = first.copy()
-        for _ in range(MOST_STEPS):
-            full = np.append(x, b)
-            residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
-            jacobian = gradients.jacobian(full)
-            if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
-                return x, jacobian
-            x -= least_change(jacobian[:, : plan.coordinates.free], residual)
-        worst = residual if worst is None else worst
+        x, jacobian, residual = _close(gradients, first, b, values)
+        if jacobian is None:
+            worst = residual if worst is None else worst
+        elif places is None or places.is_met(np.append(x, b)):
+            return x, jacobian
+        else:
+            return _close_to(places, gradients, x, b, values) or (x, jacobian)
     assert worst is not None
     raise InputError(
         f"the mechanism as placed cannot be assembled: {_worst(plan, constraints, worst, held.names)}",
         "positions and angles at the start that are near a closed configuration",
     )
+
+
+def _close(gradients: Gradients, x: np.ndarray, b: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, Any, np.ndarray]:
+    """The position near x in which all constraints are met, the gradients there, None if there is none, and the residual."""
+    for _ in range(MOST_STEPS):
+        full = np.append(x, b)
+        residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
+        jacobian = gradients.jacobian(full)
+        if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
+            return x, jacobian, residual
+        x = x - least_change(jacobian[:, : x.size], residual)
+    return x, None, residual
+
+
+def _close_to(
+    places: Given, gradients: Gradients, start: np.ndarray, b: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, Any] | None:
+    """The position in which the constraints are met that misses given places least, from one near; None if none is nearer."""
+    x, best, jacobian = start, start, None
+    least = np.linalg.norm(places.misses(np.append(start, b)))
+    for _ in range(MOST_STEPS):
+        full = np.append(x, b)
+        met, rows = places.is_met(full), gradients.jacobian(full)[:, : x.size]
+        moved, closed, _ = _close(gradients, x + change_towards(places, places.misses(full), rows, x.size), b, values)
+        if closed is None:
+            break
+        missed = np.linalg.norm(places.misses(np.append(moved, b)))
+        if missed < NEARER * least:
+            best, jacobian, least = moved, closed, missed
+        if met or np.max(np.abs(moved - x), initial=0.0) <= CLOSED * np.max(np.abs(x), initial=0.0):
+            break
+        x = moved
+    return None if jacobian is None else (best, jacobian)
 
 
 def _worst(plan: Plan, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:

@@ -33,7 +33,7 @@ class Inputs:
         self.bodies = [drive.body for drive in plan.drives]
         timed = [(rod.name, rod.motion) for rod in plan.rods if rod.motion is not None]
         self.rods = [name for name, _ in timed]
-        self._rows = [function_rows(drive.motion, plan.body(drive.body).angle) for drive in plan.drives]
+        self._rows = [function_rows(drive.motion, plan.body(drive.body).placed_angle) for drive in plan.drives]
         self._rows += [function_rows(motion, 0.0) for _, motion in timed]
         self._table = np.empty(0), np.empty((0, self.count))
 

@@ -59,7 +59,7 @@ class Path:
         for k, body in enumerate(self.closure.plan.bodies):
             p = self.closure.first[body.name]
             turns = self.closure.natural.rotates(body.name)
-            angles[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if turns else body.angle
+            angles[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if turns else body.placed_angle
         return angles
 
     @property

@@ -57,6 +57,8 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
 def number(mechanism: Mechanism, address: str) -> Place:
     """The first place of an address, which is to be a number with a unit."""
     first = find(mechanism, address)[0]
+    if first.value is None:
+        raise _not_given(address)
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
         known = _numbers(at(mechanism, first.path[:-1]))
         raise InputError(f"'{address}' is not a number with a unit", ", ".join(known) or f"an address such as {SAMPLE}")
@@ -185,9 +187,16 @@ def _place(mechanism: Mechanism, path: Route, address: str) -> Place:
             raise InputError(f"'{address}': '{part.name}' is ideal", "a joint or guide with clearance")
     walked, quantity = path[:2], None
     for word in path[2:]:
-        step, quantity = _step(at(mechanism, walked), str(word), quantity, address)
+        owner = at(mechanism, walked)
+        if owner is None:
+            raise _not_given(address)
+        step, quantity = _step(owner, str(word), quantity, address)
         walked = (*walked, step)
     return Place(walked, at(mechanism, walked), quantity)
+
+
+def _not_given(address: str) -> InputError:
+    return InputError(f"'{address}', of which the mechanism gives no value", "a value in the mechanism to start from")
 
 
 def _step(owner: Any, word: str, quantity: Quantity | None, address: str) -> tuple[str | int, Quantity | None]:

@@ -274,21 +274,22 @@ def _sections(
     spans = [other - one for one, other in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
-    cos, sin = math.cos(body.angle), math.sin(body.angle)
+    cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
+    ox, oy = body.placed_position
     nodes, where = [], dict[str, str]()
     for k, mark in enumerate(marks):
         points = named.get(mark, [NODE])
         where |= dict.fromkeys(points, label[k]) if mark in named else {}
-        spin = body.angular_velocity * mark
+        dx, dy = cos * mark, sin * mark
         nodes.append(
             Body(
                 name=label[k],
                 mass=sum(half[max(0, k - 1) : k + 1]),
                 inertia=sum(turned[max(0, k - 1) : k + 1]),
                 points=dict.fromkeys(points, (0.0, 0.0)),
-                position=(body.position[0] + cos * mark, body.position[1] + sin * mark),
-                angle=body.angle,
-                velocity=(body.velocity[0] - sin * spin, body.velocity[1] + cos * spin),
+                position=(ox + dx, oy + dy),
+                angle=body.placed_angle,
+                velocity=body.velocity_at((dx, dy)),
                 angular_velocity=body.angular_velocity,
             )
         )

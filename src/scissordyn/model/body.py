@@ -39,13 +39,13 @@ class Body:
         Points that joints refer to, in the body's frame [m].
     centre : (float, float)
         Mass centre in the body's frame [m].
-    position : (float, float)
-        Position of the origin of the body's frame at the start [m].
-    angle : float
-        Direction of the body's x axis at the start [rad].
-    velocity : (float, float)
-        Velocity of the body's origin at the start [m/s]; its part that joints and drives do not prescribe is used.
-    angular_velocity : float
+    position : (float, float) or None
+        Position of the origin of the body's frame at the start [m]. None: it follows from the other bodies, near (0, 0).
+    angle : float or None
+        Direction of the body's x axis at the start [rad]. None: it follows from the other bodies, near 0.
+    velocity : (float, float) or None
+        Velocity of the body's origin at the start [m/s]. None: it follows from the velocities that are given, or is 0.
+    angular_velocity : float or None
         Angular velocity at the start [rad/s], as for the velocity.
     """
 
@@ -54,10 +54,10 @@ class Body:
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
     points: Mapping[str, Point] = field(default_factory=dict)
     centre: Annotated[Point, Quantity("m", help="mass centre in the body's frame")] = (0.0, 0.0)
-    position: Annotated[Point, Quantity("m", help="of the origin of the body's frame at the start")] = (0.0, 0.0)
-    angle: Annotated[float, Quantity("rad", help="direction at the start")] = 0.0
-    velocity: Annotated[Point, Quantity("m/s", help="of the origin at the start")] = (0.0, 0.0)
-    angular_velocity: Annotated[float, Quantity("rad/s", help="angular velocity at the start")] = 0.0
+    position: Annotated[Point | None, Quantity("m", help="of the origin of the body's frame at the start")] = None
+    angle: Annotated[float | None, Quantity("rad", help="direction at the start")] = None
+    velocity: Annotated[Point | None, Quantity("m/s", help="of the origin at the start")] = None
+    angular_velocity: Annotated[float | None, Quantity("rad/s", help="angular velocity at the start")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"body '{self.name}'")
@@ -65,6 +65,29 @@ class Body:
             raise InputError(f"body name {self.name!r}", f"any name but '' and '{GROUND}'")
         for label, place in self.points.items():
             check_place(f"body '{self.name}': {label}", place)
+        if self.inertia is None and self.angular_velocity:
+            raise InputError(
+                f"body '{self.name}': angular_velocity = {self.angular_velocity:g} rad/s of a body that does not rotate",
+                "an inertia, or no angular_velocity",
+            )
+
+    @property
+    def placed_position(self) -> Point:
+        """Where its origin is placed, to be assembled [m]."""
+        return (0.0, 0.0) if self.position is None else self.position
+
+    @property
+    def placed_angle(self) -> float:
+        """The angle at which it is placed, to be assembled [rad]."""
+        return 0.0 if self.angle is None else self.angle
+
+    def velocity_at(self, offset: Point) -> Point | None:
+        """Velocity at an offset from the origin in the fixed frame, if it is given [m/s]."""
+        if self.velocity is None or offset == (0.0, 0.0):
+            return self.velocity
+        if self.angular_velocity is None:
+            return None
+        return self.velocity[0] - self.angular_velocity * offset[1], self.velocity[1] + self.angular_velocity * offset[0]
 
     @cached_property
     def rotates(self) -> bool:
@@ -80,8 +103,8 @@ class Body:
     def place(self, point: str) -> Point:
         """Position of a named point at the start [m]."""
         x, y = self.points[point]
-        cos, sin = math.cos(self.angle), math.sin(self.angle)
-        return self.position[0] + cos * x - sin * y, self.position[1] + sin * x + cos * y
+        (ox, oy), cos, sin = self.placed_position, math.cos(self.placed_angle), math.sin(self.placed_angle)
+        return ox + cos * x - sin * y, oy + sin * x + cos * y
 
 
 @checked
@@ -90,8 +113,8 @@ def bar(
     *,
     length: Annotated[float, Quantity("m", above=0.0)],
     mass: Annotated[float, Quantity("kg", above=0.0)],
-    position: Point = (0.0, 0.0),
-    angle: Annotated[float, Quantity("rad")] = 0.0,
+    position: Point | None = None,
+    angle: Annotated[float | None, Quantity("rad")] = None,
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0)] = None,
 ) -> Body:
     """A straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
@@ -103,9 +126,9 @@ def bar(
         Length [m].
     mass : float
         Mass [kg].
-    position : (float, float)
+    position : (float, float), optional
         Position of its start [m].
-    angle : float
+    angle : float, optional
         Its direction from start to end [rad].
     inertia : float, optional
         About its middle [kg m^2]; m L^2/12 if not given.
@@ -127,6 +150,6 @@ def bar(
     )
 
 
-def point_mass(name: str, *, mass: float, position: Point = (0.0, 0.0)) -> Body:
+def point_mass(name: str, *, mass: float, position: Point | None = None) -> Body:
     """A body without rotation and with one point, "centre"."""
     return Body(name=name, mass=mass, inertia=None, points={"centre": (0.0, 0.0)}, position=position)

@@ -41,10 +41,10 @@ def rigid(mechanism: Mechanism) -> Mechanism:
         local, along = start[1], (math.cos(turned), math.sin(turned))
         middle, far = ((local[0] + part * length * along[0], local[1] + part * length * along[1]) for part in (0.5, 1.0))
         first = _with_points(first, {f"{name} middle": middle, f"{name} end": far})
-        angle = first.angle + turned - other_turned
+        angle = first.placed_angle + turned - other_turned
         second = _with_points(dataclasses.replace(second, angle=angle), {name: end[1]})
         (x, y), (x_now, y_now) = first.place(f"{name} end"), second.place(name)
-        position = (second.position[0] + x - x_now, second.position[1] + y - y_now)
+        position = (second.placed_position[0] + x - x_now, second.placed_position[1] + y - y_now)
         second = dataclasses.replace(second, position=position)
         bodies |= {first.name: first, second.name: second}
         welds.append(Weld(f"{name} end", (first.name, f"{name} end"), (second.name, name)))
@@ -56,7 +56,7 @@ def rigid(mechanism: Mechanism) -> Mechanism:
             inertia=mass_per_length * length**3 / 12.0,
             points={"middle": (0.0, 0.0)},
             position=first.place(f"{name} middle"),
-            angle=first.angle,
+            angle=first.placed_angle,
         )
         welds.append(Weld(f"{name} middle", (first.name, f"{name} middle"), (name, "middle")))
     for name in {place for _, start, end, *_ in spans for place in (start[0], end[0])}:

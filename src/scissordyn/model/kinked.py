@@ -100,10 +100,10 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
         x = y = 0.0
     else:
         along = {key: math.dist(places[0], place) for key, place in points.items()}
-    cos, sin = math.cos(body.angle), math.sin(body.angle)
+    cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
     dx, dy = cos * x - sin * y, sin * x + cos * y
     first, last = min(along.values()), max(along.values())
-    mass, spin = per_length * length, body.angular_velocity
+    mass, (ox, oy) = per_length * length, body.placed_position
     return replace(
         body,
         name=name,
@@ -111,7 +111,7 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
         inertia=mass * length**2 / 12.0,
         points={key: (at, 0.0) for key, at in along.items()},
         centre=(0.5 * (first + last), 0.0),
-        position=(body.position[0] + dx, body.position[1] + dy),
-        angle=body.angle + turned,
-        velocity=(body.velocity[0] - spin * dy, body.velocity[1] + spin * dx),
+        position=(ox + dx, oy + dy),
+        angle=body.placed_angle + turned,
+        velocity=body.velocity_at((dx, dy)),
     )

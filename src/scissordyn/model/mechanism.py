@@ -55,8 +55,7 @@ class Mechanism:
     welds : tuple of Weld
         Rigid connections.
     components : tuple of Component
-        What pulls, pushes and turns: springs, loads, motors, end stops and their like. Rods and latches in it join `rods` and
-        `latches`.
+        What pulls, pushes and turns: springs, loads, motors, end stops and their like.
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -96,11 +95,6 @@ class Mechanism:
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
-        # a rod or a latch constrains: among the components it would exert nothing
-        for field, kind in (("rods", Rod), ("latches", Latch)):
-            if own := tuple(part for part in self.components if isinstance(part, kind)):
-                object.__setattr__(self, field, (*getattr(self, field), *own))
-                object.__setattr__(self, "components", tuple(part for part in self.components if not isinstance(part, kind)))
         check_parts(self)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -166,7 +160,7 @@ class Mechanism:
             if guide.clearance is None:
                 continue
             follower = self.body(guide.follower[0])
-            base = 0.0 if guide.body == GROUND else self.body(guide.body).angle
+            base = 0.0 if guide.body == GROUND else self.body(guide.body).placed_angle
             found += block_contact_points(
                 guide.name,
                 guide.clearance,
@@ -175,7 +169,7 @@ class Mechanism:
                 body=guide.body,
                 through=guide.through,
                 direction=guide.direction,
-                follower_direction=base + guide.direction - follower.angle,
+                follower_direction=base + guide.direction - follower.placed_angle,
             )
         return tuple(found)
 
@@ -195,7 +189,7 @@ class Mechanism:
         """Length of the mechanism's parts: the largest distance of points of a body, or of bodies and ground points [m]."""
         spans = [math.dist(a, b) for body in self.bodies for a in body.points.values() for b in body.points.values()]
         if not any(spans):
-            places = [body.position for body in self.bodies] + [place for _, place in self.ground]
+            places = [body.placed_position for body in self.bodies] + [place for _, place in self.ground]
             spans = [math.dist(places[0], place) for place in places]
         return max(spans) or 1.0
 

@@ -28,7 +28,7 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
     """Coordinates of a component's port where the bodies are placed."""
 
     def angle(body: str) -> float:
-        return 0.0 if body == GROUND else mechanism.body(body).angle
+        return 0.0 if body == GROUND else mechanism.body(body).placed_angle
 
     coordinates: tuple[float, ...] = component.declaration.port.start(component, mechanism.place, angle)
     return coordinates

@@ -24,14 +24,14 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
     ]
     rotation, sense, offset = np.full(len(maps), -1, np.int64), np.ones(len(maps)), np.zeros(len(maps))
     for k, family in enumerate(coordinates.families):
-        first = mechanism.body(family.bodies[0]).angle
+        first = mechanism.body(family.bodies[0]).placed_angle
         for name, direction in zip(family.bodies, family.maps, strict=True):
             b = index[name]
             rotation[b] = k
-            sense[b], offset[b] = _turned(family.maps[0], direction, first, mechanism.body(name).angle)
+            sense[b], offset[b] = _turned(family.maps[0], direction, first, mechanism.body(name).placed_angle)
     for b, body in enumerate(mechanism.bodies):
         if rotation[b] < 0:
-            offset[b] = body.angle
+            offset[b] = body.placed_angle
     parts: tuple[Any, ...] = (*acting(mechanism), *mechanism.rods)
     ends = [contact.ends for contact in mechanism.contacts] + [part.declaration.port.ends(part) for part in parts]
     acting_at = [_ends(mechanism, place) for place in ends]

@@ -97,7 +97,7 @@ class Natural:
 
     def angle(self, body: str) -> float:
         """Angle at which a body, or the ground, is placed [rad]."""
-        return 0.0 if body == GROUND else self.bodies[body].angle
+        return 0.0 if body == GROUND else self.bodies[body].placed_angle
 
     def rotates(self, body: str) -> bool:
         """Whether it is a body with a direction among the coordinates."""
@@ -124,7 +124,7 @@ class Natural:
     def angle_of(self, body: str, natural: np.ndarray) -> float:
         """Angle of a body at natural coordinates, from -pi to pi [rad]; as placed for one that does not rotate."""
         if not self.bodies[body].rotates:
-            return self.bodies[body].angle
+            return self.bodies[body].placed_angle
         x, y = (sum(value * float(natural[column]) for column, value in row.items()) for row in self.direction(body))
         return math.atan2(y, x)
 
@@ -141,7 +141,7 @@ class Natural:
             along = add({p: 1.0}, add(scaled(x, dx), scaled(-y, dy)))
             return along, add({p + 1: 1.0}, add(scaled(y, dx), scaled(x, dy)))
         if not placed.rotates:
-            cos, sin = math.cos(placed.angle), math.sin(placed.angle)
+            cos, sin = math.cos(placed.placed_angle), math.sin(placed.placed_angle)
             return {p: 1.0, self.total: cos * x - sin * y}, {p + 1: 1.0, self.total: sin * x + cos * y}
         return {p: 1.0, p + 2: x, p + 3: -y}, {p + 1: 1.0, p + 2: y, p + 3: x}
 
@@ -150,12 +150,12 @@ class Natural:
         position, velocity = np.zeros(self.total), np.zeros(self.total)
         for name, body in self.bodies.items():
             p = self.offsets[name]
-            position[p : p + 2] = body.position
-            velocity[p : p + 2] = body.velocity
+            position[p : p + 2] = body.placed_position
+            velocity[p : p + 2] = body.velocity or (0.0, 0.0)
             if self.rotates(name):
-                cos, sin = math.cos(body.angle), math.sin(body.angle)
+                cos, sin, speed = math.cos(body.placed_angle), math.sin(body.placed_angle), body.angular_velocity or 0.0
                 position[p + 2 : p + 4] = cos, sin
-                velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
+                velocity[p + 2 : p + 4] = -sin * speed, cos * speed
         self.deflect_statically(position)
         self.deflect_statically(velocity)
         return position, velocity
@@ -265,7 +265,7 @@ class Coordinates:
     @cached_property
     def farthest(self) -> float:
         """Distance of a body's farthest point from the origin, at most [m]."""
-        return max((math.hypot(*body.position) + body.extent for body in self.natural.bodies.values()), default=1.0)
+        return max((math.hypot(*body.placed_position) + body.extent for body in self.natural.bodies.values()), default=1.0)
 
     def at(self, body: str, point: Point) -> PointMap:
         """Position of a point in the frame of a body, or of the ground."""

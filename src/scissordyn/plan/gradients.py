@@ -37,8 +37,8 @@ class Gradients:
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
         width = free + basis
         dense = 2 * max(len(parts), len(held)) * width <= LARGE
-        self.maps = _matrix([part for _, _, part in parts], width, dense)
-        self.held = _matrix(list(held), width, dense)
+        self.maps = matrix_of([part for _, _, part in parts], width, dense)
+        self.held = matrix_of(held, width, dense)
         moving = self.maps[:, : self.free]
         square = moving * moving if isinstance(moving, np.ndarray) else moving.multiply(moving)
         self.size = np.sqrt(np.asarray(square.sum(axis=1))).reshape(-1, 2)
@@ -90,9 +90,9 @@ class Gradients:
         return sp.csr_array(sp.diags_array(inverse) @ rows)
 
 
-def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
-    """The rows of some maps, one pair below the other."""
-    if dense or not maps:
+def matrix_of(maps: Sequence[PointMap], width: int, dense: bool | None = None) -> Any:
+    """The rows of some maps, one pair below the other; sparse if they are many, unless `dense` says."""
+    if not maps or (2 * len(maps) * width <= LARGE if dense is None else dense):
         full = np.zeros((2 * len(maps), width))
         for k, vector in enumerate(maps):
             full[2 * k : 2 * k + 2, vector.columns] = vector.rows
@@ -106,17 +106,19 @@ def _matrix(maps: list[PointMap], width: int, dense: bool) -> Any:
 
 
 def least_change(jacobian: Any, residual: np.ndarray, smallest: float = SMALLEST) -> np.ndarray:
-    """The smallest correction that removes a residual to first order, also where equations are redundant.
+    """The smallest correction that removes a residual, or each column of some, to first order, also for redundant equations.
 
     Of singular values below the fraction `smallest` of the largest nothing is corrected, where matrices are full.
     """
     if not residual.size or not np.any(residual):
-        return np.zeros(jacobian.shape[1])
+        return np.zeros((jacobian.shape[1], *residual.shape[1:]))
     if jacobian.shape[0] <= MOST_FULL_ROWS:
         full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()
         return np.asarray(np.linalg.lstsq(full, residual, rcond=smallest)[0])
     from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
 
+    if residual.ndim > 1:
+        return np.stack([least_change(jacobian, column) for column in residual.T], axis=1)
     return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])
 
 

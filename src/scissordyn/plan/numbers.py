@@ -26,7 +26,7 @@ from scissordyn.plugin.element import PARAMETERS, addresses, row_of
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
     """The numbers of a case."""
     contacts, components = mechanism.contacts, acting(mechanism)
-    listed = [(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
+    listed = [(drive.motion, mechanism.body(drive.body).placed_angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []
     listed += [(constraint.motion, 0.0) for constraint in coordinates.constraints if constraint.motion]
     rows = [function_rows(motion, start) for motion, start in listed]

@@ -76,7 +76,7 @@ def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None])
 
     A parallelogram could leave this assembly branch only by folding flat; the branch of the start is kept.
     """
-    placed = {body.name: body.angle for body in mechanism.bodies}
+    placed = {body.name: body.placed_angle for body in mechanism.bodies}
     candidates = list(_quadrilaterals(mechanism))
     angles: Angles = placed
     if any(candidate.gap(placed) > CLOSED for candidate in candidates):

@@ -298,7 +298,7 @@ def _compiled(mechanism: Mechanism) -> Plan:
 
 def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:
     """Angles of families of parallel bodies, then of components, as placed."""
-    angles = [mechanism.body(family.bodies[0]).angle for family in coordinates.families]
+    angles = [mechanism.body(family.bodies[0]).placed_angle for family in coordinates.families]
     for i, component in enumerate(acting(mechanism)):
         if model.reference_of[i] >= 0:
             angles.append(start_coordinates(mechanism, component)[-1])

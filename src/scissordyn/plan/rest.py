@@ -27,7 +27,7 @@ def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
     return dataclasses.replace(
         mechanism,
         drives=tuple(
-            dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).angle))
+            dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).placed_angle))
             for drive in mechanism.drives
         ),
         joints=tuple(_frictionless(joint) for joint in mechanism.joints),

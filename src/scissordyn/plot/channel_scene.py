@@ -55,8 +55,8 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
     now = run[["indentation", "in_contact", "reaction"]].isel(time=samples).sel(joint=[point.name for point in points])
     now = now.transpose("time", "joint", "axis", missing_dims="ignore")
     follower = mechanism.body(described.follower[0])
-    base = 0.0 if described.body == GROUND else mechanism.body(described.body).angle
-    direction = base + described.direction - follower.angle
+    base = 0.0 if described.body == GROUND else mechanism.body(described.body).placed_angle
+    direction = base + described.direction - follower.placed_angle
     x, y = (np.array([point.centre for point in points]) - np.array(follower.points[described.follower[1]])).T
     cos, sin = math.cos(direction), math.sin(direction)
     along, across = cos * x + sin * y, cos * y - sin * x

@@ -125,7 +125,7 @@ class _Frozen:
     def _placed(self, k: int, samples: Samples, found: Record) -> At:
         """The ideal mechanism where the one that is run is at sample k."""
         content, time = self.system.content, float(samples.time[k])
-        turned = {body.name: float(found.angle[k, b] - body.angle) for b, body in enumerate(self.plan.bodies)}
+        turned = {body.name: float(found.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
         count_turns(self.ideal, content, turned | {"ground": 0.0})
         natural = np.asarray(self.plan.coordinates.matrix @ found.X[k])
         position = self.ideal.coordinates.nearest(basis_at_start(content, time)[0], natural)

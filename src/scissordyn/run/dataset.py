@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import platform
+from functools import cache
+from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +46,12 @@ from scissordyn.run.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@cache
+def _versions() -> str:
+    packages = ("scissordyn", "numpy", "scipy")
+    return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 
 def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
@@ -90,6 +99,7 @@ def results(plan: Plan, configuration: str, path: Trajectory, found: Record) -> 
         "statistics": json.dumps(path.statistics),
         "warnings": "[]",
         "configuration": configuration,
+        "versions": _versions(),
         "length_error": float(found.length_error[0]),
     }
     return Results(variables, attributes)
@@ -109,7 +119,11 @@ def largest_along_bars(path: Trajectory, found: Record) -> Variables:
 
 def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     point, rotation = ("time", "body", "axis"), ("time", "body")
+    x, y = np.array([body.centre for body in plan.bodies]).T
+    cos, sin = np.cos(found.angle), np.sin(found.angle)
+    origin = found.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
     variables = {
+        "origin": _described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
         "position": _described(point, found.position, "m", "position of the mass centre"),
         "velocity": _described(point, found.velocity, "m/s", "velocity of the mass centre"),
         "acceleration": _described(point, found.acceleration, "m/s^2", "acceleration of the mass centre"),

@@ -125,7 +125,7 @@ def _at(still: Plan, count: int, position: Position, released_drive: bool, befor
     largest = np.max(np.hypot(bodies[..., 0], bodies[..., 1]), axis=1)
     scale = np.where(largest > 0.0, 1.0 / np.where(largest > 0.0, largest, 1.0), 1.0)
     where = places(at.plan, at.natural)[0]
-    angle = np.array([body.angle + place.turned[body.name] for body in still.bodies])
+    angle = np.array([body.placed_angle + place.turned[body.name] for body in still.bodies])
     vector, one = ("mode", "body", "axis"), ("mode", "body")
     variables = {
         "frequency": ("mode", angular / (2.0 * np.pi), {"units": "Hz", "long_name": "natural frequency"}),

@@ -21,7 +21,7 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
     plan = plan.ideal
     system = make_system(plan)
     if position is None:
-        held = Held()
+        held = Held(places=True, speeds=True)
         held_rods(plan, system.content, held)
         start = assemble(plan, system.content, placed_start(plan, system.content), held)
     else:

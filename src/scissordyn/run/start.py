@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from scissordyn.kinematics.assembly import (
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.model.clearance import Clearance
@@ -38,16 +40,16 @@ from scissordyn.run.reaction import ideal_reactions
 from scissordyn.run.rest import Rest, count_turns, equilibrium, turns
 
 MOVED = 1e-3
-"""An assembly that moves a point of a body by more than this fraction of the mechanism's size is said."""
+"""An assembly that moves a given origin by more than this fraction of the mechanism's size is said."""
 
-TURNED = 1e-2
+TURNED = 1e-3
 """Likewise for angles [rad]."""
 
 STRAIGHT = 1e-6
 """A beam element that is placed straight and with its length to within this fraction of it starts so."""
 
-DROPPED = 1e-2
-"""Likewise for given velocities, as a fraction of them."""
+KEPT = 1e-6
+"""A given speed that is not met to this fraction of the largest is said."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Prepared:
 def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     """The state to start from."""
     content = system.content
-    guess, held = placed_start(plan, content), Held()
+    guess, held = placed_start(plan, content), Held(places=True, speeds=True)
     held_rods(plan, content, held)
     _hold_references(plan, content, held)
     warnings: list[str] = []
@@ -86,8 +88,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
         case _:
             start = assembled = _concentric(plan, content, guess, held)
     warnings += _moved(plan, content, assembled)
-    if kind != "static":
-        warnings += _changed_velocity(plan, content, start, kind)
+    warnings += _changed_speeds(plan, content, start, kind)
     warnings += plan.out_of_proportion + plan.rounded_lengths
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(plan, full_coordinates(plan, content, y, 0.0))
@@ -101,7 +102,7 @@ def _concentric(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     if plan.contact_points:  # an ideal guide holds what its contact points do not
         ideal = plan.ideal
         handle = make_system(ideal)
-        held = Held()
+        held = Held(places=True, speeds=True)
         held_rods(ideal, handle.content, held)
         _hold_straight(ideal, held)
         _hold_references(ideal, handle.content, held)
@@ -123,7 +124,7 @@ def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
             "start = 'static', or 'concentric', from which they settle",
         )
     offsets = _resting_offsets(plan, system, ideal_reactions(plan))
-    resting = Held()
+    resting = Held(speeds=True)
     held_rods(plan, system, resting)
     _hold_straight(plan, resting)
     _hold_references(plan, system, resting)
@@ -146,7 +147,7 @@ def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
     still = plan.at_rest
     ideal = still.ideal
     system = make_system(ideal)
-    first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
+    first = assemble(ideal, system.content, placed_start(ideal, system.content), Held(places=True))
     rest = equilibrium(ideal, system, first.position)
     if not plan.contacts:
         return rest.position, turns(ideal, system.content), rest.growth
@@ -293,7 +294,7 @@ def _hold_straight(plan: Plan, held: Held) -> None:
 
 
 def _moved(plan: Plan, system: System, start: Start) -> list[str]:
-    """The body that assembly moved or rotated farthest, if any was noticeably."""
+    """The given place or angle that assembly changed most, if any noticeably, and what it is now."""
     given, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
     if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
@@ -304,27 +305,59 @@ def _moved(plan: Plan, system: System, start: Start) -> list[str]:
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
         far = math.dist(position[p : p + 2], given[p : p + 2])
-        if far > farthest:
-            farthest, text = far, f"body '{body.name}' was moved by {far * 1e3:.4g} mm"
-        if plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
+        if body.position is not None and far > farthest:
+            farthest = far
+            here, there = _pair_texts(position[p : p + 2].tolist(), body.position)
+            text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m, given is {there} m"
+        if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
             (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
-            angle = abs(math.atan2(cos * y - sin * x, cos * x + sin * y))
-            if angle > TURNED and angle * size > farthest:
-                farthest, text = angle * size, f"body '{body.name}' was rotated by {math.degrees(angle):.4g} deg"
-    return [f"to assemble the mechanism at the start, {text} from where it was placed"] if text else []
+            angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
+            if abs(angle) > TURNED and abs(angle) * size > farthest:
+                farthest, turn = abs(angle) * size, math.degrees(angle)
+                here, there = _texts(math.degrees(body.angle) + turn, math.degrees(body.angle))
+                text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg, given are {there} deg"
+    return [f"to assemble the mechanism at the start, {text}"] if text else []
 
 
-def _changed_velocity(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
-    """The body whose given velocity was changed most, if any was noticeably."""
-    given, velocity = plan.coordinates.placed[1], natural_state(plan, system, start)[1]
-    most, name = 0.0, ""
+def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
+    """The given speeds that are not kept, and what they are instead."""
+    velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
+    full, rates = np.append(start.position, b), np.append(start.velocity, rate)
+    size, changes = plan.coordinates.size, []
+    given = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
+    allowed = KEPT * max([*given, float(np.max(np.abs(velocity), initial=0.0))])
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
-        change = math.dist(given[p : p + 2], velocity[p : p + 2])
-        wanted = math.hypot(*body.velocity) + abs(body.angular_velocity) * plan.coordinates.size
-        if wanted > 0.0 and change > max(DROPPED * wanted, most):
-            most, name = change, body.name
-    if not name:
+        now = [speed if abs(speed) > allowed else 0.0 for speed in velocity[p : p + 2].tolist()]
+        if body.velocity is not None and math.dist(body.velocity, now) > allowed:
+            here, there = _pair_texts(now, body.velocity)
+            changes.append(f"the origin of body '{body.name}' starts at {here} m/s, given are {there} m/s")
+        if body.angular_velocity is not None and body.rotates:
+            direction = plan.coordinates.direction(body.name)
+            (x, y), (x_rate, y_rate) = direction.at(full), direction.at(rates)
+            turning = float((x * y_rate - y * x_rate) / (x * x + y * y))
+            if abs(turning - body.angular_velocity) * size > allowed:
+                here, there = _texts(turning if abs(turning) * size > allowed else 0.0, body.angular_velocity)
+                changes.append(f"body '{body.name}' starts at {here} rad/s, given are {there} rad/s")
+    if not changes:
         return []
-    advice = "" if kind == "as-placed" else "; start = 'as-placed' keeps what clearance joints allow of it"
-    return [f"the velocity given for body '{name}' is changed by {most:.4g} m/s to fit joints and drives{advice}"]
+    if kind == "static":
+        return [f"start = 'static' is at rest but for drives: {in_words(changes, 3)}"]
+    advice = "" if kind == "as-placed" or not plan.contacts else "; start = 'as-placed' keeps what clearance joints allow of it"
+    return [f"joints and drives do not admit the speeds given together: {in_words(changes, 3)}{advice}"]
+
+
+def _texts(one: float, other: float) -> tuple[str, str]:
+    """Two numbers with as many digits, four at least, as tell them apart."""
+    for digits in range(4, 17):
+        shown = f"{one:.{digits}g}", f"{other:.{digits}g}"
+        if shown[0] != shown[1]:
+            break
+    return shown
+
+
+def _pair_texts(one: Sequence[float], other: Sequence[float]) -> tuple[str, str]:
+    """Likewise for vectors."""
+    near = 1e-9 * math.dist(one, other)
+    columns = [_texts(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(one, other, strict=True)]
+    return ", ".join(column[0] for column in columns), ", ".join(column[1] for column in columns)

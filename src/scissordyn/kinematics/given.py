@@ -1,0 +1,105 @@
+"""What a description gives of its start, as rows of the free coordinates: kept where joints and drives admit it.
+
+Where they do not, the given numbers are met as nearly as possible in the sense of kinetic energy. What is not given follows.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scissordyn.model.body import Body
+from scissordyn.plan.coordinates import PointMap, combined
+from scissordyn.plan.gradients import least_change, matrix_of
+from scissordyn.plan.plan import Plan
+
+MET = 1e-10
+"""Given numbers are met within this fraction of the mechanism's size, or of its largest speed."""
+
+IMMOBILE = 1e-8
+"""Motions that change given numbers by less than this fraction of the largest do not serve to meet them."""
+
+
+class Given(NamedTuple):
+    """Rows of [x; b] and what they are to be; each square is twice a part of the kinetic energy."""
+
+    rows: Any
+    target: np.ndarray
+
+    def misses(self, full: np.ndarray) -> np.ndarray:
+        """By how much it is missed at [x; b]."""
+        return np.asarray(self.target - self.rows @ full)
+
+    def is_met(self, full: np.ndarray) -> bool:
+        """Whether it is met but for round-off."""
+        reached = np.asarray(self.rows @ full)
+        largest = max(np.max(np.abs(self.target), initial=0.0), np.max(np.abs(reached), initial=0.0))
+        return bool(np.all(np.abs(self.target - reached) <= MET * largest))
+
+
+def given_places(plan: Plan) -> Given | None:
+    """The positions and angles that are given; None if all are, and the bodies as placed say the same."""
+    if all(body.position is not None and (body.angle is not None or not body.rotates) for body in plan.bodies):
+        return None
+    prescribed = {drive.body for drive in plan.drives}
+    prescribed |= {part.body for _, part in plan.actuators if part.start_on_reference}
+    origins, directions = [], []
+    for body in plan.bodies:
+        angle = None if body.name in prescribed else body.angle
+        origins.append(body.position)
+        directions.append(None if angle is None else (math.cos(angle), math.sin(angle)))
+    return _rows(plan, origins, directions)
+
+
+def given_speeds(plan: Plan, full: np.ndarray) -> Given | None:
+    """The velocities and angular velocities that are given, at the position [x; b]; None if there are none."""
+    if all(body.velocity is None and body.angular_velocity is None for body in plan.bodies):
+        return None
+    directions: list[tuple[float, float] | None] = []
+    for body in plan.bodies:
+        if body.angular_velocity is None:
+            directions.append(None)
+        else:
+            cos, sin = plan.coordinates.direction(body.name).at(full) if body.rotates else (0.0, 0.0)
+            directions.append((-body.angular_velocity * sin, body.angular_velocity * cos))
+    return _rows(plan, [body.velocity for body in plan.bodies], directions)
+
+
+def _rows(plan: Plan, origins: list[Any], directions: list[Any]) -> Given | None:
+    """The rows of origins and directions that are not None, with the masses and moments of inertia that they move."""
+    maps: list[PointMap] = []
+    target: list[float] = []
+    for body, origin, direction in zip(plan.bodies, origins, directions, strict=True):
+        for weight, (a, b, c) in _squares(body, origin is not None, direction is not None and body.rotates):
+            place, frame = plan.coordinates.origin(body.name), plan.coordinates.direction(body.name)
+            point_map = combined((place, a), (frame, b), (PointMap(frame.columns, _turned(frame.rows)), c))
+            (x, y), (dx, dy) = origin or (0.0, 0.0), direction or (0.0, 0.0)
+            maps.append(PointMap(point_map.columns, weight * point_map.rows))
+            target += [weight * (a * x + b * dx - c * dy), weight * (a * y + b * dy + c * dx)]
+    if not maps:
+        return None
+    return Given(matrix_of(maps, plan.coordinates.free + plan.coordinates.basis), np.array(target))
+
+
+def _squares(body: Body, origin: bool, direction: bool) -> list[tuple[float, tuple[float, float, float]]]:
+    """What of a body is given: weights, and what of its origin, of its direction and of that turned left is in the vector."""
+    (x, y), inertia = body.centre, body.inertia or 0.0
+    if origin and direction:
+        return [(math.sqrt(body.mass), (1.0, x, y)), (math.sqrt(inertia), (0.0, 1.0, 0.0))]
+    if direction:
+        return [(math.sqrt(inertia + body.mass * (x * x + y * y)), (0.0, 1.0, 0.0))]
+    return [(math.sqrt(body.mass), (1.0, 0.0, 0.0))] if origin else []
+
+
+def _turned(rows: np.ndarray) -> np.ndarray:
+    return np.stack([-rows[1], rows[0]])
+
+
+def change_towards(given: Given, missed: np.ndarray, jacobian: Any, free: int) -> np.ndarray:
+    """The smallest change of free coordinates that leaves the constraints met, to first order, and misses least."""
+    rows = given.rows[:, :free]
+    rows = rows if isinstance(rows, np.ndarray) else rows.toarray()
+    along = rows - least_change(jacobian, jacobian @ rows.T).T
+    return np.asarray(np.linalg.lstsq(along, missed, rcond=IMMOBILE)[0])

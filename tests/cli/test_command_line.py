@@ -296,13 +296,15 @@ def test_heavy_libraries_are_imported_when_needed() -> None:
     assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib"} & set(loaded)
 
 
-def test_a_run_is_shown_without_heavy_libraries(folder: Path) -> None:
-    """Contract: what is loaded by a run that writes no file."""
+@pytest.mark.parametrize(("command", "files"), [("run", False), ("run", True), ("check", False)])
+def test_commands_go_without_heavy_libraries(folder: Path, command: str, files: bool) -> None:
+    """Identity: what is loaded for a few rigid bodies, whose run is shown, and saved where that is asked for."""
     code = "import sys; from scissordyn.cli.main import status_of; status_of(sys.argv[1:]); print(*sys.modules)"
-    command = [sys.executable, "-c", code, "run", str(PAPER), *SHORT]
-    loaded = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout.split()
-    assert "numpy" in loaded
-    assert not {"scipy", "xarray", "pandas", "dask", "h5py", "pint", "matplotlib"} & set(loaded)
+    output, short = ("-o", "run.nc") if files else (), SHORT if command == "run" else ()
+    called = [sys.executable, "-c", code, command, str(PAPER), *output, *short]
+    loaded = subprocess.run(called, capture_output=True, text=True, check=True, timeout=300).stdout.split()
+    assert ("h5py" in loaded) == files
+    assert not {"scipy", "xarray", "pandas", "dask", "pint", "matplotlib"} & set(loaded)
 
 
 def test_simulate_imports_no_heavy_libraries() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 import scissordyn as sd
 from collection.closed_forms import CLOSED_FORMS
+from reference.balance import Balance
 from scissordyn.bibliography.reference import bibliography
 from scissordyn.cli.main import status_of
 from scissordyn.collection.catalogue import HERE, Zoo
@@ -51,12 +52,13 @@ def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_runs_with_its_clearances(name: str) -> None:
-    """Contract: the case as it stands runs to its end, and its energy balance closes."""
+    """Contract: the case as it stands runs to its end, its energy balance closes, and reported forces are what bodies need."""
     entry = sd.zoo[name]
     run = sd.simulate(entry.mechanism, **entry.case.run.keywords | {"until": entry.case.run.until / 20.0, "samples": 11})
     assert run.attrs["status"] == "complete"
     scale = float(run["kinetic_energy"].max() + abs(run["drive_work"]).max() + abs(run["potential_energy"]).max())
     assert float(abs(run["energy_residual"]).max()) <= 1e-5 * max(scale, 1e-12)
+    assert max(Balance(run, entry.mechanism).residual()) < 1e-9
 
 
 def test_squeezer_has_the_published_angles() -> None:

@@ -133,10 +133,11 @@ def _named(kind: str, names: Sequence[str], parts: int) -> str:
 
 def _span(mechanism: Mechanism, until: float) -> SpanAnswer | None:
     """Width and height at the start and at the end of the run, with ideal joints; None where that ends early."""
-    from scissordyn.run.simulate import simulate
+    from scissordyn.run.options import Options
+    from scissordyn.run.simulate import results_of
     from scissordyn.run.summary import summary_of
 
-    ideal = simulate(mechanism.ideal(), until=until, samples=2, most_steps=MOST_STEPS)
+    ideal = results_of(mechanism.ideal(), Options(until=until, samples=2, most_steps=MOST_STEPS))
     return summary_of(ideal).span if ideal.attrs["status"] == "complete" else None
 
 

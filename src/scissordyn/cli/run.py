@@ -105,10 +105,10 @@ def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Pat
 
 def _save(result: Results, output: Path, kept: Checkpoint | None) -> bool:
     """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
-    from scissordyn.run.store import save
+    from scissordyn.run.write import write_results
 
     try:
-        save(result.dataset(), output)
+        write_results(result, output)
         if kept is not None and result.attrs["status"] != "interrupted":
             kept.remove()
     except KeyboardInterrupt:

@@ -55,7 +55,8 @@ class Mechanism:
     welds : tuple of Weld
         Rigid connections.
     components : tuple of Component
-        What pulls, pushes and turns: springs, loads, motors, end stops and their like.
+        What pulls, pushes and turns: springs, loads, motors, end stops and their like. Rods and latches in it join `rods` and
+        `latches`.
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -95,6 +96,11 @@ class Mechanism:
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
+        # a rod or a latch constrains: among the components it would exert nothing
+        for field, kind in (("rods", Rod), ("latches", Latch)):
+            if own := tuple(part for part in self.components if isinstance(part, kind)):
+                object.__setattr__(self, field, (*getattr(self, field), *own))
+                object.__setattr__(self, "components", tuple(part for part in self.components if not isinstance(part, kind)))
         check_parts(self)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -79,6 +79,9 @@ class BarMotion:
     factor: np.ndarray  # (nt,) Of its temperatures
     # Of what runs along it: places, shape (nt,) [m], and the forces that it exerts there, shape (nt, 2) [N]
     running: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    # Of contacts and films on cross-sections without a direction of their own: which one, torque and pull along it, shape (nt,)
+    # [N m]
+    turning: tuple[tuple[int, np.ndarray, np.ndarray], ...] = ()
 
 
 def bar_motions(plan: Plan, found: Record, time: np.ndarray) -> list[BarMotion]:
@@ -92,6 +95,17 @@ def bar_motions(plan: Plan, found: Record, time: np.ndarray) -> list[BarMotion]:
     for i, axis in rail_axes(axes, plan.acting).items():
         force = -found.wrench[:, len(plan.contacts) + i, :2]
         running.setdefault(id(axis), []).append((found.coordinate[:, i, 1], force))
+    turning: dict[int, list[tuple[int, np.ndarray, np.ndarray]]] = {}
+    films = len(plan.contacts) + len(plan.mechanism.components)
+    joints = enumerate(plan.clearance_joints)
+    for i, joint in (*joints, *((films + f, joint) for f, (joint, _, _) in enumerate(plan.lubricated))):
+        journal, bearing = plan.coordinates.place(joint.journal), plan.coordinates.place(joint.bearing)
+        # the force of a film acts on the bearing at the journal's centre, beside its own
+        pulls = np.zeros(time.size), np.sum(found.wrench[:, i, :2] * (journal.at(found.X) - bearing.at(found.X)), axis=1)
+        for side, (body, _) in enumerate((joint.journal, joint.bearing)):
+            if body in plan.coordinates.natural.tangents:
+                axis, k = plan.coordinates.natural.tangents[body]
+                turning.setdefault(id(axis), []).append((k, found.wrench[:, i, 2 + side], pulls[side * (i >= films)]))
     return [
         BarMotion(
             axis.vectors(position),
@@ -99,6 +113,7 @@ def bar_motions(plan: Plan, found: Record, time: np.ndarray) -> list[BarMotion]:
             axis.vectors(acceleration),
             _warmth(axis.bar, time),
             tuple(running.get(id(axis), ())),
+            tuple(turning.get(id(axis), ())),
         )
         for axis in axes
     ]
@@ -134,12 +149,26 @@ def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     """What all but the bar itself, its weight and its inertia exerts on the vectors of its shapes, shape (nt, count, 2) [N].
 
     Of the points these are forces at the cross-sections, of directions d the parts of a couple d x force; what runs along the
-    bar is left out.
+    bar or turns a cross-section without a direction of its own is left out.
     """
     force = axis.bar.mass_per_length * (axis.shapes.mass @ motion.accelerations) - shape_forces(axis, motion)
     for places, exerted in motion.running:
         force -= shapes_beyond(axis, places)[..., None] * exerted[:, None]
+    for weights, exerted in couple_forces(axis, motion):
+        force -= weights[:, None] * exerted[:, None]
     return np.asarray(force)
+
+
+def couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Of each torque on a cross-section without a direction of its own, by which parts it acts on the vectors, and as what.
+
+    A torque M on a direction d is the force M J d on it, and this direction is the slope of the bar. Shapes (count,), (nt, 2).
+    """
+    for k, torque, pull in motion.turning:
+        weights = axis.shapes.at(np.array([axis.shapes.places[k]]), 1)[0]
+        slope = weights @ motion.vectors
+        along = (pull / np.sum(slope * slope, axis=1))[:, None] * slope
+        yield weights, torque[:, None] * np.stack([-slope[:, 1], slope[:, 0]], axis=1) + along
 
 
 def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
@@ -171,6 +200,8 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
     couples = np.zeros((motion.factor.size, count))
     for row, k in enumerate(shapes.clamped, count):
         couples[:, k] = _cross(motion.vectors[:, row], outside[:, row])
+    for (k, _, _), (weights, exerted) in zip(motion.turning, couple_forces(axis, motion), strict=True):
+        couples[:, k] += _cross(weights @ motion.vectors, exerted)
     couples += _cross(arms, outside[:, :count])
     tables = [
         (force - past @ outside[:, :count], moment - couples @ past.T)

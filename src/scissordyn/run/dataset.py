@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import platform
-from functools import cache
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,12 +43,6 @@ from scissordyn.run.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-@cache
-def _versions() -> str:
-    packages = ("scissordyn", "numpy", "scipy")
-    return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 
 def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
@@ -99,7 +90,6 @@ def results(plan: Plan, configuration: str, path: Trajectory, found: Record) -> 
         "statistics": json.dumps(path.statistics),
         "warnings": "[]",
         "configuration": configuration,
-        "versions": _versions(),
         "length_error": float(found.length_error[0]),
     }
     return Results(variables, attributes)

@@ -8,15 +8,15 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import shapes_beyond
-from scissordyn.run.bars import bar_motions, shape_forces
+from scissordyn.run.bars import bar_motions, couple_forces, shape_forces
 
 
 def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record:
     """The record with what the consistent mass of the beam elements adds to the loads of their bodies.
 
     A body at the end of an element has half of its mass at its origin; the rest of the mass matrix times the acceleration less
-    gravity is a load, and so is what the stresses of a flexible bar exert, or what runs along it. What acts along a unit
-    direction is no moment.
+    gravity is a load, and so is what the stresses of a flexible bar exert, what runs along it or turns its cross-sections. What
+    acts along a unit direction is no moment.
     """
     if not bends(plan.mechanism):
         return found
@@ -27,6 +27,8 @@ def with_distributed_mass(plan: Plan, found: Record, time: np.ndarray) -> Record
         axis.added(-shape_forces(axis, motion), inertia)
         for places, exerted in motion.running:
             axis.added(-shapes_beyond(axis, places)[..., None] * exerted[:, None], inertia)
+        for weights, exerted in couple_forces(axis, motion):
+            axis.added(-weights[:, None] * exerted[:, None], inertia)
     load = found.load.copy()
     for b, body in enumerate(plan.bodies):
         p = coordinates.natural.offsets[body.name]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -69,6 +70,11 @@ class Results:
         """Lengths of the dimensions."""
         return {dim: size for part in self.variables.values() for dim, size in zip(part.dims, part.values.shape, strict=True)}
 
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Those of the Dataset: with the versions that made it."""
+        return {**self.attrs, "versions": _versions()}
+
     def dataset(self) -> xr.Dataset:
         """The Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
         import xarray as xr  # takes longer to import than most runs
@@ -86,11 +92,20 @@ class Results:
         coordinates = {name: index.create_variables({name: labels[name]})[name] for name, index in indexes.items()}
         direct = getattr(xr.Dataset, "_construct_direct", None)
         if direct is None:
-            return xr.Dataset(variables, attrs=self.attrs)
+            return xr.Dataset(variables, attrs=self.attributes)
         dataset: xr.Dataset = direct(
-            {**variables, **coordinates}, set(coordinates), dims=self.sizes, attrs=self.attrs, indexes=indexes
+            {**variables, **coordinates}, set(coordinates), dims=self.sizes, attrs=self.attributes, indexes=indexes
         )
         return dataset
+
+
+@cache
+def _versions() -> str:
+    import platform
+    from importlib.metadata import version  # a tenth of the start of a command
+
+    packages = ("scissordyn", "numpy", "scipy")
+    return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 
 @lru_cache(256)

@@ -164,8 +164,8 @@ def replayed(
 def results_of(
     mechanism: Mechanism,
     options: Options,
-    progress: Callable[[float], None] | None,
-    checkpoint: Checkpoint | None,
+    progress: Callable[[float], None] | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> Results:
     """As `simulate`, before a Dataset is made of it."""
     made = plan(mechanism)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +11,9 @@ import xarray as xr
 
 import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.errors import InputError
-from scissordyn.file.netcdf import NetcdfFile
-from scissordyn.file.output_file import OURS, check_target, regular_size, write_file
-from scissordyn.model.record import FUNCTION, made_in_python
-from scissordyn.run.configuration import ATTRIBUTE, TITLE
+from scissordyn.file.netcdf import NetcdfFile, text_of
+from scissordyn.file.output_file import OURS, regular_size
+from scissordyn.run.write import write_run
 
 OTHER_FILES = {".toml": "read_case", ".db": "open_study"}
 """What reads files that are no runs."""
@@ -49,37 +46,7 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     InputError
         If the file cannot be written, or holds something else.
     """
-    told = _without_file(run)
-    if told:
-        name = told[0].rpartition(".")[2].rpartition("'")[0].rpartition("'")[2]
-        how = "give the function as" if told[0].startswith(FUNCTION) else "import the class from there or give it as"
-        warnings.warn(
-            f"the saved run cannot be run again from '{path}': its {told[0]} is in no file; put it in one and {how} "
-            f"'mine.py:{name}'",
-            stacklevel=2,
-        )
-    try:
-        return _save(run, path, replace_broken)
-    except KeyboardInterrupt:
-        _save(run, path, replace_broken)
-        raise
-
-
-def _without_file(run: xr.Dataset) -> list[str]:
-    """Functions and classes of a run that are in no file; none of data that are no run of this version."""
-    title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
-    if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
-        return []
-    try:
-        return made_in_python(json.loads(text))
-    except (ValueError, RecursionError):
-        return []
-
-
-def _save(run: xr.Dataset, path: str | os.PathLike[str], replace_broken: bool) -> Path:
-    check_target(path, replace_broken=replace_broken)
-    # into memory first: when a disk is full the HDF5 library leaves a file that crashes the process as it is closed
-    return write_file(path, _writable(run).to_netcdf(engine="h5netcdf"))
+    return write_run(run, path, lambda: _writable(run).to_netcdf(engine="h5netcdf"), replace_broken=replace_broken)
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -117,21 +84,15 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def _writable(run: xr.Dataset) -> xr.Dataset:
     """The same with every text such that NetCDF can hold it, and with a title that says whose it is."""
-    attributes = {name: _text(value) for name, value in run.attrs.items()}
+    attributes = {name: text_of(value) for name, value in run.attrs.items()}
     attributes.setdefault("title", OURS)
     changed: dict[Any, xr.Variable] = {}
     for name, variable in run.variables.items():
         if variable.dtype.kind in "OU":
             texts = variable.values.ravel().tolist()
-            sound = [_text(value) for value in texts]
+            sound = [text_of(value) for value in texts]
             if sound != texts:
                 values = np.array(sound, dtype=object).reshape(variable.shape)
                 changed[name] = xr.Variable(variable.dims, values, variable.attrs)
     coordinates = {name: changed.pop(name) for name in list(changed) if name in run.coords}
     return run.assign(changed).assign_coords(coordinates).assign_attrs(attributes)
-
-
-def _text(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    return value.replace("\0", "\\x00").encode("utf-8", "backslashreplace").decode("utf-8")

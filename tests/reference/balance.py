@@ -1,0 +1,187 @@
+"""Newton's law on each body at each sample, from what a run reports: joints, films, drives, components, bars that bend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.component.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.component.port.actuator import ACTUATOR
+
+BESIDE = 1e-12
+"""How far from a cross-section its two sides are, in lengths of the bar."""
+
+
+def rotated(vector: Any, angle: Any) -> np.ndarray:
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = np.moveaxis(np.asarray(vector, float), -1, 0)
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+class Balance:
+    """Forces and moments about the mass centres that the Dataset reports, added body by body.
+
+    A run reports no forces of welds, so welded bodies are one, and no moments of aligned guides, so theirs are not balanced.
+    """
+
+    def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
+        self.run, self.mechanism, self.count = run, mechanism, run.sizes["time"]
+        self.place = {name: self.over("position", body=name) for name in run["body"].values}
+        self.angle = {name: np.nan_to_num(run["angle"].sel(body=name).values) for name in run["body"].values}
+        down = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
+        self.force, self.moment = {}, {}
+        self.bars = [part for part in mechanism.components if part.declaration.port is AXIS]
+        self.sections = {section for bar in self.bars for section in bar.sections}
+        for body in mechanism.bodies:
+            rigid = body.name not in self.sections  # the mass of a bar that bends is inside it
+            acceleration = self.over("acceleration", body=body.name)
+            self.force[body.name] = rigid * body.mass * (down - acceleration)
+            turning = np.nan_to_num(run["angular_acceleration"].sel(body=body.name).values)
+            self.moment[body.name] = -rigid * (body.inertia or 0.0) * turning
+        self.scale = self.largest_moment = 0.0
+        self.loose_moments = {guide.follower[0] for guide in mechanism.guides if guide.aligned and guide.clearance is None}
+        self.loose_moments |= {body.name for body in mechanism.bodies if not body.rotates}
+        self.loose_moments |= {guide.body for guide in mechanism.guides if guide.aligned and guide.clearance is None}
+        self._joints()
+        self._guides()
+        for number, drive in enumerate(mechanism.drives):
+            torques = run["drive_torques"].values if "drive_torques" in run else run["drive_torque"].values[:, None]
+            self.turn(drive.body, torques[:, number])
+        for part in (*mechanism.components, *mechanism.rods, *mechanism.latches):
+            if part.declaration.port is not AXIS:
+                self._component(part)
+        for bar in self.bars:
+            self._bar(bar)
+
+    def over(self, name: str, **where: str) -> np.ndarray:
+        """A vector over time."""
+        return self.run[name].sel(where).transpose("time", "axis").values
+
+    def at(self, body: str, local: Any) -> np.ndarray:
+        """Where a point is [m]: by its name, or its place in the body's frame."""
+        if isinstance(local, str):
+            local = dict(self.mechanism.ground)[local] if body == "ground" else self.mechanism.body(body).points[local]
+        if body == "ground":
+            return np.tile(np.asarray(local, float), (self.count, 1))
+        local = np.subtract(local, self.mechanism.body(body).centre)
+        return self.place[body] + rotated(np.tile(local, (self.count, 1)), self.angle[body])
+
+    def push(self, body: str, where: np.ndarray, force: np.ndarray) -> None:
+        """Add a force at a place [m]."""
+        self.scale = max(self.scale, float(np.nanmax(np.abs(force), initial=0.0)))
+        if body != "ground":
+            arm = where - self.place[body]
+            self.force[body] = self.force[body] + force
+            self.turn(body, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
+
+    def pair(self, first: str, second: str, where: np.ndarray, force: np.ndarray) -> None:
+        """Action and reaction at a place."""
+        self.push(first, where, force)
+        self.push(second, where, -force)
+
+    def turn(self, body: str, torque: np.ndarray, against: str = "ground") -> None:
+        """Add a torque, and the opposite one."""
+        self.largest_moment = max(self.largest_moment, float(np.nanmax(np.abs(torque), initial=0.0)))
+        for name, sign in ((body, 1.0), (against, -1.0)):
+            if name != "ground":
+                self.moment[name] = self.moment[name] + sign * torque
+
+    def _joints(self) -> None:
+        for joint in self.mechanism.joints:
+            journal, bearing = joint.journal[0], joint.bearing[0]
+            self.pair(journal, bearing, self.at(*joint.journal), self.over("reaction", joint=joint.name))
+            if joint.clearance is None:
+                continue
+            friction = joint.clearance.journal_radius * self.run["friction_force"].sel(joint=joint.name).values
+            self.turn(journal, -friction, bearing)
+            if joint.clearance.lubrication is not None:
+                self.turn(journal, self.run["film_torque"].sel(film=joint.name).values, bearing)
+
+    def _guides(self) -> None:
+        for guide in self.mechanism.guides:
+            if guide.clearance is None:
+                where = self.at(*guide.follower)
+                self.pair(guide.follower[0], guide.body, where, self.over("reaction", joint=guide.name))
+        for point in self.mechanism.contact_points:
+            where = self.at(point.follower, point.centre)
+            self.pair(point.follower, point.body, where, self.over("reaction", joint=point.name))
+            friction = point.clearance.corner_radius * self.run["friction_force"].sel(joint=point.name).values
+            self.turn(point.follower, -friction, point.body)
+
+    def _component(self, part: Any) -> None:
+        section, port = part.declaration.section, part.declaration.port
+
+        def output(name: str) -> np.ndarray:
+            values = self.run[f"{section}_{name}"].sel({section: part.name})
+            return values.transpose("time", "axis").values if "axis" in values.dims else values.values
+
+        if port is LINE:
+            start, end = self.at(*part.start), self.at(*part.end)
+            along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+            tension = output("force")[:, None]
+            self.push(part.start[0], start, tension * along)
+            self.push(part.end[0], end, -tension * along)
+        elif port is ACTUATOR:
+            self.turn(part.body, self.run["control_torque"].sel(actuator=part.name).values, part.base)
+        elif port is HINGE:
+            self.turn(part.body, output("torque"), part.base)
+            if isinstance(part, sd.Motor):
+                self.turn(part.body, -part.inertia * self.run["angular_acceleration"].sel(body=part.body).values)
+        elif port is TRAVEL:
+            along = np.array([np.cos(part.direction), np.sin(part.direction)])
+            self.push(part.point[0], self.at(*part.point), output("force")[:, None] * along)
+        elif port is POINT:
+            self.push(part.point[0], self.at(*part.point), output("force"))
+        else:
+            assert port is FRAME, part
+            start = part.start[0]
+            force = rotated(output("force"), 0.0 if start == "ground" else self.angle[start])
+            self.pair(part.end[0], start, self.at(*part.end), force)
+            self.turn(part.end[0], output("torque"), start)
+
+    def _bar(self, bar: Any) -> None:
+        """What the two sides of a bar that bends exert on each of its cross-sections: the internal forces there."""
+        along = (np.array(bar.places) - bar.places[0]) / bar.length
+        for place, section in zip(along, bar.sections, strict=True):
+            for at, side in ((place - BESIDE, -1.0), (place + BESIDE, 1.0)):
+                if not 0.0 <= at <= 1.0:
+                    continue
+                forces = sd.internal_forces(self.run, self.mechanism, bars=bar.name.removesuffix("/beam"), places=[at])
+                normal, shear, moment = (
+                    forces[name].values[:, 0, 0] for name in ("axial_force", "shear_force", "bending_moment")
+                )
+                force = side * rotated(np.stack([normal, shear], axis=1), self.angle[section])
+                self.push(section, self.place[section], force)
+                self.turn(section, side * moment)
+
+    def _groups(self) -> list[list[str]]:
+        """Bodies, those that are welded to each other together, without those welded to the ground."""
+        group = {body.name: body.name for body in self.mechanism.bodies} | {"ground": "ground"}
+        for weld in self.mechanism.welds:
+            first, second = group[weld.start[0]], group[weld.end[0]]
+            group = {name: first if root == second else root for name, root in group.items()}
+        roots = dict.fromkeys(group[body.name] for body in self.mechanism.bodies)
+        return [[name for name in self.force if group[name] == root] for root in roots if root != group["ground"]]
+
+    def residual(self) -> tuple[float, float]:
+        """Largest part of m a and of J alpha that nothing reported explains, over the largest of both.
+
+        NaN where a reaction is not determined.
+        """
+        force = moment = 0.0
+        for names in self._groups():
+            total = sum(self.force[name] for name in names)
+            force = max(force, float(np.nanmax(np.abs(total), initial=0.0)))
+            if self.loose_moments.isdisjoint(names):
+                arms = [self.place[name] - self.place[names[0]] for name in names]
+                turned = sum(
+                    self.moment[name] + arm[:, 0] * self.force[name][:, 1] - arm[:, 1] * self.force[name][:, 0]
+                    for name, arm in zip(names, arms, strict=True)
+                )
+                moment = max(moment, float(np.nanmax(np.abs(turned), initial=0.0)))
+        weights = max(body.mass for body in self.mechanism.bodies) * self.mechanism.gravity
+        scale = max(self.scale, weights, 1e-12)
+        return force / scale, moment / max(self.largest_moment, scale * self.mechanism.size)

@@ -48,6 +48,16 @@ def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], 
     assert before == tree()
 
 
+@pytest.mark.parametrize("path", ["clearance", "clearance.A", "clearance.0"])
+def test_a_table_that_is_the_only_one_need_not_be_named(path: str) -> None:
+    """Identity: its keys, and keys of its laws, with its name, its place and without."""
+    single = {"clearance": [{"joint": "A", "clearance": "1 mm", "friction": "lugre"}]}
+    found = changed(single, [f"{path}.clearance=2 mm", f"{path}.friction.kinetic=0.1", f"{path}.contact=hard"])
+    assert found["clearance"] == [
+        {"joint": "A", "clearance": "2 mm", "friction": {"law": "lugre", "kinetic": 0.1}, "contact": "hard"}
+    ]
+
+
 def test_later_changes_see_earlier_ones() -> None:
     """Contract: two changes of one value."""
     assert changed(tree(), ["drive.speed=1 rpm", "drive.speed=2 rpm"])["drive"]["speed"] == "2 rpm"

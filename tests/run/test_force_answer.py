@@ -8,7 +8,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.force_answer import FALLS, force_after_start
-from scissordyn.run.summary import summary_of
+from scissordyn.run.summary import joint_summaries, summary_of
 
 GRAVITY, CLEARANCE = 9.81, 1e-4
 
@@ -30,7 +30,19 @@ def test_a_journal_that_falls_through_its_clearance(contact: str) -> None:
     assert answer.after == pytest.approx(2.0 * GRAVITY, rel=1e-2)
     assert "belongs to the start" in str(answer)
     assert read_configuration(run).options is not None
-    assert force_after_start(run, "static", answer.force, answer.when) is None
+    assert force_after_start(run, "static", joint_summaries(run)[0]) is None
     short = summary_of(sd.simulate(hung, until=0.5 * answer.start, samples=101)).force
     assert short is not None
     assert short.after is None
+
+
+def test_a_load_that_is_largest_in_the_start_explains_the_force() -> None:
+    """Limit: where the load that journals fall under fades within the start, the force is no matter of the start alone."""
+    ball = sd.Body("ball", 2.0, None, {"c": (0.0, 0.0)})
+    pin = sd.Revolute("pin", ("ball", "c"), ("ground", "o"), sd.Clearance(CLEARANCE, damping=sd.Flores(0.5)))
+    pull = sd.Force("pull", ("ball", "c"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
+    hung = sd.Mechanism((ball,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=0.0, components=(pull,))
+    answer = summary_of(sd.simulate(hung, until=0.5, samples=2001)).force
+    assert answer is not None
+    assert answer.when < FALLS * np.sqrt(2.0 * CLEARANCE * 2.0 / 20.0)
+    assert answer.start is None

@@ -13,6 +13,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.plan.plan import plan
 from scissordyn.run import method
+from scissordyn.run import tolerance as tolerance_module
 from scissordyn.run.method import STABLE, fastest_modes, film_steps
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.tolerance import error_weights
@@ -130,3 +131,22 @@ def test_the_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.Monkey
         found[most] = fastest_modes(driver.plan, driver.system, prepared.y, weights)
     assert found[0][0] == pytest.approx(found[10**6][0], rel=1e-5)
     assert found[0][1] == pytest.approx(found[10**6][1], rel=0.05)
+
+
+def test_stiff_steps_beside_contacts_do_not_follow_axial_waves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limit: a servo on bars that bend, with contacts, against the same at 1e-11; half of the steps of equal weights."""
+    bent = sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4, friction=FRICTIONLESS)).with_bending(**TUBE, modes=4)
+    servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(50))
+    steps, starts, peaks = [], [], []
+    for vibrations, tolerance in ((tolerance_module.VIBRATIONS, 1e-8), (1.0, 1e-8), (1.0, 1e-11)):
+        monkeypatch.setattr(tolerance_module, "VIBRATIONS", vibrations)
+        run = sd.simulate(servo, until=4e-3, samples=11, rtol=tolerance, atol=tolerance)
+        statistics = json.loads(run.attrs["statistics"])
+        assert statistics["method"] == "rodas5p"
+        steps.append(statistics["steps"])
+        starts.append(run["contact_start"].values)
+        peaks.append(run["peak_force"].values)
+    assert steps[0] < 0.6 * steps[1]
+    assert peaks[0].size == peaks[2].size > 0
+    assert starts[0] == pytest.approx(starts[2], abs=5e-8)
+    assert peaks[0] == pytest.approx(peaks[2], rel=1e-3)

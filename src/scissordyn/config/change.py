@@ -41,9 +41,10 @@ def _parsed(text: str) -> Any:
 def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None:
     place: Any = tree
     for depth, key in enumerate(keys[:-1]):
-        if isinstance(place, list):
+        if isinstance(place, list) and not (_alone(place, key) and (key in place[0] or key in LAW_KEYS)):
             place = _item(place, key, change)
             continue
+        place = place[0] if isinstance(place, list) else place
         inner = place.setdefault(key, {})
         if key == "section" and isinstance(inner, str) and depth == len(keys) - 2:
             place[key] = with_dimension(inner, keys[-1], read_quantity(value, DIMENSION, f"--set {change!r}"))
@@ -55,6 +56,8 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
                 f"--set {change!r}: '{'.'.join(keys[: depth + 1])}' has no keys below it", "a path of keys", SAMPLE
             )
         place = inner
+    if isinstance(place, list) and len(keys) > 1 and _alone(place, keys[-1]):
+        place = place[0]
     if isinstance(place, list):
         names = [handle(one) or str(number) for number, one in enumerate(place)]
         which = keys[-1] in names or keys[-1].isdecimal()
@@ -66,6 +69,11 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
             command("--set", f"{path}=VALUE") if path else "",
         )
     place[keys[-1]] = value
+
+
+def _alone(items: list[Any], key: str) -> bool:
+    """Whether a table is the only one of its kind and a key is none of its names: it need not be named."""
+    return len(items) == 1 and isinstance(items[0], dict) and key != handle(items[0]) and not key.isdecimal()
 
 
 def _item(items: list[Any], key: str, change: str) -> Any:

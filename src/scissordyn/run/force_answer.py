@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from scissordyn.run.joints import clearance_joints, joint_force
 from scissordyn.run.results import Run
 from scissordyn.run.words import Words
 from scissordyn.units import short
+
+if TYPE_CHECKING:
+    from scissordyn.run.summary import JointSummary
 
 ESTIMATE = "an estimate, as contact is hard"
 
@@ -55,11 +59,13 @@ class ForceAnswer(Words):
         return f"Largest force: {short(self.force, 'N')} {where}{parts_of_oiled(self.metal, self.film)}{estimate}.{more}"
 
 
-def force_after_start(run: Run, start: str, force: float, when: float) -> tuple[float, float] | None:
+def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float, float] | None:
     """End of the start [s] and the largest force after it [N], at the contacts that begin then and the samples.
 
-    None where journals do not start concentric, the largest force is not of the start, or the run ends in it.
+    None where journals do not start concentric, the largest force is not of the start, the run ends in it, or the load of that
+    joint is larger in the start than it ever is after it: then the motion explains the force, too.
     """
+    force, when = joint.largest, joint.when
     joints, begun = run["contact_joint"].values, run["contact_start"].values
     if start != "concentric" or not begun.size:
         return None
@@ -70,4 +76,22 @@ def force_after_start(run: Run, start: str, force: float, when: float) -> tuple[
     peaks = [run[name].values[begun >= end] for name in ("peak_force", "peak_force_estimate") if name in run]
     after = np.concatenate([*peaks, *(joint_force(run, joint)[time >= end] for joint in clearance_joints(run))])
     largest = float(np.nanmax(after)) if np.isfinite(after).any() else 0.0
-    return (end, largest) if largest < LESS * force else None
+    if largest >= LESS * force or _largest_load(run, joint.name, 0.0, end) * LESS > _largest_load(run, joint.name, end, end):
+        return None
+    return end, largest
+
+
+def _largest_load(run: Run, joint: str, begin: float, length: float) -> float:
+    """Largest mean of the force of a joint [N] over intervals of a length, from an instant on to the end, at the samples.
+
+    Impacts change the force at an instant, not its mean over many of them, which carries the load. From 0 on the first interval
+    counts alone.
+    """
+    time = run["time"].values
+    size = joint_force(run, joint)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (size[1:] + size[:-1]) * np.diff(time))])
+    starts = time[(time >= begin) & (time + length <= time[-1])] if begin > 0.0 else time[:1]
+    if not starts.size:
+        starts, length = np.array([begin]), time[-1] - begin
+    impulse = np.interp(starts + length, time, total) - np.interp(starts, time, total)
+    return float(np.max(impulse / length))

@@ -276,7 +276,7 @@ def summary_of(run: Run) -> Summary:
 
 def _force(run: Run, joint: JointSummary) -> ForceAnswer:
     options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
-    later = None if options is None else force_after_start(run, options.start, joint.largest, joint.when)
+    later = None if options is None else force_after_start(run, options.start, joint)
     start, after = later or (None, None)
     return ForceAnswer(joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film)
 

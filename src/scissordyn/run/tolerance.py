@@ -19,8 +19,8 @@ INTERNAL_STATES = 100.0
 not add up. Measured: the events keep their digits, the steps become 16 to 28 % fewer (docs/decisions)."""
 
 VIBRATIONS = 100.0
-"""Explicit methods weigh what moves bars that bend this much more loosely beside contacts, whose clearances are a thousandth of
-the bars. Their steps resolve axial waves, far faster than all else, and errors in vibrations do not grow with time. Measured:
+"""What moves bars that bend is weighed this much more loosely beside contacts, whose clearances are a thousandth of the bars.
+Steps resolve axial waves, far faster than all else, and errors in vibrations do not grow with time. Measured:
 steps become half as many, forces of contacts change by 2e-5 (docs/decisions)."""
 
 ROUNDINGS = 0.25
@@ -47,7 +47,7 @@ class Tolerances:
     precision: np.ndarray  # (guards,)
     crossable: np.ndarray  # (guards,) 1 for guards that may act from within a step on
     delays: tuple[float, ...]  # Of controllers [s]
-    vibration: np.ndarray  # (ny,) By how much explicit methods multiply the weights
+    vibration: np.ndarray  # (ny,) By how much the weights are multiplied
     time_scale: float  # Time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -55,9 +55,8 @@ class Tolerances:
 
         Shapes: returns `absolute, relative, rounding` (ny,).
         """
-        if kind == EXPLICIT:
-            return self.absolute * self.vibration, self.relative * self.vibration, np.zeros(self.rounding.size)
-        return self.absolute, self.relative, self.rounding
+        rounding = np.zeros(self.rounding.size) if kind == EXPLICIT else self.rounding
+        return self.absolute * self.vibration, self.relative * self.vibration, rounding
 
 
 def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, atol: float) -> Tolerances:

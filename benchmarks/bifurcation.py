@@ -17,7 +17,6 @@ from benchmarks.cases import name_of
 from benchmarks.measure import command, table
 from scissordyn.periodic.bifurcation import bifurcation
 from scissordyn.periodic.cycles import cycle
-from scissordyn.study.engine import Threads
 
 __all__ = ["CLEARANCES", "FREQUENCY", "array", "measure"]
 
@@ -72,7 +71,7 @@ def _diagrams(quick: bool) -> str:
             values=np.linspace(*CLEARANCES, values),
             cycles=cycles,
             keep=min(KEPT, cycles),
-            engine=Threads(WORKERS),
+            engine=WORKERS,
         )
         if set(diagram["status"].values) != {"complete"}:
             raise RuntimeError(f"{name_of(kinetic)}: {sorted(set(diagram['cause'].values))}")

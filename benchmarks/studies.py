@@ -16,18 +16,18 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
 from distributed import Client, LocalCluster, Security
 
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
+from scissordyn.run.engine import Engine, Processes, outcomes, workers_of
 from scissordyn.run.options import Options
 from scissordyn.study.block import Block
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
-from scissordyn.study.engine import Cluster, Engine, Threads
 from scissordyn.study.execute import BUSY, TASK_SECONDS, Progress, block_seconds, execute
-from scissordyn.study.processes import Processes
 
 __all__ = ["Measured", "measure"]
 
@@ -43,8 +43,6 @@ TASKS = 2000
 WORKERS, PLANNED = 1000, 10_000_000
 
 MEASURES = ("peak_force", "contact_count")
-
-ARRAYS = ("A.clearance", "drive.speed", *MEASURES, "cause", "warnings", "status")
 
 MIB = 2**20
 
@@ -143,7 +141,7 @@ def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
     address, file = folder / f"{name}.db", folder / f"{name}.json"
     spent = Spent.of(file)
     before, first, early = spent.seconds, spent.runs, False
-    execute(study(8 * engine.workers), folder / f"{name} warm {spent.runs}.db", block=1, engine=engine)
+    execute(study(8 * workers_of(engine)), folder / f"{name} warm {spent.runs}.db", block=1, engine=engine)
     began = time.perf_counter()
 
     def look(progress: Progress) -> None:
@@ -161,23 +159,23 @@ def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
     return Measured(name, cases, spent.seconds, beside, spent.early, spent.late, spent.runs)
 
 
-def per_task(cluster: Cluster, tasks: int) -> tuple[float, float]:
+def per_task(client: Client, tasks: int) -> tuple[float, float]:
     """Seconds that a task costs by the clock, and of processor time of the scheduler and the coordinator, this process."""
     described = study(CASES)
-    blocks = (Block(described, "nowhere", number) for number in range(tasks))
+    blocks = (Block(described, number, np.arange(1000)) for number in range(tasks))
     began, busy = time.perf_counter(), time.process_time()
-    for _ in cluster.each(empty, blocks):
+    for _ in outcomes(client.get_executor(pure=False), empty, blocks):
         pass
     return (time.perf_counter() - began) / tasks, (time.process_time() - busy) / tasks
 
 
-def held(cluster: Cluster, tasks: int) -> float:
+def held(client: Client, tasks: int) -> float:
     """Memory [MiB] of the scheduler and the client, which are this process here, for tasks that wait."""
     described, before = study(CASES), resident()
-    futures = [cluster.client.submit(waiting, Block(described, "nowhere", k), pure=False) for k in range(tasks)]
+    futures = [client.submit(waiting, Block(described, k, np.arange(1000)), pure=False) for k in range(tasks)]
     time.sleep(2.0)  # until all are there
     grown = resident() - before
-    cluster.client.cancel(futures, force=True)
+    client.cancel(futures, force=True)
     return grown
 
 
@@ -195,18 +193,18 @@ def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) ->
     """
     fewer, found = max(40, cases // FEWER), dict[str, Measured]()
     with _folder(kept) as folder:
-        found["2 threads"] = timed("2 threads", cases, Threads(2), folder)
-        found["1 thread"] = timed("1 thread", fewer, Threads(1), folder)
+        found["2 threads"] = timed("2 threads", cases, 2, folder)
+        found["1 thread"] = timed("1 thread", fewer, 1, folder)
         for workers, title in ((1, "1 process"), (2, "2 processes")):
             with Processes(workers) as engine:
                 found[title] = timed(title, fewer * workers, engine, folder)
-        with _dask(2) as cluster:
-            clock, cost = per_task(cluster, tasks)
-        with _dask(1) as cluster:
-            memory = held(cluster, tasks)
+        with _dask(2) as client:
+            clock, cost = per_task(client, tasks)
+        with _dask(1) as client:
+            memory = held(client, tasks)
     gains = [f"{two}: {found[two].rate / found[one].rate:.2f}" for one, two in PAIRS]
     whole = found["2 threads"]
-    size = len(pickle.dumps(Block(study(CASES), "nowhere", 0))) / 1024
+    size = len(pickle.dumps(Block(study(CASES), 0, np.arange(1000)))) / 1024
     stopped = f" in {whole.runs} runs of the command" if whole.runs > 1 else ""
     about = paragraph(
         f"Frictionless cases of the paper: 50 ms simulated, tolerance 1e-8, random clearance and speed, {len(MEASURES)}",
@@ -244,14 +242,14 @@ def _most_workers() -> int:
 
 
 @contextmanager
-def _dask(workers: int) -> Iterator[Cluster]:
+def _dask(workers: int) -> Iterator[Client]:
     """A scheduler in this process and workers of dask, protected as those of a queueing system are."""
     own = Security.temporary()
     with (
         LocalCluster(workers, threads_per_worker=1, security=own, dashboard_address="127.0.0.1:0") as scheduler,
         Client(scheduler, set_as_default=False) as client,
     ):
-        yield Cluster(client)
+        yield client
 
 
 def _plan(rate: float, cost: float, memory: float) -> str:
@@ -265,9 +263,7 @@ def _plan(rate: float, cost: float, memory: float) -> str:
         f"A plan for {PLANNED:.0e} cases on {WORKERS} workers: {tasks} tasks, blocks of {block} cases, {seconds:g} s",
         f"each. Handing out all of them takes the scheduler {dispatch:.0f} s, the work of each worker is {work:.0f} s:",
         f"{slower} how long it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all:",
-        f"{memory:.0f} MiB in the scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)}",
-        f"arrays in {len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds and "
-        "the seal of each block are two more.",
+        f"{memory:.0f} MiB in the scheduler and the coordinator, however many cases there are.",
     )
 
 

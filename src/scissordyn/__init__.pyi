@@ -108,7 +108,7 @@ from scissordyn.run.batch import simulate_many as simulate_many
 from scissordyn.run.buckling import buckling as buckling
 from scissordyn.run.checkpoint import Checkpoint as Checkpoint
 from scissordyn.run.constrained_contact import constrain_contact as constrain_contact
-from scissordyn.run.engine import Threads as Threads
+from scissordyn.run.engine import Processes as Processes
 from scissordyn.run.feed_forward import feed_forward as feed_forward
 from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
 from scissordyn.run.internal_forces import internal_forces as internal_forces
@@ -130,9 +130,7 @@ from scissordyn.study.distribution import (
     Uniform as Uniform,
     Weibull as Weibull,
 )
-from scissordyn.study.engine import Cluster as Cluster
 from scissordyn.study.fit import Fit as Fit
-from scissordyn.study.processes import Processes as Processes
 from scissordyn.units import Pairs as Pairs, Quantity as Quantity, State as State, degrees as degrees, rpm as rpm
 
 __version__: str

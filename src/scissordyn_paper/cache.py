@@ -14,8 +14,8 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.provenance import FACES, PACKAGE
 from scissordyn.file.provenance import provenance as made_with
+from scissordyn.run.engine import Engine, error_text, outcomes
 from scissordyn.run.store import load, save
-from scissordyn.study.engine import Engine, Threads, error_text
 
 Progress = Callable[[str, int, int], None]
 """Kind of work, number done, total number."""
@@ -67,7 +67,7 @@ def fetch(
     folder: Path,
     *,
     what: str = "runs",
-    engine: Engine | None = None,
+    engine: Engine = None,
     progress: Progress | None = None,
 ) -> dict[Work, xr.Dataset]:
     """Results from a folder; those missing or out of date are computed first."""
@@ -75,9 +75,7 @@ def fetch(
     return found
 
 
-def fetch_all(
-    *asked: Jobs, engine: Engine | None = None, progress: Progress | None = None
-) -> tuple[dict[Any, xr.Dataset], ...]:
+def fetch_all(*asked: Jobs, engine: Engine = None, progress: Progress | None = None) -> tuple[dict[Any, xr.Dataset], ...]:
     """Results of several kinds from their folders; no worker waits for the end of one kind before it begins with the next."""
     found: list[dict[Any, xr.Dataset]] = []
     missing: list[tuple[int, Any]] = []
@@ -97,14 +95,13 @@ def computed(
     tasks: Sequence[Task],
     *,
     what: Callable[[Task], str],
-    engine: Engine | None = None,
+    engine: Engine = None,
     progress: Progress | None = None,
     named: Callable[[Task], str] = lambda _: "",
 ) -> Iterator[tuple[Task, Value]]:
     """Tasks with their results, in the order in which they come; the first error ends all."""
-    spread = Threads() if engine is None else engine
     of, count = Counter(map(what, tasks)), Counter[str]()
-    results = spread.each(compute, tasks)
+    results = outcomes(engine, compute, tasks)
     try:
         for done in results:
             if done.error is not None:

@@ -15,7 +15,7 @@ import xarray as xr
 
 from scissordyn.file.output_file import write_file
 from scissordyn.plot.file import write
-from scissordyn.study.engine import Engine
+from scissordyn.run.engine import Engine
 from scissordyn_paper.cache import Progress, fetch, provenance
 from scissordyn_paper.figure import open_question as figure
 from scissordyn_paper.open_question import (
@@ -90,7 +90,7 @@ class OpenAnswers:
     report: Path  # The page in HTML
 
 
-def answer_open_question(folder: Path, *, engine: Engine | None = None, progress: Progress | None = None) -> OpenAnswers:
+def answer_open_question(folder: Path, *, engine: Engine = None, progress: Progress | None = None) -> OpenAnswers:
     """Compute what is missing, compare, and write page, tables and pictures."""
     folder.mkdir(parents=True, exist_ok=True)
     runs = fetch(LONGEST_FIRST, compute, folder / "beyond", what="runs beyond the paper", engine=engine, progress=progress)

@@ -24,8 +24,8 @@ from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.diagram import OtherDiagramError
 from scissordyn.periodic.ensemble import ensemble
 from scissordyn.periodic.lyapunov import separation_exponent
+from scissordyn.run.engine import Engine
 from scissordyn.run.interrupt import pass_on
-from scissordyn.study.engine import Engine, Threads
 from scissordyn.units import degrees
 from scissordyn_paper.cache import Progress
 from scissordyn_paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
@@ -100,7 +100,7 @@ def examine(case: PaperCase) -> xr.Dataset:
     together = followed = 0
     if classify(run, skip=SKIP).period is not None:
         # for a periodic motion a few periods are enough to see whether neighbours converge to it
-        pair = ensemble(mechanism, members=PAIR, cycles=SKIP, engine=Threads(1))
+        pair = ensemble(mechanism, members=PAIR, cycles=SKIP, engine=1)
         _check(pair, case)
         together = followed = int(pair.attrs["trusted_cycles"])
     growth = math.nan
@@ -109,7 +109,7 @@ def examine(case: PaperCase) -> xr.Dataset:
         kind, name, evidence, judged, agreeing = verdict.kind, verdict.name, verdict.evidence, 1, 1
         fraction, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_fraction", "impacts"))
     else:
-        many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, engine=Threads(1))
+        many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, engine=1)
         _check(many, case)
         together, followed = int(many.attrs["trusted_cycles"]), CYCLES
         at = ("cycle", many.attrs["period"] * np.arange(CYCLES))
@@ -149,7 +149,7 @@ def read(run: xr.Dataset) -> Regularity:
     return Regularity(**{**kept, "evidence": tuple(kept["evidence"])})
 
 
-def fetch_diagram(path: Path, *, engine: Engine | None = None, progress: Progress | None = None) -> xr.Dataset:
+def fetch_diagram(path: Path, *, engine: Engine = None, progress: Progress | None = None) -> xr.Dataset:
     """The asymptotic motion for clearances from 0.2 to 0.7 mm, from a file or computed."""
     values = np.linspace(CLEARANCES[-1], CLEARANCES[0], DIAGRAM_VALUES)
 

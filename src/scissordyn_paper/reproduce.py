@@ -13,7 +13,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import write_file
 from scissordyn.plot.file import write
-from scissordyn.study.engine import Engine
+from scissordyn.run.engine import Engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper.cache import Jobs, Progress, fetch_all
 from scissordyn_paper.cases import PaperCase, contact_starts, every_case
@@ -37,9 +37,7 @@ class Reproduction:
     report: Path  # The HTML report
 
 
-def reproduce(
-    folder: str | os.PathLike[str], *, engine: Engine | None = None, progress: Progress | None = None
-) -> Reproduction:
+def reproduce(folder: str | os.PathLike[str], *, engine: Engine = None, progress: Progress | None = None) -> Reproduction:
     """Reproduce the paper and write a report."""
     target = _made(folder)
     results = _results(target, engine, progress)
@@ -80,7 +78,7 @@ def draw_figure(
     number: int,
     folder: str | os.PathLike[str],
     *,
-    engine: Engine | None = None,
+    engine: Engine = None,
     progress: Progress | None = None,
 ) -> list[Path]:
     """One figure of the paper; missing runs are computed."""
@@ -96,7 +94,7 @@ def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = Non
     return tuple(answer(clause, DEFAULT, measured, settled) for clause in CLAUSES)
 
 
-def _results(target: Path, engine: Engine | None, progress: Progress | None) -> Results:
+def _results(target: Path, engine: Engine, progress: Progress | None) -> Results:
     """All runs; missing ones are computed."""
     runs, settled, controlled_runs = fetch_all(
         Jobs((*every_case(DEFAULT), *contact_starts(DEFAULT)), compute, target / "runs"),

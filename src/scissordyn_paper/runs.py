@@ -11,9 +11,9 @@ import xarray as xr
 from scissordyn.config.case import Case
 from scissordyn.errors import ScissordynError
 from scissordyn.run.constrained_contact import constrain_contact
+from scissordyn.run.engine import Engine
 from scissordyn.run.interrupt import pass_on
 from scissordyn.run.simulate import simulate
-from scissordyn.study.engine import Engine
 from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.constrained_contact import with_contact
@@ -44,7 +44,7 @@ def _described(case: PaperCase) -> Case:
 
 
 def fetch_runs(
-    cases: Sequence[PaperCase], folder: Path, *, engine: Engine | None = None, progress: Progress | None = None
+    cases: Sequence[PaperCase], folder: Path, *, engine: Engine = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
     """Runs from a folder; those missing or out of date are computed first."""
     return fetch(cases, compute, folder, engine=engine, progress=progress)

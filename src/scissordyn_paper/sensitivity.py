@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.run.engine import Engine
 from scissordyn.run.store import load, save
-from scissordyn.study.engine import Engine
 from scissordyn.units import degrees
 from scissordyn_paper.cache import Progress, computed, provenance
 from scissordyn_paper.cases import DRIVEN, Choice, PaperCase, every_case
@@ -164,7 +164,7 @@ def fetch_sensitivity(
     *,
     settled: Mapping[str, Finding] | None = None,
     members: int = PAIR,
-    engine: Engine | None = None,
+    engine: Engine = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Survey many choices, or read the survey from its file if it is of the same choices and version."""
@@ -172,7 +172,7 @@ def fetch_sensitivity(
     return found
 
 
-def fetch_surveys(*asked: Survey, engine: Engine | None = None, progress: Progress | None = None) -> tuple[xr.Dataset, ...]:
+def fetch_surveys(*asked: Survey, engine: Engine = None, progress: Progress | None = None) -> tuple[xr.Dataset, ...]:
     """Several surveys as of `fetch_sensitivity`; no worker waits for the end of one before it begins with the next."""
     stored = {each.path: found for each in asked if (found := each.stored()) is not None}
     results: dict[tuple[Choice, int], Holds] = {}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from scissordyn.study.engine import Threads
 from scissordyn_paper.cases import every_case
 from scissordyn_paper.runs import fetch_runs
 from scissordyn_paper.sensitivity import DEFAULT
@@ -19,4 +18,4 @@ def runs_folder(tmp_path_factory):
 @pytest.fixture(scope="session")
 def runs(runs_folder):
     """Every run of the default choice."""
-    return fetch_runs(every_case(DEFAULT), runs_folder, engine=Threads(1))
+    return fetch_runs(every_case(DEFAULT), runs_folder, engine=1)

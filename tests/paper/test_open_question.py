@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 from scissordyn.config.file import read_case
-from scissordyn.study.engine import Threads
 from scissordyn_paper import open_answers
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.open_answers import Change, changes
@@ -80,11 +79,11 @@ def test_the_page_holds_every_answer(tmp_path, monkeypatch):
     monkeypatch.setattr(open_answers, "LONGEST_FIRST", few)
     monkeypatch.setattr(open_answers.figure, "BARS", {bars: BARS[bars] for bars in ("rigid", "steel tube")})
     monkeypatch.setattr(open_answers.figure, "OILS", (0.1,))
-    result = open_answers.answer_open_question(tmp_path, engine=Threads(1))
+    result = open_answers.answer_open_question(tmp_path, engine=1)
     page = result.report.read_text(encoding="utf-8")
     assert all(one.words in page for one in result.changes)
     assert len((tmp_path / "beyond.csv").read_text().splitlines()) == 1 + len(few)
     assert (tmp_path / "figures" / "beyond-orbits.png").stat().st_size > 10_000
-    again = open_answers.answer_open_question(tmp_path, engine=Threads(1))
+    again = open_answers.answer_open_question(tmp_path, engine=1)
     assert again.changes == result.changes
     assert isinstance(result.changes[0], Change)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from scissordyn.errors import InputError
-from scissordyn.study.engine import Threads
 from scissordyn_paper import periodic
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
@@ -70,14 +69,14 @@ def test_a_verdict_is_the_same_each_time():
 def test_a_diagram_of_another_version_is_made_anew(tmp_path):
     """Contract: a file that is cut is replaced by the same diagram; a whole one is read."""
     path = tmp_path / "diagram.nc"
-    first = fetch_diagram(path, engine=Threads(1))
+    first = fetch_diagram(path, engine=1)
     assert first["value"].values == pytest.approx([0.2e-3, 0.7e-3])
     assert first.sizes["cycle"] == 2
     path.write_bytes(path.read_bytes()[:2000])
-    again = fetch_diagram(path, engine=Threads(1))
+    again = fetch_diagram(path, engine=1)
     np.testing.assert_array_equal(again["eccentricity"].values, first["eccentricity"].values)
     reported = []
-    fetch_diagram(path, engine=Threads(1), progress=lambda *done: reported.append(done))
+    fetch_diagram(path, engine=1, progress=lambda *done: reported.append(done))
     assert reported == []
 
 

@@ -14,7 +14,6 @@ from scissordyn.cli.where import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.study import engine
-from scissordyn.study.engine import Threads
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS
@@ -44,7 +43,7 @@ SHORT = {
 def surveyed(*asked, engine=None, progress=None):
     """The first of the combinations surveyed in earnest, and repeated for the others."""
     first = full_factorial()[:1]
-    found = [fetch_sensitivity(first, each.path, members=1, engine=Threads(1), progress=progress) for each in asked]
+    found = [fetch_sensitivity(first, each.path, members=1, engine=1, progress=progress) for each in asked]
     return tuple(one.isel(choice=[0] * len(each.choices)) for one, each in zip(found, asked, strict=True))
 
 
@@ -57,7 +56,7 @@ def report(runs, runs_folder):
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
         patch.setitem(controlled.MANOEUVRES, "periodic", short)
-        yield reproduce(runs_folder.parent, engine=Threads(1))
+        yield reproduce(runs_folder.parent, engine=1)
 
 
 class Outline(HTMLParser):
@@ -140,7 +139,7 @@ def test_a_second_time_gives_the_same_bytes(report):
         patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
         patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
         patch.setattr(module, "fetch_surveys", surveyed)
-        reproduce(folder, engine=Threads(1))
+        reproduce(folder, engine=1)
     assert {path: path.read_bytes() for path in kept} == before
 
 
@@ -148,7 +147,7 @@ def test_one_figure_can_be_drawn_alone(report):
     """Contract: the two files of that figure, and the same bytes as among the others."""
     folder = report.report.parent
     before = {path: path.read_bytes() for path in (folder / "figures").glob("figure-09.*")}
-    written = draw_figure(9, folder, engine=Threads(1))
+    written = draw_figure(9, folder, engine=1)
     assert [path.name for path in written] == ["figure-09.png", "figure-09.svg"]
     assert {path: path.read_bytes() for path in written} == before
 
@@ -156,7 +155,7 @@ def test_one_figure_can_be_drawn_alone(report):
 def test_a_figure_without_results_is_refused(tmp_path):
     """Contract: nothing is written."""
     with pytest.raises(InputError, match="figure 4"):
-        draw_figure(4, tmp_path / "none", engine=Threads(1))
+        draw_figure(4, tmp_path / "none", engine=1)
     assert not (tmp_path / "none").exists()
 
 

@@ -4,8 +4,8 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
+from scissordyn.run.engine import Outcome
 from scissordyn.run.store import load, save
-from scissordyn.study.engine import Outcome, Threads
 from scissordyn_paper import runs as module
 from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance
 from scissordyn_paper.cases import Choice, PaperCase, every_case
@@ -18,7 +18,7 @@ CASE = PaperCase(None)
 @pytest.fixture
 def folder(tmp_path):
     """A folder with the run of one case."""
-    fetch_runs([CASE], tmp_path, engine=Threads(1))
+    fetch_runs([CASE], tmp_path, engine=1)
     return tmp_path
 
 
@@ -37,7 +37,7 @@ def counting(monkeypatch):
 def test_a_second_call_computes_nothing(folder, monkeypatch):
     """Identity: the same numbers, read from the file; and a case asked for twice is one run."""
     made = counting(monkeypatch)
-    again = fetch_runs([CASE, CASE], folder, engine=Threads(1))
+    again = fetch_runs([CASE, CASE], folder, engine=1)
     assert made == []
     xr.testing.assert_equal(again[CASE], compute(CASE))
     assert [path.name for path in folder.iterdir()] == [f"{CASE.name}.nc"]
@@ -52,7 +52,7 @@ def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
     else:
         save(load(path).assign_attrs({spoil: "other"}), path)
     made = counting(monkeypatch)
-    fetch_runs([CASE], folder, engine=Threads(1))
+    fetch_runs([CASE], folder, engine=1)
     assert made == [CASE]
     assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, provenance())
 
@@ -66,14 +66,14 @@ def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
 
     monkeypatch.setattr(module, "simulate", short)
     with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps are not enough"):
-        fetch_runs([PaperCase()], tmp_path, engine=Threads(1))
+        fetch_runs([PaperCase()], tmp_path, engine=1)
     assert not list(tmp_path.iterdir())
 
 
 def test_the_number_of_threads_changes_nothing(runs, tmp_path):
     """Identity: two threads give bit for bit what one gives, in the same order."""
     cases = [PaperCase(0.2e-3), PaperCase(None)]
-    found = fetch_runs(cases, tmp_path, engine=Threads(2))
+    found = fetch_runs(cases, tmp_path, engine=2)
     assert list(found) == cases
     for case in cases:
         xr.testing.assert_equal(found[case], runs[case])
@@ -116,7 +116,7 @@ def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
     free, ideal = fetch_all(
         Jobs((moved,), compute, tmp_path / "free", "clearance"),
         Jobs((CASE, CASE.ideal), compute, tmp_path / "ideal", "ideal"),
-        engine=Threads(2),
+        engine=2,
         progress=lambda *step: steps.append(step),
     )
     assert sorted(steps) == [("clearance", 1, 1), ("ideal", 1, 1)]

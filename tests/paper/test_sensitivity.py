@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
-from scissordyn.study.engine import Threads
 from scissordyn_paper import sensitivity
 from scissordyn_paper.periodic import PERIODIC
 from scissordyn_paper.reproduce import verdicts
@@ -39,8 +38,8 @@ def test_the_default_choice_is_answered_as_in_the_report(runs):
 def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
     """Identity: the same numbers each time; a call for what is there reads it, a call for more computes."""
     choices = (DEFAULT, OTHER)
-    one = fetch_sensitivity(choices, tmp_path / "one.nc", members=1, engine=Threads(1))
-    two = fetch_sensitivity(choices, tmp_path / "two.nc", members=1, engine=Threads(1))
+    one = fetch_sensitivity(choices, tmp_path / "one.nc", members=1, engine=1)
+    two = fetch_sensitivity(choices, tmp_path / "two.nc", members=1, engine=1)
     xr.testing.assert_identical(one, two)
     assert list(one["clause"].values) == [clause.key for clause in CLAUSES]
     assert not np.array_equal(one["agreeing"][0], one["agreeing"][1])
@@ -61,22 +60,22 @@ def test_several_surveys_are_done_in_one_go(tmp_path):
         Survey((DEFAULT,), tmp_path / "one.nc", members=2),
         Survey((OTHER, DEFAULT, OTHER), tmp_path / "two.nc", members=1),
     )
-    one, two = fetch_surveys(*asked, engine=Threads(2), progress=lambda *step: steps.append(step))
+    one, two = fetch_surveys(*asked, engine=2, progress=lambda *step: steps.append(step))
     assert {step[0] for step in steps} == {"choices, 2 members each", "choices, 1 members each"}
     assert sorted(step[1:] for step in steps) == [(1, 1), (1, 2), (2, 2)]
     assert one["summary"].values.tolist() == [DEFAULT.words]
     assert two["summary"].values.tolist() == [OTHER.words, DEFAULT.words, OTHER.words]
-    alone = fetch_sensitivity((OTHER, DEFAULT, OTHER), tmp_path / "alone.nc", members=1, engine=Threads(1))
+    alone = fetch_sensitivity((OTHER, DEFAULT, OTHER), tmp_path / "alone.nc", members=1, engine=1)
     xr.testing.assert_identical(two, alone)
 
 
 def test_settled_answers_replace_those_of_two_oscillations(tmp_path):
     """Contract: for the periodic drive the named clauses have the given answers, others the surveyed ones."""
     choices = (DEFAULT, PERIODIC)
-    plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, engine=Threads(1))
+    plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, engine=1)
     at = [clause.key for clause in CLAUSES].index("5e")
     opposite = Finding(not plain["agreeing"].values[1, at], "as given", {})
-    given = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, engine=Threads(1))
+    given = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, engine=1)
     assert (given["agreeing"].values[1, at], str(given["words"].values[1, at])) == (float(opposite.holds), "as given")
     others = np.arange(len(CLAUSES)) != at
     np.testing.assert_array_equal(given["agreeing"].values[:, others], plain["agreeing"].values[:, others])

@@ -17,7 +17,6 @@ import scissordyn
 import scissordyn as sd
 from scissordyn.file.provenance import FACES, provenance
 from scissordyn.periodic import diagram as diagram_module
-from scissordyn.study.engine import Threads
 from scissordyn_paper.cache import SHOWN
 
 PACKAGE = Path(scissordyn.__file__).parent
@@ -95,7 +94,7 @@ def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch:
         "values": np.array([20.0, 21.0]),
         "cycles": 1,
         "keep": 1,
-        "engine": Threads(1),
+        "engine": 1,
     }
     store = tmp_path / "diagram.nc"
     first = sd.bifurcation(arm, store=store, **options)

@@ -17,7 +17,6 @@ from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, suspects
 from scissordyn.plan.plan import plan
-from scissordyn.study.engine import Threads
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
@@ -245,7 +244,7 @@ def test_map_and_diagram_are_warned() -> None:
         sd.scissor(units=2, angle=0.5).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.NoFriction())).driven(speed=100.0)
     )
     assert len(singular_warnings(sd.cycle(array, cycles=1).attrs["warnings"])) == 4
-    diagram = sd.bifurcation(array, over="A.clearance", values=[0.4e-3, 0.5e-3], cycles=1, keep=1, engine=Threads(1))
+    diagram = sd.bifurcation(array, over="A.clearance", values=[0.4e-3, 0.5e-3], cycles=1, keep=1, engine=1)
     assert len(singular_warnings(diagram.attrs["warnings"])) == 4
 
 

@@ -15,7 +15,6 @@ from scissordyn.periodic.follow import carried
 from scissordyn.periodic.stroboscope import run_cycles
 from scissordyn.plot.regularity import bifurcation as draw
 from scissordyn.run.store import load
-from scissordyn.study.engine import Threads
 
 CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)
 TIMES = {"seconds", "processor_seconds"}
@@ -45,7 +44,7 @@ def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
 @pytest.fixture(scope="module")
 def diagram(impacting):
     """Three values, in this process."""
-    return bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=Threads(1))
+    return bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=1)
 
 
 def test_each_value_is_a_run(impacting, diagram):
@@ -72,12 +71,12 @@ def test_warnings(diagram):
 
 def test_two_threads_give_the_same(impacting, diagram):
     """Identity: bit for bit."""
-    assert_same(bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=Threads(2)), diagram)
+    assert_same(bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=2), diagram)
 
 
 def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
     """Contract: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
-    store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "engine": Threads(1)}
+    store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "engine": 1}
 
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt
@@ -107,7 +106,7 @@ def test_following(impacting):
     for k in (1, 2):
         found = run_cycles(mechanisms[k], options, cycles=3, start=carried(mechanisms[k - 1], found.end, mechanisms[k]))
         np.testing.assert_array_equal(chain["peak_force"].values[k], found.peak_force)
-    alone = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, engine=Threads(1))
+    alone = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, engine=1)
     assert not np.array_equal(chain["peak_force"].values[1], alone["peak_force"].values[1])
 
 
@@ -147,7 +146,7 @@ def test_a_carried_state_stands_where_it_stood(frictional):
 
 def test_values_that_fail(impacting):
     """Contract: they say why, are NaN, and cost the others nothing."""
-    found = bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, engine=Threads(1))
+    found = bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, engine=1)
     states = found["status"].values.tolist()
     assert "failed" in states
     assert "complete" in states
@@ -160,13 +159,13 @@ def test_values_that_fail(impacting):
 def test_drive_and_function(impacting):
     """Contract: the period follows the frequency of the drive; a function of the value does the same as a path."""
     frequencies = (40.0, 60.0)
-    one = bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, engine=Threads(1))
+    one = bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, engine=1)
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
 
     def faster(value):
         return impacting.replace("drive.angular_frequency", value)
 
-    assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, engine=Threads(1)), one)
+    assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, engine=1), one)
 
 
 def test_what_cannot_be_used(impacting):
@@ -176,7 +175,7 @@ def test_what_cannot_be_used(impacting):
         ({"values": (1e-4,), "keep": 300}, "keep = 300"),
         ({"values": (1e-4,), "cycles": 0}, "cycles = 0"),
         ({"values": (-1e-4,)}, "clearance = -0.0001"),
-        ({"values": (1e-4,), "engine": "two"}, r"engine = 'two'.*Threads\(2\)"),
+        ({"values": (1e-4,), "engine": "two"}, r"engine = 'two'.*engine=2"),
     ):
         with pytest.raises(InputError, match=words):
             bifurcation(impacting, over="A.clearance", **{"cycles": 2, "keep": 1, **options})

@@ -24,7 +24,6 @@ from scissordyn.run.options import Options
 from scissordyn.study.block import Block, ProgramError, run_block
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels
-from scissordyn.study.engine import Threads
 from scissordyn.study.execute import execute
 from scissordyn.study.goal import Goal, Optimisation
 from scissordyn.study.optimise import optimise
@@ -53,7 +52,7 @@ def study() -> Study:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A store that is complete."""
     path = tmp_path_factory.mktemp("whole") / "a.db"
-    execute(study(), path, block=BLOCK, engine=Threads(1))
+    execute(study(), path, block=BLOCK, engine=1)
     return path
 
 
@@ -133,7 +132,7 @@ def flipped(whole: Path, store: Path, flips: int, capfd: pytest.CaptureFixture[s
         assert good.all() or "damage" in results.attrs, bit
         lost.add(int(np.sum(~good)))
         if not good.all():
-            assert (execute(study(), store, engine=Threads(1)).status() == COMPLETE).all(), bit
+            assert (execute(study(), store, engine=1).status() == COMPLETE).all(), bit
             assert rows(store) == rows(whole), bit
     return lost
 
@@ -163,7 +162,7 @@ def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None
     """Contract: of a thousand rows on many pages, those on the broken page are pending, the others keep their values."""
     path = tmp_path / "a.db"
     long = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
-    execute(long, path, engine=Threads(1), block=100)
+    execute(long, path, engine=1, block=100)
     content, expected = bytearray(path.read_bytes()), Store(path).results()
     page = next(k for k in range(4096, len(content), 4096) if content[k] == 13 and b"\x01\xf4" in content[k : k + 4096])
     content[page] ^= 0xFF  # the kind of the page
@@ -173,7 +172,7 @@ def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None
     assert 800 < good.sum() < 1000
     xr.testing.assert_equal(results.isel(case=good).drop_attrs(), expected.isel(case=good).drop_attrs())
     assert "cannot be read" in results.attrs["damage"]
-    xr.testing.assert_equal(execute(long, path, engine=Threads(1)).results(), expected)
+    xr.testing.assert_equal(execute(long, path, engine=1).results(), expected)
 
 
 def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -193,7 +192,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     for name in ("text.db", "other.db", "folder.db"):
         before = (tmp_path / name).read_bytes() if name != "folder.db" else b""
         with pytest.raises(sd.InputError, match="is no study"):
-            execute(study(), tmp_path / name, block=BLOCK, engine=Threads(1))
+            execute(study(), tmp_path / name, block=BLOCK, engine=1)
         assert name == "folder.db" or (tmp_path / name).read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.db", "other.db", "text.db"]
 
@@ -201,10 +200,10 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 def test_a_store_behind_a_link(tmp_path: Path) -> None:
     """Contract: the store is where the link leads, and goes on through it."""
     (tmp_path / "a.db").symlink_to(tmp_path / "b.db")
-    execute(study(), tmp_path / "a.db", block=BLOCK, engine=Threads(1))
+    execute(study(), tmp_path / "a.db", block=BLOCK, engine=1)
     assert (tmp_path / "a.db").is_symlink()
     assert Store(tmp_path / "b.db").exists()
-    assert (execute(study(), tmp_path / "a.db", engine=Threads(1)).status() == COMPLETE).all()
+    assert (execute(study(), tmp_path / "a.db", engine=1).status() == COMPLETE).all()
 
 
 def test_ctrl_c_before_there_is_a_store_promises_nothing(
@@ -273,7 +272,7 @@ def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store:
     assert (store.parent / "a.db-journal").exists()
     assert (Store(store).status() == COMPLETE).tolist() == [True] * 4 + [False] * 4
     assert rows(store) == before
-    execute(study(), store, engine=Threads(1))
+    execute(study(), store, engine=1)
     assert rows(store) == rows(whole)
 
 
@@ -299,7 +298,7 @@ def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -
 
     try:
         with pytest.raises(StoreError, match=r"cannot be read or written: .*; what is complete is kept"):
-            execute(many, path, block=100, engine=Threads(1), progress=full)
+            execute(many, path, block=100, engine=1, progress=full)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, soft)
     done = (Store(path).status() == COMPLETE).sum()
@@ -314,19 +313,19 @@ def test_an_optimisation_with_a_damaged_early_row_goes_on(tmp_path: Path) -> Non
     plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
     searched = dataclasses.replace(plain, optimisation=plan, design=plan.design(1, 1))
     path = tmp_path / "a.db"
-    optimise(searched, path, engine=Threads(1), block=3)
+    optimise(searched, path, engine=1, block=3)
     expected = rows(path)
     change(path, "DELETE FROM cases WHERE number = 4")
     assert list(Store(path).damage()) == [4]
-    optimise(searched, path, engine=Threads(1), block=3)
+    optimise(searched, path, engine=1, block=3)
     assert rows(path) == expected
 
 
 def test_more_numbers_than_a_table_has_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cross-check: the bytes of one column give the numbers of a column each."""
-    narrow = execute(study(), tmp_path / "a.db", engine=Threads(1)).results()
+    narrow = execute(study(), tmp_path / "a.db", engine=1).results()
     monkeypatch.setattr("scissordyn.study.table.MOST_COLUMNS", 1)
-    wide = execute(study(), tmp_path / "b.db", engine=Threads(1)).results()
+    wide = execute(study(), tmp_path / "b.db", engine=1).results()
     xr.testing.assert_identical(wide, narrow)
 
 

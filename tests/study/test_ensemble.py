@@ -8,13 +8,12 @@ import pytest
 from scissordyn.errors import InputError
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.ensemble import ensemble
-from scissordyn.study.engine import Threads
 
 
 @pytest.fixture(scope="module")
 def diverging(impacting):
     """Four members of an irregular motion."""
-    return ensemble(impacting, members=4, cycles=8, skip=2, engine=Threads(1))
+    return ensemble(impacting, members=4, cycles=8, skip=2, engine=1)
 
 
 def test_irregular_motion_diverges(impacting, diverging):
@@ -46,7 +45,7 @@ def test_means_and_spread(diverging):
 
 def test_regular_motion_stays_together(frictional):
     """Limit: where a perturbation shrinks, all members agree to the end."""
-    found = ensemble(frictional, members=3, cycles=6, engine=Threads(1))
+    found = ensemble(frictional, members=3, cycles=6, engine=1)
     assert found.attrs["trusted_cycles"] == 6
     np.testing.assert_array_equal(found["agreeing"], 1.0)
     np.testing.assert_array_equal(found["divergence_cycle"], 6)
@@ -55,9 +54,9 @@ def test_regular_motion_stays_together(frictional):
 
 def test_seed(impacting):
     """Contract: the same seed gives the same members, another seed others."""
-    here = ensemble(impacting, members=2, cycles=1, seed=5, engine=Threads(1))
-    there = ensemble(impacting, members=2, cycles=1, seed=5, engine=Threads(1))
-    other = ensemble(impacting, members=2, cycles=1, seed=6, engine=Threads(1))
+    here = ensemble(impacting, members=2, cycles=1, seed=5, engine=1)
+    there = ensemble(impacting, members=2, cycles=1, seed=5, engine=1)
+    other = ensemble(impacting, members=2, cycles=1, seed=6, engine=1)
     np.testing.assert_array_equal(here["eccentricity"], there["eccentricity"])
     assert not np.array_equal(here["drive_work"].values[1], other["drive_work"].values[1])
 

@@ -18,7 +18,6 @@ from scissordyn.run.options import Options
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, Uniform
-from scissordyn.study.engine import Threads
 from scissordyn.study.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.study.requirement import Requirement, Response, response_values
 from scissordyn.study.store import COMPLETE, FAILED, Store, StoreError
@@ -86,7 +85,7 @@ def test_members_differ_by_round_off_only() -> None:
 
 def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
     """Contract: whatever order and number of threads, stopped or not; finished blocks are not written again."""
-    whole = execute(study(), tmp_path / "whole.db", block=5, engine=Threads(1))
+    whole = execute(study(), tmp_path / "whole.db", block=5, engine=1)
     stopped = tmp_path / "stopped.db"
 
     def stop(progress: Any) -> None:
@@ -94,11 +93,11 @@ def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        execute(study(), stopped, block=5, engine=Threads(2), progress=stop)
+        execute(study(), stopped, block=5, engine=2, progress=stop)
     done = Store(stopped).status() == COMPLETE
     assert 10 <= done.sum() < 24
     assert Store(stopped).times()["attempts"].sum() == np.ceil(done.sum() / 5)
-    resumed = execute(study(), stopped, engine=Threads(2))
+    resumed = execute(study(), stopped, engine=2)
     assert rows(stopped) == rows(whole.address)
     assert resumed.times()["attempts"].tolist() == [1.0] * 5
     assert whole.times()["attempts"].tolist() == [1.0] * 5

@@ -74,7 +74,7 @@ def paper(
 
 def _where(threads: int | None, workers: int | None, figure: int | None) -> Where:
     """Processes unless threads are asked for: what a run has beside its loop is Python, which threads do one at a time."""
-    from scissordyn.study.engine import processors
+    from scissordyn.run.engine import processors
 
     several = min(processors(), MOST_WORKERS)
     if threads is None and workers is None and figure is None and several > 1:

@@ -53,19 +53,23 @@ class Where:
     @contextmanager
     def engine(self) -> Iterator[Engine]:
         """The engine; one choice at most."""
-        from scissordyn.run.engine import Threads, opened
-        from scissordyn.study.engine import Cluster
-        from scissordyn.study.processes import Processes
+        from scissordyn.run.engine import Processes
 
-        made = {"threads": Threads, "workers": Processes, "scheduler": Cluster, "cluster": Cluster}
-        chosen = [name for name in made if getattr(self, name) is not None]
+        chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
         if len(chosen) > 1:
             raise InputError(f"--{' and --'.join(chosen)}", "one of them")
-        name = chosen[0] if chosen else "threads"
-        with opened(made[name](getattr(self, name))) as engine:
-            if name == "scheduler" and isinstance(engine, Cluster) and not engine.protected:
-                print(UNPROTECTED, file=sys.stderr)
-            yield engine
+        if self.workers is not None:
+            with Processes(self.workers) as processes:
+                yield processes
+        elif self.scheduler is not None or self.cluster is not None:
+            from scissordyn.study.cluster import cluster
+
+            with cluster(self.scheduler or self.cluster or "") as workers:
+                if self.scheduler is not None and not self.scheduler.startswith("tls://"):
+                    print(UNPROTECTED, file=sys.stderr)
+                yield workers
+        else:
+            yield self.threads
 
 
 def _check_workers(workers: int) -> None:

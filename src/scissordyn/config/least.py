@@ -65,7 +65,7 @@ def least_value(
         Such as ``"tip.error < 5 mm"``.
     tolerance : float
         Width of the interval at the end, as a fraction of its value.
-    engine : Engine or int, optional
+    engine : Executor or int, optional
         As for `study`.
 
     Returns

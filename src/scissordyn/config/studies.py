@@ -59,7 +59,7 @@ def study(
     verify: int = Accurate.points,
     budget: float | None = None,
     store: Address | None = None,
-    engine: Engine | int | None = None,
+    engine: Engine = None,
     block: int | None = None,
     progress: Callable[[Progress], None] | None = None,
     compute: bool = True,
@@ -112,7 +112,7 @@ def _described(asked: StudyText, given: _Given, screen: Any, verify: int, meant:
 def _result(
     described: Study,
     store: Address | None,
-    engine: Engine | int | None,
+    engine: Engine,
     block: int | None,
     progress: Callable[[Progress], None] | None,
     compute: bool,

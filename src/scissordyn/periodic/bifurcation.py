@@ -19,7 +19,7 @@ from scissordyn.periodic.follow import carried
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, run_case
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
-from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, Threads, outcomes
+from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import save
@@ -51,7 +51,7 @@ def bifurcation(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    engine: Annotated[Engine | int | None, Meaning(ENGINES, "Threads(2)")] = None,
+    engine: Annotated[Engine, Meaning(ENGINES, "engine=2")] = None,
     store: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
     shown: tuple[str, float] | None = None,
@@ -75,7 +75,7 @@ def bifurcation(
         Start each value from the end of the one before, which follows a branch of solutions: one by one, here.
     start, rtol, atol, method, most_steps
         As for `cycle`.
-    engine : Engine or int, optional
+    engine : Executor or int, optional
         Where the values are computed; a number is one of threads; one thread per processor if not given. The result does not
         depend on it.
     store : path, optional
@@ -190,7 +190,7 @@ def _chain(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[int]) -> 
             end = final_state(diagram, index - 1, cases[index - 1].mechanism)
         if index and end is not None:
             case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
-        for result in Threads(1).each(run_case, [case]):
+        for result in outcomes(1, run_case, [case]):
             row = result.value
             end = row.end if row is not None and row.about["status"] == "complete" else None
             yield result

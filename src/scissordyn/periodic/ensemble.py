@@ -47,7 +47,7 @@ def ensemble(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    engine: Annotated[Engine | int | None, Meaning(ENGINES, "Threads(2)")] = None,
+    engine: Annotated[Engine, Meaning(ENGINES, "engine=2")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run the same mechanism from starts that differ by round-off.
@@ -76,7 +76,7 @@ def ensemble(
         Largest distance of agreeing members, as a fraction of the clearance.
     start, rtol, atol, method, most_steps
         As for `cycle`.
-    engine : Engine or int, optional
+    engine : Executor or int, optional
         As for `bifurcation`.
     progress : callable, optional
         Called after each member with the number done and the total.

@@ -19,7 +19,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.bar_measures import check_bars
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.engine import Threads
+from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
 from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.warn import Extremes
@@ -118,7 +118,7 @@ def simulate_cases(
 ) -> xr.Dataset:
     """The same with the options of `simulate` together, and the perturbations of the starts; nothing has to vary."""
     values = _columns(mechanism, over)
-    chosen, spread = _chosen(measures), Threads(threads)
+    chosen, spread = _chosen(measures), workers_of(threads)
     check_bars(mechanism, chosen)
     batch = _Batch(mechanism, values, chosen, perturbed)
     began = clocks.perf_counter()
@@ -229,11 +229,11 @@ class _Batch:
         self.status[case] = "complete"
 
 
-def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callable[[int, int], None] | None) -> bool:
+def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[int, int], None] | None) -> bool:
     """Run all cases; returns whether the user stopped it."""
     base, cases = plan(batch.base), batch.status.size
     free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-    workers = [Worker(base, options, batch) for _ in range(min(threads.workers, cases))]
+    workers = [Worker(base, options, batch) for _ in range(min(threads, cases))]
     for each in workers:
         free.put(each)
 
@@ -252,7 +252,7 @@ def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callab
             free.put(worker)
 
     try:
-        for outcome in Threads(len(workers)).each(run, groups()):
+        for outcome in outcomes(len(workers), run, groups()):
             if outcome.error is not None:
                 raise outcome.error
             if progress is not None:

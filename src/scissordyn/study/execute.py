@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scissordyn.errors import InputError, whole_number
-from scissordyn.run.engine import Engine, error_text, opened
+from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
 from scissordyn.study.block import Block, BlockResult, ProgramError, failed, pilot, run_block
 from scissordyn.study.description import Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store
@@ -103,7 +103,7 @@ def execute(
     study: Study,
     address: str | os.PathLike[str],
     *,
-    engine: Engine | int | None = None,
+    engine: Engine = None,
     block: int | None = None,
     retry: bool = False,
     points: np.ndarray | None = None,
@@ -116,16 +116,15 @@ def execute(
     store = Store(address)
     if store.exists():
         store.check(study)  # before workers are started for nothing
-    with opened(engine) as chosen:
-        prepare(study, store, block=block, workers=chosen.workers, points=points)
-        with store.alone():
-            if study.cases > store.cases or (study.cases < store.cases and points is None):
-                raise InputError(
-                    f"'{store.address}' has {store.cases} cases and the study {study.cases}",
-                    "the same number of points",
-                    "scissordyn study extend, with --points",
-                )
-            _missing_blocks(study, store, chosen, retry, points, progress)
+    prepare(study, store, block=block, workers=workers_of(engine), points=points)
+    with store.alone():
+        if study.cases > store.cases or (study.cases < store.cases and points is None):
+            raise InputError(
+                f"'{store.address}' has {store.cases} cases and the study {study.cases}",
+                "the same number of points",
+                "scissordyn study extend, with --points",
+            )
+        _missing_blocks(study, store, engine, retry, points, progress)
     return store
 
 
@@ -162,7 +161,7 @@ def _blocks(
 
 
 def _computed(engine: Engine, blocks: Iterator[Block]) -> Iterator[BlockResult]:
-    for outcome in engine.each(run_block, blocks):
+    for outcome in outcomes(engine, run_block, blocks):
         if outcome.value is not None:
             yield outcome.value
         elif isinstance(outcome.error, ProgramError):
@@ -177,7 +176,7 @@ def extend(
     address: str | os.PathLike[str],
     points: int,
     *,
-    engine: Engine | int | None = None,
+    engine: Engine = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Store:
     """Add points to a random, Sobol or Saltelli design, and do them."""

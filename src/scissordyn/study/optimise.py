@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.run.engine import Engine, opened
+from scissordyn.run.engine import Engine
 from scissordyn.study.description import Study
 from scissordyn.study.design import Design, design_values
 from scissordyn.study.execute import Progress, execute
@@ -120,7 +120,7 @@ def optimise(
     study: Study,
     address: str | os.PathLike[str],
     *,
-    engine: Engine | int | None = None,
+    engine: Engine = None,
     block: int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Store:
@@ -132,8 +132,7 @@ def optimise(
     plan = study.optimisation
     if plan is None or not study.factors:
         raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
-    with opened(engine) as chosen:
-        return _search(study, plan, Store(address), chosen, block, progress)
+    return _search(study, plan, Store(address), engine, block, progress)
 
 
 def _search(

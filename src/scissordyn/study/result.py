@@ -276,12 +276,12 @@ class StudyResult:
 
     # --- going on -------------------------------------------------------------------------------------------------------
 
-    def resume(self, *, engine: Engine | int | None = None, retry: bool = False, progress: Told = None) -> StudyResult:
+    def resume(self, *, engine: Engine = None, retry: bool = False, progress: Told = None) -> StudyResult:
         """Do what is missing.
 
         Parameters
         ----------
-        engine : Engine or int, optional
+        engine : Executor or int, optional
             A number is one of threads; one thread per processor if not given.
         retry : bool
             Do cases that failed again.
@@ -296,7 +296,7 @@ class StudyResult:
         study = replace(self.built(), design=self.store.design())  # which may have more points by now
         return self._now(computed(study, self.store.address, engine=engine, retry=retry, progress=progress))
 
-    def extend(self, points: int, *, engine: Engine | int | None = None, progress: Told = None) -> StudyResult:
+    def extend(self, points: int, *, engine: Engine = None, progress: Told = None) -> StudyResult:
         """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
 
         Parameters
@@ -324,7 +324,7 @@ class StudyResult:
         population: int = 0,
         generations: int = 20,
         seed: int = 0,
-        engine: Engine | int | None = None,
+        engine: Engine = None,
         progress: Told = None,
     ) -> StudyResult:
         """Search the ranges of this study for the best points.
@@ -417,7 +417,7 @@ def computed(
     study: Study,
     address: Address,
     *,
-    engine: Engine | int | None = None,
+    engine: Engine = None,
     block: int | None = None,
     retry: bool = False,
     points: int | None = None,

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.run.engine import Engine, opened
+from scissordyn.run.engine import Engine, workers_of
 from scissordyn.study.accurate import PILOT
 from scissordyn.study.block import pilot
 from scissordyn.study.control_variate import correlation, split
@@ -75,7 +75,7 @@ def screened(
     study: Study,
     address: str | os.PathLike[str],
     *,
-    engine: Engine | int | None = None,
+    engine: Engine = None,
     block: int | None = None,
     retry: bool = False,
     budget: float | None = None,
@@ -84,15 +84,14 @@ def screened(
     """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
     _check(study, budget)
     store = Store(address)
-    with opened(engine) as chosen:
-        if study.optimisation is not None:
-            store = optimise(study, address, engine=chosen, block=block, progress=progress)
-            _confirm(study, store, chosen, retry, progress)
-            return store
-        if budget is not None:
-            study = _as_in(study, store) if store.exists() else _split(study, budget * chosen.workers)
-        store = execute(study, address, engine=chosen, block=block, retry=retry, progress=progress)
-        _verify(study, Store(verified_address(address)), chosen, retry, progress)
+    if study.optimisation is not None:
+        store = optimise(study, address, engine=engine, block=block, progress=progress)
+        _confirm(study, store, engine, retry, progress)
+        return store
+    if budget is not None:
+        study = _as_in(study, store) if store.exists() else _split(study, budget * workers_of(engine))
+    store = execute(study, address, engine=engine, block=block, retry=retry, progress=progress)
+    _verify(study, Store(verified_address(address)), engine, retry, progress)
     return store
 
 

@@ -17,6 +17,9 @@ from scissordyn.errors import InputError, did_you_mean
 LEVELS = 10
 """Levels of an interval in a grid if their number is not given."""
 
+LEAST, MOST = np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg
+"""Probabilities that keep the quantiles of unbounded distributions finite."""
+
 
 @runtime_checkable
 class Variation(Protocol):
@@ -50,8 +53,25 @@ def _ascending(kind: str, low: float, high: float) -> None:
         raise InputError(f"{kind} from {low:g} to {high:g} is empty", "a smaller number, then a larger one")
 
 
+class _Variation:
+    count: int = LEVELS
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Values at probabilities u in [0, 1)."""
+        raise NotImplementedError
+
+    def levels(self) -> np.ndarray:
+        """Values of a grid: quantiles in the middle of equally probable parts, or all that were given."""
+        return self.quantile((np.arange(LEVELS) + 0.5) / LEVELS)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest value; infinite where there is none."""
+        return getattr(self, "low"), getattr(self, "high")  # noqa: B009 - fields of the classes below
+
+
 @dataclass(frozen=True)
-class Levels:
+class Levels(_Variation):
     """Given values, equally probable.
 
     Parameters
@@ -69,26 +89,22 @@ class Levels:
         _finite(self.kind, *self.values)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """The level in whose share of [0, 1) u is."""
         return np.asarray(np.asarray(self.values)[np.minimum((u * len(self.values)).astype(int), len(self.values) - 1)])
 
     def levels(self) -> np.ndarray:
-        """The values as given."""
         return np.asarray(self.values)
 
     @property
-    def count(self) -> int:
-        """Number of values."""
+    def count(self) -> int:  # type: ignore[override]
         return len(self.values)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Smallest and largest level."""
         return min(self.values), max(self.values)
 
 
 @dataclass(frozen=True)
-class Names:
+class Names(_Variation):
     """Names, such as those of materials, of which a study holds the places 0, 1, ... in the order given.
 
     Parameters
@@ -114,27 +130,23 @@ class Names:
             raise InputError(f"probabilities {list(given)} of {self.count} names", f"{self.count} numbers > 0 with the sum 1")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """The place of the name in whose share of [0, 1) u is."""
         shares = np.asarray(self.probabilities or [1.0 / self.count] * self.count)
         return np.searchsorted(np.cumsum(shares)[:-1], u, side="right").astype(float)
 
     def levels(self) -> np.ndarray:
-        """The places of all names."""
         return np.arange(float(self.count))
 
     @property
-    def count(self) -> int:
-        """Number of names."""
+    def count(self) -> int:  # type: ignore[override]
         return len(self.values)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """First and last place."""
         return 0.0, float(self.count - 1)
 
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(_Variation):
     """A range: equally spaced levels in a grid, uniform in a sample; both in the logarithm if asked for.
 
     Parameters
@@ -159,35 +171,17 @@ class Interval:
             raise InputError(f"a logarithmic range from {self.low:g}", "numbers > 0")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Low + u (high - low), or low (high/low)^u."""
         if self.logarithmic:
             return np.asarray(self.low * (self.high / self.low) ** u)
         return np.asarray(self.low + u * (self.high - self.low))
 
     def levels(self) -> np.ndarray:
-        """Equally spaced values, with both ends."""
         space = np.geomspace if self.logarithmic else np.linspace
         return np.asarray(space(self.low, self.high, self.count))
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The ends of the range."""
-        return self.low, self.high
-
-
-class _Distribution:
-    count: ClassVar[int] = LEVELS
-
-    def quantile(self, u: np.ndarray) -> np.ndarray:
-        raise NotImplementedError
-
-    def levels(self) -> np.ndarray:
-        """Quantiles in the middle of `LEVELS` equally probable parts."""
-        return self.quantile((np.arange(LEVELS) + 0.5) / LEVELS)
-
 
 @dataclass(frozen=True)
-class Uniform(_Distribution):
+class Uniform(_Variation):
     """Uniform distribution.
 
     Parameters
@@ -203,17 +197,11 @@ class Uniform(_Distribution):
         _ascending("a uniform distribution", self.low, self.high)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Low + u (high - low)."""
         return np.asarray(self.low + u * (self.high - self.low))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The ends of the range."""
-        return self.low, self.high
 
 
 @dataclass(frozen=True)
-class Normal(_Distribution):
+class Normal(_Variation):
     """Normal distribution, truncated if ends are given.
 
     Parameters
@@ -244,20 +232,14 @@ class Normal(_Distribution):
         return float(below), float(above)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Mean + deviation Phi^-1(p), p between the probabilities of the ends."""
         below, above = self._share()
         # the smallest probability of a sample keeps the untruncated quantile finite
-        p = np.clip(below + np.asarray(u) * (above - below), np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg)
+        p = np.clip(below + np.asarray(u) * (above - below), LEAST, MOST)
         return np.asarray(np.clip(self.mean + self.deviation * special.ndtri(p), self.low, self.high))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The truncation."""
-        return self.low, self.high
 
 
 @dataclass(frozen=True)
-class LogNormal(_Distribution):
+class LogNormal(_Variation):
     """Distribution of a number whose logarithm is normal.
 
     Parameters
@@ -277,18 +259,15 @@ class LogNormal(_Distribution):
             raise InputError(f"lognormal of {self.median:g}, {self.deviation:g}", "a median > 0 and a deviation > 0")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Median exp(deviation Phi^-1(u))."""
-        p = np.clip(u, np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg)
-        return np.asarray(self.median * np.exp(self.deviation * special.ndtri(p)))
+        return np.asarray(self.median * np.exp(self.deviation * special.ndtri(np.clip(u, LEAST, MOST))))
 
     @property
     def ends(self) -> tuple[float, float]:
-        """0 and infinity."""
         return 0.0, math.inf
 
 
 @dataclass(frozen=True)
-class Trapezoid(_Distribution):
+class Trapezoid(_Variation):
     """Trapezoid distribution: that of the sum or difference of two uniform numbers.
 
     Parameters
@@ -311,17 +290,11 @@ class Trapezoid(_Distribution):
             raise InputError(f"a trapezoidal distribution of {given}", "four ascending numbers")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Inverse of the piecewise quadratic and linear distribution function."""
         return _trapezoid(np.asarray(u), self.low, self.first, self.last, self.high)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The ends of the range."""
-        return self.low, self.high
 
 
 @dataclass(frozen=True)
-class Triangular(_Distribution):
+class Triangular(_Variation):
     """Triangular distribution.
 
     Parameters
@@ -340,13 +313,7 @@ class Triangular(_Distribution):
             raise InputError(f"a triangular distribution of {self.low:g}, {self.mode:g}, {self.high:g}", "low <= mode <= high")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Inverse of the piecewise quadratic distribution function."""
         return _trapezoid(np.asarray(u), self.low, self.mode, self.mode, self.high)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The ends of the range."""
-        return self.low, self.high
 
 
 def _trapezoid(u: np.ndarray, low: float, first: float, last: float, high: float) -> np.ndarray:
@@ -358,7 +325,7 @@ def _trapezoid(u: np.ndarray, low: float, first: float, last: float, high: float
 
 
 @dataclass(frozen=True)
-class Beta(_Distribution):
+class Beta(_Variation):
     """Beta distribution on a range.
 
     Parameters
@@ -381,17 +348,11 @@ class Beta(_Distribution):
             raise InputError(f"a beta distribution of shapes {self.alpha:g}, {self.beta:g}", "two numbers > 0")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Low + (high - low) times the inverse of the regularised incomplete beta function."""
         return np.asarray(self.low + (self.high - self.low) * special.betaincinv(self.alpha, self.beta, u))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The ends of the range."""
-        return self.low, self.high
 
 
 @dataclass(frozen=True)
-class Weibull(_Distribution):
+class Weibull(_Variation):
     """Weibull distribution.
 
     Parameters
@@ -412,18 +373,16 @@ class Weibull(_Distribution):
             raise InputError(f"a Weibull distribution of shape {self.shape:g}, scale {self.scale:g}", "two numbers > 0")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Location + scale (-ln(1 - u))^(1/shape)."""
-        p = np.minimum(u, 1.0 - np.finfo(float).epsneg)
+        p = np.minimum(u, MOST)
         return np.asarray(self.location + self.scale * (-np.log1p(-p)) ** (1.0 / self.shape))
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The location, and infinity."""
         return self.location, math.inf
 
 
 @dataclass(frozen=True)
-class Empirical(_Distribution):
+class Empirical(_Variation):
     """Empirical distribution of measured values: their quantile function, linear between the sorted values.
 
     Parameters
@@ -442,12 +401,10 @@ class Empirical(_Distribution):
         _finite("a table", *self.values)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Value at the fraction u of the way through the sorted values."""
         return np.asarray(np.interp(u, np.linspace(0.0, 1.0, len(self.values)), self.values))
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Smallest and largest value."""
         return self.values[0], self.values[-1]
 
 

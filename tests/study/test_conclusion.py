@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import shlex
+import string
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from scissordyn.plot.scale import Scale
 from scissordyn.study.answer import by_point, feasible_fraction, worst_cases
 from scissordyn.study.conclusion import conclude, trend_table
 from scissordyn.study.description import Factor, OwnMeasure, Sampling
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Uniform
+from scissordyn.study.fact import WORDS, Fact
 from scissordyn.study.ranking import ranked, rankings
 from scissordyn.study.recommendation import recommended
 from scissordyn.study.report import write_report
@@ -103,8 +107,12 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
     assert (need.number, need.extrapolated) == ("A.clearance", True)
     assert need.value == pytest.approx(25e-6, rel=1e-6)
     said = conclude(described, found, "a.db")
-    assert said.verdict[0].startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
-    text = " ".join(said.trends)
+    assert str(said.verdict[0]).startswith("All requirements together are met nowhere: at none of 24 points; the fraction")
+    fact, *_ = said.trends
+    assert (fact.kind, fact.part, fact.numbers["little"]) == ("trend", "peak_force", "drive.speed")
+    assert fact.numbers["how"][0].numbers["slope"] == pytest.approx(1.0)
+    assert json.loads(json.dumps(said.to_plain()))[0]["numbers"]["tried"] == 24
+    text = " ".join(map(str, said.trends))
     assert "about proportional to A.clearance (exponent 1.00 ± 0.00); hardly depends on drive.speed (R2 1.00, 0.0% err" in text
     assert "extrapolated: the data reach from" in text
     moved = shlex.split(said.next[0][1])
@@ -148,7 +156,7 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert worst.text.endswith(" mm at the end")
     assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
     said = conclude(described, found, "a.db")
-    text = " ".join(said.trends)
+    text = " ".join(map(str, said.trends))
     assert f"settling_time: no number in {never} of 24 cases, which count as not met" in text
     assert "needs A.clearance" not in text
     points = by_point(described, found)
@@ -156,6 +164,17 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert Surfaces(described, points).model("settling_time") is None
     rows = {row[0]: row for row in response_ranges(described, found, points).rows}
     assert rows["settling_time"][3] == "none"
+
+
+def test_words_of_facts() -> None:
+    """Identity: what is not known is not said, and every fact has words in which all fields have names."""
+    about = {"tried": 8, "high": None}
+    assert str(Fact("met nowhere", numbers=about)) == "All requirements together are met nowhere: at none of 8 points."
+    assert "at most 12.0%" in str(Fact("met nowhere", numbers={**about, "high": 0.12}))
+    millimetres = Scale(1e3, "mm")
+    assert str(Fact("value", "A.clearance", {"value": 1.234567e-3}, millimetres)) == "A.clearance = 1.235 mm"
+    for words in WORDS.values():
+        assert all(name is None or name.isidentifier() for _, name, _, _ in string.Formatter().parse(words))
 
 
 def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
@@ -174,7 +193,7 @@ def test_extrapolations_without_sense_are_not_said() -> None:
         (1.0, "no A.clearance in or near the range"),
     ):
         described, found = proportional(bound)
-        text = " ".join(conclude(described, found, "a.db").trends)
+        text = " ".join(map(str, conclude(described, found, "a.db").trends))
         assert words in text
         assert "about 2.5e" not in text
 
@@ -212,10 +231,12 @@ def test_where_they_are_met_is_said() -> None:
     clearance = found["A.clearance"].values
     said = conclude(described, found, "a.db")
     low = clearance < 0.25e-3
-    assert said.verdict[0].startswith(f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range")
-    assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in said.verdict[0]
-    assert said.verdict[1].startswith("Recommended: point ")
-    assert any("needs A.clearance of at most about 0.25 mm" in text and "extrapolated" not in text for text in said.trends)
+    assert str(said.verdict[0]).startswith(
+        f"All requirements are met at {low.sum()} of 24 points; by {low.mean():.1%} of the range"
+    )
+    assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in str(said.verdict[0])
+    assert str(said.verdict[1]).startswith("Recommended: point ")
+    assert any(fact.kind == "need" and "needs A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
     assert "--uncertain" in said.next[0][1]
     table = trend_table(described, found)
     assert table is not None
@@ -244,7 +265,7 @@ def test_probability_of_the_recommended_point() -> None:
     assert (again.point, again.probability) == (0, 6 / 8)
     all_failed = made_up(described, np.full(24, np.nan), np.full(24, FAILED))
     assert recommended(described, all_failed) is None
-    assert conclude(described, all_failed, "a.db").verdict == ("No case is complete: nothing is known of the requirements.",)
+    assert conclude(described, all_failed, "a.db").verdict == (Fact("unknown"),)
 
 
 def test_the_interval_of_the_probability_covers() -> None:
@@ -299,7 +320,7 @@ def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
     force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
     assert force.min() > 1004.0
     said = conclude(described, made_up(described, force), "a.db")
-    assert said.next[0][0] == "To compute the point that meets them by interpolation"
+    assert said.next[0][0] == Fact("interpolated")
     words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
     clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)
     assert clearance == pytest.approx(0.26, abs=0.02)

@@ -68,15 +68,13 @@ def _fidelity(result: StudyResult) -> None:
 
 def _conclusion(result: StudyResult) -> None:
     """Whether and where the requirements are met, what the responses go with, and what to do next."""
-    from scissordyn.study.conclusion import conclude
-
-    said = conclude(result.study, result.dataset, result.store.address)
-    for line in said.verdict:
-        _line(line)
+    said = result.conclusion
+    for fact in said.verdict:
+        _line(str(fact))
     if said.margins is not None:
         _show(said.margins)
-    for line in said.trends:
-        _line(line)
+    for fact in said.trends:
+        _line(str(fact))
     for why, what in said.next:
         print(f"{why}:\n  {what}")
 

@@ -213,6 +213,7 @@ def _answers(result: StudyResult) -> int:
     from scissordyn.cli.answers import show_answers
 
     show_answers(result)
+    result.store.conclude(result.conclusion.to_plain())
     address, counts = result.store.address, result.counts
     print(f"Saved to {printable(address)}")
     if counts["failed"] and not counts["complete"]:

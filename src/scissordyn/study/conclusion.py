@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ import xarray as xr
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer import answered, by_point, case_values, feasible_fraction
 from scissordyn.study.description import Study
+from scissordyn.study.fact import Fact
 from scissordyn.study.next_step import next_steps
 from scissordyn.study.recommendation import Recommendation, recommended
 from scissordyn.study.summary import Table, meaning
@@ -23,121 +24,110 @@ from scissordyn.units import counted
 NEGLIGIBLE = 0.05
 """Change of a response over the whole range of a number, as a fraction, that is not worth a word."""
 
-NAMED = {
-    1.0: "proportional to",
-    2.0: "proportional to the square of",
-    -1.0: "inversely proportional to",
-    0.5: "proportional to the root of",
-}
-"""Exponents that have a name."""
+NAMED = (1.0, 2.0, -1.0, 0.5)
+"""Exponents that have words of their own."""
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What a study says, in the order in which it is wanted."""
+    """What a study has found, in the order in which it is wanted."""
 
-    # Whether and where the requirements are met; the recommended point, or the nearest one; its probability
-    verdict: tuple[str, ...]
+    verdict: tuple[Fact, ...]  # Whether and where the requirements are met; the point to build; its probability
     margins: Table | None  # Of that point
-    trends: tuple[str, ...]  # A sentence for each response, and what requirements need
-    next: tuple[tuple[str, str], ...]  # Why, and a command
+    trends: tuple[Fact, ...]  # Of each response, and what requirements need
+    next: tuple[tuple[Fact, str], ...]  # Why, and a command
+
+    def to_plain(self) -> list[dict[str, Any]]:
+        """All facts as plain data for JSON."""
+        steps = [{**fact.to_plain(), "command": command} for fact, command in self.next]
+        return [*(fact.to_plain() for fact in (*self.verdict, *self.trends)), *steps]
 
 
 def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
-    """What a study says."""
-    found = trends(study, results)
-    one = recommended(study, results) if study.requirements else None
+    """What a study has found."""
+    by_response = trends(study, results)
+    point = recommended(study, results) if study.requirements else None
     needs: list[Need] = []
-    if one is not None:
-        numbers = {**one.numbers, **{each.name: _middle(results, each.name) for each in study.uncertain}}
-        needs = needed(study, results, found, with_indicators(study, numbers))
-    sentences = [_trend_sentence(results, both[0], study) for both in found.values()]
-    sentences += _without_number(study, results)
-    sentences += [_need_sentence(results, study, need, found) for need in needs]
-    steps = next_steps(study, results, address, one, needs)
-    said = () if one is None else (_verdict(study, results), *_point(study, results, one))
-    if not said and study.requirements:
-        said = ("No case is complete: nothing is known of the requirements.",)
-    return Conclusion(said, None if one is None else _margins(study, results, one), tuple(sentences), tuple(steps))
+    if point is not None:
+        middles = {factor.name: float(np.nanmedian(results[column(factor.name)].values)) for factor in study.uncertain}
+        needs = needed(study, results, by_response, with_indicators(study, {**point.numbers, **middles}))
+    facts = [_trend(results, both[0], study) for both in by_response.values()]
+    facts += _without_number(study, results)
+    facts += [_need(results, study, need, by_response) for need in needs]
+    steps = next_steps(study, results, address, point, needs)
+    verdict = () if point is None else (_verdict(study, results), *_point(study, results, point))
+    if not verdict and study.requirements:
+        verdict = (Fact("unknown"),)
+    return Conclusion(verdict, None if point is None else _margins(study, results, point), tuple(facts), tuple(steps))
 
 
-def _middle(results: xr.Dataset, address: str) -> float:
-    return float(np.nanmedian(results[column(address)].values))
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
-def _verdict(study: Study, results: xr.Dataset) -> str:
+def _verdict(study: Study, results: xr.Dataset) -> Fact:
     """Whether and where the requirements are met."""
     fraction = feasible_fraction(study, results)[-1]
-    interval = "" if np.isnan(fraction.low) else f" (95 % interval {fraction.low:.1%} to {fraction.high:.1%})"
+    about = {"fraction": fraction.fraction, "low": _known(fraction.low), "high": _known(fraction.high)}
     if study.points == 1 and study.uncertain:
-        return (
-            f"All requirements are met with a probability of {fraction.fraction:.1%}{interval}, by {fraction.trials} samples."
-        )
+        return Fact("probability", numbers={**about, "trials": fraction.trials})
     points = by_point(study, results)
-    known = int((points["complete"] > 0.0).sum())
     always = (points["met"] == 1.0) & (points["complete"] == 1.0)
     whole, part = int(always.sum()), int(((points["met"] > 0.0) & ~always).sum())
-    partly = f", and in part of the cases at {part} more" if part else ""
-    whole_of = "points tried" if study.optimisation is not None else "range"
-    share = f"; by {fraction.fraction:.1%} of the {whole_of}{interval}"
+    about |= {"tried": int((points["complete"] > 0.0).sum()), "partly": part or None}
+    about["of"] = "points tried" if study.optimisation is not None else "range"
     if not whole:
-        if part:
-            return f"All requirements are met in every case at none of {known} points{partly.replace(' more', '')}{share}."
-        most = f"; the fraction of the range that meets them is at most {fraction.high:.1%} (95 %)"
-        upper = "" if np.isnan(fraction.high) else most
-        return f"All requirements together are met nowhere: at none of {known} points{upper}."
-    places = [
-        _region(results, points.isel(point=np.flatnonzero(always.values)), points, each.address) for each in study.factors
-    ]
-    return f"All requirements are met at {whole} of {known} points{partly}{share}. Those points have {'; '.join(places)}."
+        return Fact("met in part" if part else "met nowhere", numbers=about)
+    there = points.isel(point=np.flatnonzero(always.values))
+    where = tuple(_region(there, points, factor.address) for factor in study.factors)
+    return Fact("met", numbers={**about, "always": whole, "where": where})
 
 
-def _region(results: xr.Dataset, there: xr.Dataset, points: xr.Dataset, address: str) -> str:
+def _region(there: xr.Dataset, points: xr.Dataset, address: str) -> Fact:
     """Over what range of a number, or with which names, requirements are met."""
     scale = scale_of(points[address])
     if scale.labels:
-        found = (np.unique(each[address].values) for each in (there, points))
-        met, tried = (", ".join(scale.text(float(place)) for place in places) for places in found)
-        return f"{address} = {met}" + ("" if met == tried else f" (of {tried})")
-    ends = [float(each) for each in (there[address].min(), there[address].max())]
-    low, high = (scale.text(end) for end in ends)
-    unit = f" {scale.unit}" if scale.unit else ""
-    where = f"{address} = {low}{unit}" if low == high else f"{address} {low} to {high}{unit}"
-    studied = [scale.text(float(each)) for each in (points[address].min(), points[address].max())]
-    return f"{where} (of {studied[0]} to {studied[1]})"
+        places = (np.unique(each[address].values) for each in (there, points))
+        met, tried = (", ".join(scale.text(float(place)) for place in these) for these in places)
+        return Fact("met names", address, {"names": met, "tried": None if met == tried else tried})
+    first, last, least, most = (float(end) for each in (there, points) for end in (each[address].min(), each[address].max()))
+    kind = "met value" if scale.text(first) == scale.text(last) else "met range"
+    return Fact(kind, address, {"first": first, "last": last, "least": least, "most": most}, scale)
 
 
-def _point(study: Study, results: xr.Dataset, one: Recommendation) -> tuple[str, ...]:
+def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fact, ...]:
     """The recommended point, or the nearest, and how surely it meets the requirements."""
     if not study.factors:
-        return (f"The requirement that binds: {one.binding}.",)
-    what = "Recommended" if one.probability > 0.0 else "Nearest to meeting them"
+        return (Fact("binds", point.binding),)
     several = study.points > 1
-    what = f"{what}: point {one.point}" if several else "The only point"
-    said = [f"{what}, {numbers_text(study, results, one.numbers)}. What binds: {one.binding}."]
-    if np.isfinite(one.low):
-        hit = round(one.probability * one.samples)
-        caution = " It was chosen by the same samples; new ones decide." if several and hit else ""
-        said.append(
-            f"It meets all requirements in {hit} of {one.samples} samples of the uncertain numbers: probability "
-            f"{one.probability:.0%} (95 % interval {one.low:.1%} to {one.high:.1%}).{caution}"
-        )
-    return tuple(said)
+    kind = ("recommended" if point.probability > 0.0 else "nearest") if several else "only point"
+    facts = [Fact(kind, point.binding, {"point": point.point, "where": _values(study, results, point.numbers)})]
+    if np.isfinite(point.low):
+        hits = round(point.probability * point.samples)
+        about = {"hits": hits, "samples": point.samples, "fraction": point.probability, "low": point.low, "high": point.high}
+        facts.append(Fact("samples", numbers={**about, "chosen": "decide" if several and hits else None}))
+    return tuple(facts)
+
+
+def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tuple[Fact, ...]:
+    """Values of numbers that vary, or names."""
+    return tuple(
+        Fact("name", address, {"value": value})
+        if isinstance(value, str)
+        else Fact("value", address, {"value": value}, _scale(results, study, address, value))
+        for address, value in numbers.items()
+    )
 
 
 def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
     """Numbers with their units: ``A.clearance = 0.12 mm, drive.speed = 100 rpm``."""
-    return ", ".join(f"{address} = {_value(results, study, address, value)}" for address, value in numbers.items())
+    return ", ".join(map(str, _values(study, results, numbers)))
 
 
 def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> Scale:
-    shown = next((each.shown for each in (*study.factors, *study.uncertain) if each.name == address), {})
-    found = results[column(address)]
-    return scale_of(xr.DataArray(list(values), attrs={"units": found.attrs.get("units", "1"), **shown}))
-
-
-def _value(results: xr.Dataset, study: Study, address: str, value: float | str) -> str:
-    return value if isinstance(value, str) else _scale(results, study, address, value).said(value)
+    shown = next((factor.shown for factor in (*study.factors, *study.uncertain) if factor.name == address), {})
+    unit = results[column(address)].attrs.get("units", "1")
+    return scale_of(xr.DataArray(list(values), attrs={"units": unit, **shown}))
 
 
 def margin_text(margin: float) -> str:
@@ -145,126 +135,89 @@ def margin_text(margin: float) -> str:
     return f"{margin:+.1%}" if math.isfinite(margin) else "not met" if margin < 0.0 else "met"
 
 
-def _margins(study: Study, results: xr.Dataset, one: Recommendation) -> Table:
-    rows = []
+def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Table:
     meanings = {each.label: meaning(results, each) for each in study.requirements}
-    explained = any(meanings.values())
-    for each in one.margins:
+    explained, rows = any(meanings.values()), []
+    for each in point.margins:
         means = (meanings[each.requirement],) if explained else ()
         rows.append((each.requirement, *means, each.text, margin_text(each.margin)))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     head = ("requirement", *(("meaning",) if explained else ()), "value there", "margin")
-    return Table(head, rows, f"Point {one.point}", (note,))
+    return Table(head, rows, f"Point {point.point}", (note,))
 
 
-def _trend_sentence(results: xr.Dataset, trend: Trend, study: Study) -> str:
-    quality = f"R2 {trend.r2:.2f}, {trend.error:.1%} error at points left out of the fit"
+def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
+    about: dict[str, Any] = {"r2": trend.r2, "error": trend.error}
     if not trend.clear:
-        return f"{trend.response}: no clear trend with {_listed(trend.numbers)} ({quality})."
-    effects = np.abs(trend.effects) if trend.form == "power" else np.abs(trend.effects) / max(_typical(trend), 1e-300)
-    order = [k for k in np.argsort(-effects) if trend.significant[k] and effects[k] > NEGLIGIBLE]
-    rest = [name for k, name in enumerate(trend.numbers) if k not in order]
-    words: Callable[[Trend, int], str] = _power if trend.form == "power" else _line(results, study)
-    said = ", ".join(words(trend, int(k)) for k in order) or "nearly constant"
-    little = f"; hardly depends on {_listed(tuple(rest))}" if rest and order else ""
-    return f"{trend.response}: {said}{little} ({quality})."
+        return Fact("no trend", trend.response, {**about, "numbers": ", ".join(trend.numbers)})
+    effects = np.abs(trend.effects)
+    if trend.form == "linear":  # of the response in the middle of the ranges
+        middle = dict(zip(trend.numbers, trend.ranges.mean(axis=1).tolist(), strict=True))
+        effects = effects / max(abs(trend.value(middle)), 1e-300)
+    order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > NEGLIGIBLE]
+    if not order:
+        return Fact("constant", trend.response, about)
+    little = ", ".join(name for k, name in enumerate(trend.numbers) if k not in order)
+    how = tuple(_power(trend, k) if trend.form == "power" else _line(results, study, trend, k) for k in order)
+    return Fact("trend", trend.response, {**about, "how": how, "little": little or None})
 
 
-def _without_number(study: Study, results: xr.Dataset) -> list[str]:
+def _without_number(study: Study, results: xr.Dataset) -> list[Fact]:
     """Responses that have no trend because some cases have no number of them."""
-    said = []
+    facts = []
     for response in answered(study, results):
         values = case_values(study, results, response)
-        missing, complete = np.isinf(values), int(np.sum(~np.isnan(values)))
-        if missing.any():
-            said.append(
-                f"{response.name}: no number in {int(missing.sum())} of {counted(complete, 'case')}, which count as not met; "
-                f"no trend is fitted to the others."
-            )
-    return said
+        if missing := int(np.isinf(values).sum()):
+            cases = counted(int(np.sum(~np.isnan(values))), "case")
+            facts.append(Fact("no number", response.name, {"missing": missing, "cases": cases}))
+    return facts
 
 
-def _typical(trend: Trend) -> float:
-    """Size of the response of a linear trend: in the middle of the ranges."""
-    middle = dict(zip(trend.numbers, trend.ranges.mean(axis=1).tolist(), strict=True))
-    return abs(trend.value(middle))
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return ", ".join(names)
-
-
-def _power(trend: Trend, k: int) -> str:
-    name, slope, wide = trend.numbers[k], float(trend.slopes[k]), float(trend.intervals[k])
+def _power(trend: Trend, k: int) -> Fact:
+    name, slope, half = trend.numbers[k], float(trend.slopes[k]), float(trend.intervals[k])
+    verb = "rises" if slope > 0.0 else "falls"
     if not trend.logarithmic[k]:
-        return f"{'rises' if slope > 0.0 else 'falls'} with {name} by a factor of {math.exp(abs(float(trend.effects[k]))):.3g}"
-    exponent = f"exponent {slope:.2f} ± {wide:.2f}"
-    named = next((text for value, text in NAMED.items() if abs(slope - value) <= max(min(wide, 0.1), 0.05)), None)
-    if named is not None:
-        return f"about {named} {name} ({exponent})"
-    return f"{'rises' if slope > 0.0 else 'falls'} with {name} ({exponent})"
+        return Fact("factor", name, {"verb": verb, "factor": math.exp(abs(float(trend.effects[k])))})
+    named = next((value for value in NAMED if abs(slope - value) <= max(min(half, 0.1), 0.05)), None)
+    kind = "exponent" if named is None else f"exponent {named:g}"
+    return Fact(kind, name, {"verb": verb, "slope": slope, "half": half})
 
 
-def _line(results: xr.Dataset, study: Study) -> Callable[[Trend, int], str]:
-    """How a straight line goes with a number, in units that the user reads."""
-
-    def words(trend: Trend, k: int) -> str:
-        name, change = trend.numbers[k], float(trend.effects[k])
-        low, high = (float(end) for end in trend.ranges[k])
-        scale = scale_of(xr.DataArray(change, attrs={"units": trend.units}))
-        if name not in study.addresses:
-            return f"{'rises' if change > 0.0 else 'falls'} by {scale.said(abs(change), 3)} with {name}"
-        over = _scale(results, study, name, low, high)
-        unit = f" {over.unit}" if over.unit else ""
-        return (
-            f"{'rises' if change > 0.0 else 'falls'} linearly with {name}, by {scale.text(abs(change), 3)} {scale.unit} "
-            f"from {over.text(low, 3)} to {over.text(high, 3)}{unit}"
-        ).replace("  ", " ")
-
-    return words
+def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
+    """How a straight line goes with a number."""
+    name, change = trend.numbers[k], float(trend.effects[k])
+    first, last = (float(end) for end in trend.ranges[k])
+    shown = scale_of(xr.DataArray(change, attrs={"units": trend.units})).said(abs(change), 3)
+    about = {"verb": "rises" if change > 0.0 else "falls", "change": shown, "effect": change, "first": first, "last": last}
+    if name not in study.addresses:
+        return Fact("line of a name", name, about)
+    return Fact("line", name, about, _scale(results, study, name, first, last))
 
 
-def _need_sentence(results: xr.Dataset, study: Study, need: Need, found: dict[str, tuple[Trend, ...]]) -> str:
-    """What a requirement needs of a number; said to be extrapolated where it is."""
-    response = next(one.response.name for one in study.requirements if one.label == need.requirement)
-    trend = found[response][0]
-    low, high = trend.ranges[trend.numbers.index(need.number)]
-    scale = _scale(results, study, need.number, float(low), float(high))
-    unit = f" {scale.unit}" if scale.unit else ""
+def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, tuple[Trend, ...]]) -> Fact:
+    """What a requirement needs of a number; extrapolated or not."""
+    requirement = next(each for each in study.requirements if each.label == need.requirement)
+    trend = by_response[requirement.response.name][0]
+    k = trend.numbers.index(need.number)
+    first, last = (float(end) for end in trend.ranges[k])
+    upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
+    about: dict[str, Any] = {
+        "number": need.number,
+        "side": "at most" if upper else "at least",
+        "value": need.value,
+        "first": first,
+        "last": last,
+        "others": "as" if len(study.addresses) > 1 else None,
+        "failing": need.failing or None,
+        "points": counted(need.points, "point"),
+    }
+    kind = "need beyond" if need.extrapolated else "need"
     if math.isnan(need.value):
-        if need.everywhere:
-            said = f"{need.requirement}: by this trend met at every {need.number} of the range"
-        else:
-            said = f"{need.requirement}: by this trend no {need.number} in or near the range is enough"
-    else:
-        said = (
-            f"{need.requirement} needs {need.number} of {_side(study, need, trend)} about {_rounded(scale, need.value)}{unit}"
-        )
-    others = ", the other numbers as at the point above" if len(study.addresses) > 1 else ""
-    if need.failing:
-        others += f"; cases miss it at {need.failing} of {counted(need.points, 'point')} on that side"
-    if not need.extrapolated or math.isnan(need.value):
-        return f"{said}{others}."
-    beyond = f"extrapolated: the data reach from {scale.text(float(low), 3)} to {scale.text(float(high), 3)}{unit}"
-    other = ""
+        kind = "met everywhere" if need.everywhere else "not enough"
     if need.other is not None:
         form = "a straight line" if trend.form == "power" else "a power law"
-        other = f"; {form} fits as well and gives " + (
-            "no such value" if math.isnan(need.other) else f"{_rounded(scale, need.other)}{unit}"
-        )
-    return f"{said}{others} ({beyond}{other})."
-
-
-def _side(study: Study, need: Need, trend: Trend) -> str:
-    """On which side of a value a requirement is met."""
-    upper = next(one.sign.startswith("<") for one in study.requirements if one.label == need.requirement)
-    rises = float(trend.slopes[trend.numbers.index(need.number)]) > 0.0
-    return "at most" if upper == rises else "at least"
-
-
-def _rounded(scale: Scale, value: float) -> str:
-    """Two digits, without a power of ten where none is needed."""
-    return f"{float(scale.text(value, 2)):g}"
+        about |= {"lacking": form} if math.isnan(need.other) else {"form": form, "other": need.other}
+    return Fact(kind, need.requirement, about, _scale(results, study, need.number, first, last))
 
 
 def trend_table(study: Study, results: xr.Dataset) -> Table | None:

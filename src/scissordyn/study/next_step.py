@@ -11,10 +11,14 @@ import xarray as xr
 from scissordyn.errors import command
 from scissordyn.study.answer import by_point, counts, feasible_fraction
 from scissordyn.study.description import Factor, Study
+from scissordyn.study.fact import Fact
 from scissordyn.study.recommendation import Recommendation
 from scissordyn.study.surface import predicted_point
 from scissordyn.study.table import column
 from scissordyn.study.trend import Need
+
+Step = tuple[Fact, str]
+"""Why, and a command."""
 
 CHECKED = 64
 """Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %."""
@@ -31,22 +35,22 @@ PAST = 0.7
 
 def next_steps(
     study: Study, results: xr.Dataset, address: str, one: Recommendation | None, needs: Sequence[Need]
-) -> list[tuple[str, str]]:
+) -> list[Step]:
     """What to try next: why, and the command."""
     if counts(results)[2]:
-        return [("Cases are pending", command("scissordyn", "study", "resume", address))]
+        return [(Fact("pending"), command("scissordyn", "study", "resume", address))]
     if one is None:
         return []
     if not study.factors:
         more = str(max(4 * study.sampling.samples, CHECKED))
         wide = one.high - one.low
-        return [("For a narrower interval", _refine(address, "--samples", more))] if wide > 0.5 * WIDE else []
+        return [(Fact("narrower"), _refine(address, "--samples", more))] if wide > 0.5 * WIDE else []
     if one.probability > 0.0:
         return _met(study, results, address, one)
     return _not_met(study, results, address, one, needs)
 
 
-def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -> list[tuple[str, str]]:
+def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -> list[Step]:
     fixed = [
         word
         for each in study.factors
@@ -58,7 +62,7 @@ def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -
             more = str(max(4 * study.sampling.samples, CHECKED))
             seed = str(study.sampling.seed + 1)
             again = _refine(address, *fixed, "--samples", more, "--seed", seed)
-            steps.append(("To check the recommended point with new samples", again))
+            steps.append((Fact("new samples"), again))
     else:
         loose = []
         for each in study.factors:
@@ -66,17 +70,15 @@ def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -
             loose += (
                 ["--vary", f"{each.address}={value}"] if each.texts else ["--uncertain", f"{each.address}={value} {TOLERANCE}"]
             )
-        steps.append(("To check the recommended point with tolerances", _refine(address, *loose, "--samples", str(CHECKED))))
+        steps.append((Fact("tolerances"), _refine(address, *loose, "--samples", str(CHECKED))))
     fraction = feasible_fraction(study, results)[-1]
     if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
         more = command("scissordyn", "study", "extend", address, "--points", 2 * study.design.points)
-        steps.append(("For the fraction of the range more surely", more))
+        steps.append((Fact("more points"), more))
     return steps
 
 
-def _not_met(
-    study: Study, results: xr.Dataset, address: str, one: Recommendation, needs: Sequence[Need]
-) -> list[tuple[str, str]]:
+def _not_met(study: Study, results: xr.Dataset, address: str, one: Recommendation, needs: Sequence[Need]) -> list[Step]:
     need = next((each for each in needs if each.requirement == one.binding), None)
     binding = next(each for each in study.requirements if each.label == one.binding)
     steps = []
@@ -88,7 +90,7 @@ def _not_met(
         past = PAST if (need.value < low) == (need.value > 0.0) else 1.0 / PAST
         ends = sorted((need.value * past, low if need.value < low else high))
         text = f"{_number(results, factor, ends[0])}..{typed(results, factor, ends[1])}"
-        steps.append((f"To reach {one.binding} if the trend goes on", _refine(address, "--vary", f"{need.number}={text}")))
+        steps.append((Fact("goes on", one.binding), _refine(address, "--vary", f"{need.number}={text}")))
     likely = predicted_point(study, by_point(study, results))
     if likely is not None:
         words = [
@@ -96,10 +98,10 @@ def _not_met(
             for each in study.factors
             for word in ("--vary", f"{each.address}={typed(results, each, likely[each.address])}")
         ]
-        steps.insert(0, ("To compute the point that meets them by interpolation", _refine(address, *words)))
+        steps.insert(0, (Fact("interpolated"), _refine(address, *words)))
     if study.optimisation is None:
         goal = f"{'maximise' if binding.response.smallest else 'minimise'} {_goal_name(binding.response.name)}"
-        steps.append(("To search the same ranges for a point that meets them", _refine(address, "--goal", goal)))
+        steps.append((Fact("search"), _refine(address, "--goal", goal)))
     return steps
 
 

@@ -27,6 +27,7 @@ from scissordyn.study.answer import (
     warned,
     worst_cases,
 )
+from scissordyn.study.conclusion import Conclusion, conclude
 from scissordyn.study.description import Study
 from scissordyn.study.execute import Progress, execute, extend
 from scissordyn.study.export import export, table
@@ -142,6 +143,11 @@ class StudyResult:
         if found is None:
             raise InputError("a recommendation of points that all failed", "a study with complete cases", "result.causes")
         return replace(found, numbers=labelled(self.study, found.numbers))
+
+    @cached_property
+    def conclusion(self) -> Conclusion:
+        """What the study has found, as facts: a kind, the part it is about, and numbers; ``str`` of a fact says it."""
+        return conclude(self.study, self.dataset, self.store.address)
 
     @property
     def trends(self) -> dict[str, Trend]:
@@ -367,7 +373,7 @@ class StudyResult:
 
     def _now(self, found: StudyResult) -> StudyResult:
         """The same result after a computation: what was read before is read anew."""
-        for name in ("dataset", "points"):
+        for name in ("dataset", "points", "conclusion"):
             self.__dict__.pop(name, None)
         self.store, self.study = found.store, replace(self.study, design=found.study.design)
         return self

@@ -267,6 +267,11 @@ class Store:
             _note(connection, "study", study.to_plain())
             _note(connection, "cases", study.cases)
 
+    def conclude(self, facts: Sequence[Mapping[str, Any]]) -> None:
+        """Note what the study has found, as plain data, for other tools."""
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "conclusions", facts)
+
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
         """Changes that are on the disk at the end of the block, or undone."""

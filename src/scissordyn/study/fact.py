@@ -1,0 +1,122 @@
+"""Facts that a study has found, as data, and the one table of words in which they are said."""
+
+from __future__ import annotations
+
+import re
+import string
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from scissordyn.plot.scale import Scale
+
+INTERVAL = "[ (95 % interval {low:.1%} to {high:.1%})]"
+FIT = "(R2 {r2:.2f}, {error:.1%} error at points left out of the fit)"
+NEEDED = "[, the other numbers {others} at the point above][; cases miss it at {failing} of {points} on that side]"
+
+WORDS = MappingProxyType(
+    {
+        # whether and where the requirements are met
+        "unknown": "No case is complete: nothing is known of the requirements.",
+        "probability": f"All requirements are met with a probability of {{fraction:.1%}}{INTERVAL}, by {{trials}} samples.",
+        "met": "All requirements are met at {always} of {tried} points[, and in part of the cases at {partly} more]; by "
+        f"{{fraction:.1%}} of the {{of}}{INTERVAL}. Those points have {{where}}.",
+        "met in part": "All requirements are met in every case at none of {tried} points, and in part of the cases at "
+        f"{{partly}}; by {{fraction:.1%}} of the {{of}}{INTERVAL}.",
+        "met nowhere": "All requirements together are met nowhere: at none of {tried} points[; the fraction of the range that "
+        "meets them is at most {high:.1%} (95 %)].",
+        "met range": "{part} {first:u} to {last:u}{unit} (of {least:u} to {most:u})",
+        "met value": "{part} = {first:u}{unit} (of {least:u} to {most:u})",
+        "met names": "{part} = {names}[ (of {tried})]",
+        # the point to build
+        "binds": "The requirement that binds: {part}.",
+        "recommended": "Recommended: point {point}, {where}. What binds: {part}.",
+        "nearest": "Nearest to meeting them: point {point}, {where}. What binds: {part}.",
+        "only point": "The only point, {where}. What binds: {part}.",
+        "samples": "It meets all requirements in {hits} of {samples} samples of the uncertain numbers: probability "
+        "{fraction:.0%} (95 % interval {low:.1%} to {high:.1%}).[ It was chosen by the same samples; new ones {chosen}.]",
+        "value": "{part} = {value:u}{unit}",
+        "name": "{part} = {value}",
+        # what responses go with
+        "no trend": f"{{part}}: no clear trend with {{numbers}} {FIT}.",
+        "constant": f"{{part}}: nearly constant {FIT}.",
+        "trend": f"{{part}}: {{how}}[; hardly depends on {{little}}] {FIT}.",
+        "factor": "{verb} with {part} by a factor of {factor:.3g}",
+        "exponent": "{verb} with {part} (exponent {slope:.2f} ± {half:.2f})",
+        "exponent 1": "about proportional to {part} (exponent {slope:.2f} ± {half:.2f})",
+        "exponent 2": "about proportional to the square of {part} (exponent {slope:.2f} ± {half:.2f})",
+        "exponent -1": "about inversely proportional to {part} (exponent {slope:.2f} ± {half:.2f})",
+        "exponent 0.5": "about proportional to the root of {part} (exponent {slope:.2f} ± {half:.2f})",
+        "line": "{verb} linearly with {part}, by {change} from {first:u3} to {last:u3}{unit}",
+        "line of a name": "{verb} by {change} with {part}",
+        "no number": "{part}: no number in {missing} of {cases}, which count as not met; no trend is fitted to the others.",
+        # what requirements need
+        "need": f"{{part}} needs {{number}} of {{side}} about {{value:u2}}{{unit}}{NEEDED}.",
+        "need beyond": f"{{part}} needs {{number}} of {{side}} about {{value:u2}}{{unit}}{NEEDED} (extrapolated: the data "
+        "reach from {first:u3} to {last:u3}{unit}[; {form} fits as well and gives {other:u2}{unit}]"
+        "[; {lacking} fits as well and gives no such value]).",
+        "met everywhere": f"{{part}}: by this trend met at every {{number}} of the range{NEEDED}.",
+        "not enough": f"{{part}}: by this trend no {{number}} in or near the range is enough{NEEDED}.",
+        # what to try next
+        "pending": "Cases are pending",
+        "narrower": "For a narrower interval",
+        "new samples": "To check the recommended point with new samples",
+        "tolerances": "To check the recommended point with tolerances",
+        "more points": "For the fraction of the range more surely",
+        "goes on": "To reach {part} if the trend goes on",
+        "interpolated": "To compute the point that meets them by interpolation",
+        "search": "To search the same ranges for a point that meets them",
+    }
+)
+"""What is in brackets is said where all its numbers are known. Formats that begin with u are in the unit of the fact."""
+
+OPTIONAL = re.compile(r"\[([^\]]*)\]")
+
+
+@dataclass(frozen=True)
+class Fact:
+    """What is known of a part: a requirement, a response, a number that varies, or the whole study.
+
+    Numbers are in SI units, or are facts of which the sentence consists; None is not known.
+    """
+
+    kind: str
+    part: str = ""
+    numbers: dict[str, Any] = field(default_factory=dict)
+    scale: Scale | None = field(default=None, compare=False)  # In which numbers are shown
+
+    def __str__(self) -> str:
+        unit = f" {self.scale.unit}" if self.scale is not None and self.scale.unit else ""
+        numbers = {"part": self.part, "unit": unit, **self.numbers}
+        written = _Words(self.scale)
+
+        def optional(words: re.Match[str]) -> str:
+            names = [name for _, name, _, _ in written.parse(words[1]) if name]
+            return words[1] if all(numbers.get(name) is not None for name in names) else ""
+
+        return written.vformat(OPTIONAL.sub(optional, WORDS[self.kind]), (), numbers)
+
+    def to_plain(self) -> dict[str, Any]:
+        """As plain data for JSON."""
+        return {"kind": self.kind, "part": self.part, "numbers": {name: _plain(value) for name, value in self.numbers.items()}}
+
+
+class _Words(string.Formatter):
+    def __init__(self, scale: Scale | None) -> None:
+        self._scale = scale
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if isinstance(value, tuple):
+            return ("; " if any(each.kind.startswith("met ") for each in value) else ", ").join(map(str, value))
+        if not format_spec.startswith("u"):
+            return str(super().format_field(value, format_spec))
+        assert self._scale is not None
+        digits = int(format_spec[1:] or 4)
+        text = self._scale.text(value, digits)
+        return f"{float(text):g}" if digits == 2 else text
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [each.to_plain() for each in value]
+    return value.item() if hasattr(value, "item") else value

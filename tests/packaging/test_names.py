@@ -29,7 +29,7 @@ def test_shown_names() -> None:
     wanted = sorted(["__version__", *sd.__all__])
     assert before == after == [wanted, sorted(sd.plot.__all__)]
     assert sorted(completed) == sorted(sd.__all__)
-    assert "study/engine.py" in engine.replace("\\\\", "/")
+    assert "run/engine.py" in engine.replace("\\\\", "/")
     assert callable_
     assert list(sd.__all__) == sorted(sd.__all__, key=lambda name: (not name.isupper(), not name[0].isupper(), name))
     for name in sd.__all__:

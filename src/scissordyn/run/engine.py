@@ -131,8 +131,10 @@ def _in_threads(workers: int, function: Callable[[Task], Value], tasks: Iterable
     pool = ThreadPoolExecutor(workers, thread_name_prefix="task")
     try:
         yield from _spread(pool, function, tasks)
-    finally:
-        pool.shutdown(wait=False)
+    finally:  # threads that nobody waits for any more end with their task
+        ending = threading.Thread(target=pool.shutdown, daemon=True)
+        ending.start()
+        ending.join(QUICKLY)
 
 
 def _spread(executor: Executor, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:

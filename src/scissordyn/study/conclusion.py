@@ -68,7 +68,7 @@ def _known(value: float) -> float | None:
 def _verdict(study: Study, results: xr.Dataset) -> Fact:
     """Whether and where the requirements are met."""
     fraction = feasible_fraction(study, results)[-1]
-    about = {"fraction": fraction.fraction, "low": _known(fraction.low), "high": _known(fraction.high)}
+    about: dict[str, Any] = {"fraction": fraction.fraction, "low": _known(fraction.low), "high": _known(fraction.high)}
     if study.points == 1 and study.uncertain:
         return Fact("probability", numbers={**about, "trials": fraction.trials})
     points = by_point(study, results)

@@ -95,10 +95,6 @@ def screened(
     return store
 
 
-def _trials(study: Study) -> int:
-    return study.points if study.factors else study.sampling.samples
-
-
 def _check(study: Study, budget: float | None) -> None:
     """Raise `InputError` for what cannot be verified by the first of its cases."""
     verified_study(study, PILOT)  # whether the accurate mechanism has the addresses and parts

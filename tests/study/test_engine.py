@@ -83,7 +83,7 @@ def test_bad_numbers_of_threads(threads: int) -> None:
 
 
 def test_any_executor_is_an_engine() -> None:
-    """Identity: threads and processes of the standard library that the caller has begun; others are refused."""
+    """Contract: threads and processes of the standard library that the caller has begun; others are refused."""
     with ThreadPoolExecutor(2) as pool:
         assert sorted(outcome.value for outcome in outcomes(pool, abs, [-1, -2, -3])) == [1, 2, 3]
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
@@ -122,7 +122,7 @@ def failing(task: int) -> int:
 
 
 def test_what_becomes_of_tasks_in_processes() -> None:
-    """Identity: values, errors, and a task whose process dies each time, which costs no other task its value."""
+    """Contract: values, errors, and a task whose process dies each time, which costs no other task its value."""
     with sd.Processes(2) as engine:
         died: list[Outcome[int, int]] = sorted(outcomes(engine, fatal, [1, 2, 3, 4]), key=lambda one: one.task)
         errors: list[Outcome[int, int]] = sorted(outcomes(engine, failing, [1, 2]), key=lambda one: one.task)
@@ -143,7 +143,7 @@ def test_what_becomes_of_tasks_in_processes() -> None:
 
 
 def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
-    """Identity: also where that is killed in the middle of a task."""
+    """Contract: also where that is killed in the middle of a task."""
     script = tmp_path / "killed.py"
     script.write_text(KILLED)
     with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as started:
@@ -183,7 +183,7 @@ with Processes(1) as engine:
 
 
 def test_a_script_without_a_guard(tmp_path: Path) -> None:
-    """Identity: a script that its own processes would execute again ends with an error that says so, and starts no others."""
+    """Contract: a script that its own processes would execute again ends with an error that says so, and starts no others."""
     script = tmp_path / "unguarded.py"
     script.write_text(UNGUARDED)
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)

@@ -127,10 +127,10 @@ def test_agreement_is_counted() -> None:
     """Contract: one point of five is not called none."""
     described = study()
     found = results(described, np.full(5, 30e3))
-    assert "at all points" in agreement(described, by_point(described, found))
+    assert "at all points" in str(agreement(described, by_point(described, found)))
     found["peak_force"][3] = 30.1e3
-    assert "at 1 of 5 points (20.0%)" in agreement(described, by_point(described, found))
-    assert "at none of them" in agreement(described, by_point(described, found))
+    assert "at 1 of 5 points (20.0%)" in str(agreement(described, by_point(described, found)))
+    assert "at none of them" in str(agreement(described, by_point(described, found)))
 
 
 def test_no_median_of_a_few_points() -> None:

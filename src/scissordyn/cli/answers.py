@@ -35,7 +35,7 @@ def show_answers(result: StudyResult) -> None:
         _show(requirement_fractions(study, results))
     _show(response_ranges(study, result.dataset, result.points))
     if said := agreement(study, result.points):
-        console().print(said, markup=False)
+        _line(str(said))
     indices, left_out = sensitivity(study, results)
     for table in sensitivities(indices):
         _show(table)
@@ -59,8 +59,8 @@ def _fidelity(result: StudyResult) -> None:
     if (verified := result.verified) is None:
         return
     sentences, table, cost = fidelity_text(result.study, result.dataset, verified.dataset, (result.store, verified.store))
-    for line in sentences:
-        _line(line)
+    for fact in sentences:
+        _line(str(fact))
     print(table.title)
     _show(table)
     print(cost)

@@ -57,6 +57,20 @@ WORDS = MappingProxyType(
         "[; {lacking} fits as well and gives no such value]).",
         "met everywhere": f"{{part}}: by this trend met at every {{number}} of the range{NEEDED}.",
         "not enough": f"{{part}}: by this trend no {{number}} in or near the range is enough{NEEDED}.",
+        # members
+        "agree": "Members, whose starts differ by round-off, agree to {least:.1%} of every measure at all points.",
+        "disagree": "Members, whose starts differ by round-off, disagree by more than {least:.1%} of a measure at {differ} of "
+        "{tried} ({fraction}): motion is chaotic there, and the answer is a distribution.[ Whether all requirements are met "
+        "depends on round-off at {undecided} of them.]",
+        # cheap and accurate runs
+        "both": "All requirements are met by {fraction:.1%} of the range ({low:.1%} to {high:.1%}, 95 %), from {cheap} points "
+        "with cheap runs[, an interpolation between {interpolated}] and {accurate} accurate runs[; accurate runs alone would "
+        "take {saved:.1f} times as many][ and {longer:.1f} times the time of both].",
+        "cheap": "Points, maps, trends and worst cases are of the cheap runs; the table of both kinds corrects its numbers.",
+        "confirmed": "Of the best {tried} points of the search, {met} meet all requirements in accurate runs; all other "
+        "numbers of the search are of cheap runs.",
+        "confirmed front": "Of {tried} points of the search that were run accurately, {best} meet all requirements and are "
+        "best there; all other numbers of the search are of cheap runs.",
         # what to try next
         "pending": "Cases are pending",
         "narrower": "For a narrower interval",

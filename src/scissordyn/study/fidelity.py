@@ -14,6 +14,7 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer import answered
 from scissordyn.study.control_variate import Estimate, Predicted, fraction_estimate, mean_estimate, quantile_estimates
 from scissordyn.study.description import Study
+from scissordyn.study.fact import Fact
 from scissordyn.study.goal import risk_value
 from scissordyn.study.interpolation import OTHERS, Interpolation, interpolation
 from scissordyn.study.margin_estimate import fraction_by_margins
@@ -163,7 +164,7 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
 
 def fidelity_text(
     study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]
-) -> tuple[list[str], Table, str]:
+) -> tuple[list[Fact], Table, str]:
     """What both kinds of runs say together."""
     times = [_seconds(store) for store in stores]
     if study.optimisation is not None:
@@ -177,37 +178,32 @@ def fidelity_text(
     table = Table(head, [_row(one) for one in found], "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))
     every = next((one.estimate for one in found if one.label == "all requirements"), None)
     sentences = [] if every is None else [_met_by(every, times)]
-    sentences.append(
-        "Points, maps, trends and worst cases are of the cheap runs; the table of both kinds corrects its numbers."
-    )
-    return sentences, table, _cost(study, stores, times)
+    return [*sentences, Fact("cheap")], table, _cost(study, stores, times)
 
 
-def _confirmation(study: Study, points: pd.DataFrame) -> str:
+def _confirmation(study: Study, points: pd.DataFrame) -> Fact:
     """How many points of a search accurate runs confirm."""
     assert study.optimisation is not None
-    met = int((points["accurate violation"] <= 0.0).sum())
-    said = (
-        f"Of {len(points)} points of the search that were run accurately, {int(points['front'].sum())} meet all requirements "
-        "and are best there"
-        if len(study.optimisation.goals) > 1
-        else f"Of the best {len(points)} points of the search, {met} meet all requirements in accurate runs"
-    )
-    return f"{said}; all other numbers of the search are of cheap runs."
+    met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
+    kind = "confirmed front" if len(study.optimisation.goals) > 1 else "confirmed"
+    return Fact(kind, numbers={"tried": len(points), "met": met, "best": best})
 
 
-def _met_by(one: Estimate, times: Sequence[tuple[float, float]]) -> str:
+def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
     """The fraction that meets all requirements, and what accurate runs alone would take for it."""
-    points = f"{one.screened} points with cheap runs and {one.verified} with accurate ones"
-    if one.interpolated:
-        points = f"{one.screened} points with cheap runs, an interpolation between them and {one.verified} accurate runs"
-    said = f"All requirements are met by {one.value:.1%} of the range ({one.low:.1%} to {one.high:.1%}, 95 %), from {points}"
     (_, cheap), (cases, accurate) = times
-    if not np.isfinite(one.saved) or not cases:
-        return f"{said}."
-    spent = cheap + accurate
-    longer = f" and {one.saved * accurate / spent:.1f} times the time of both" if spent > 0.0 else ""
-    return f"{said}; accurate runs alone would take {one.saved:.1f} times as many{longer}."
+    known, spent = bool(np.isfinite(both.saved) and cases), cheap + accurate
+    about = {
+        "fraction": both.value,
+        "low": both.low,
+        "high": both.high,
+        "cheap": both.screened,
+        "accurate": both.verified,
+        "interpolated": "them" if both.interpolated else None,
+        "saved": both.saved if known else None,
+        "longer": both.saved * accurate / spent if known and spent > 0.0 else None,
+    }
+    return Fact("both", "all requirements", about)
 
 
 def _row(one: Corrected) -> tuple[str, ...]:

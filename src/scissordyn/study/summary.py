@@ -14,6 +14,7 @@ from scissordyn.run.measure import MEASURES
 from scissordyn.study.answer import AGREEMENT, answered, case_values, feasible_fraction
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Beta, Interval, Levels, LogNormal, Names, Normal, Uniform, Weibull
+from scissordyn.study.fact import Fact
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement, response_unit
 from scissordyn.study.table import column
@@ -84,21 +85,16 @@ def _over(results: xr.Dataset, factor: Factor) -> str:
     return f"{variation.kind}: {low} to {high}{unit}"
 
 
-def agreement(study: Study, points: xr.Dataset) -> str:
-    """Where members disagree, in words; empty without members."""
+def agreement(study: Study, points: xr.Dataset) -> Fact | None:
+    """Where members disagree; None without members."""
     if study.members == 1:
-        return ""
+        return None
     count, differ = points.sizes["point"], int(points["disagrees"].sum())
     if not differ:
-        return f"Members, whose starts differ by round-off, agree to {AGREEMENT:.1%} of every measure at all points."
-    said = (
-        f"Members, whose starts differ by round-off, disagree by more than {AGREEMENT:.1%} of a measure at {differ} of "
-        f"{counted(count, 'point')} ({_percent(differ / count)}): motion is chaotic there, and the answer is a distribution."
-    )
-    if study.requirements:
-        undecided = int(points["undecided"].sum())
-        said += f" Whether all requirements are met depends on round-off at {undecided or 'none'} of them."
-    return said
+        return Fact("agree", numbers={"least": AGREEMENT})
+    undecided = int(points["undecided"].sum()) or "none" if study.requirements else None
+    about = {"least": AGREEMENT, "differ": differ, "tried": counted(count, "point"), "fraction": _percent(differ / count)}
+    return Fact("disagree", numbers={**about, "undecided": undecided})
 
 
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Table:

@@ -21,7 +21,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.run.options import Options
-from scissordyn.study.block import Block, ProgramError, run_block
+from scissordyn.study.block import Block, ProgramError, pilot, run_block
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels
 from scissordyn.study.execute import execute
@@ -259,6 +259,19 @@ def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
     process.join()
     with Store(store).alone():
         pass
+
+
+def test_a_store_is_made_by_one(whole: Path, tmp_path: Path) -> None:
+    """Contract: of two processes that find no store the second does not replace what the first has made and computes."""
+    described, path = study(), tmp_path / "a.db"
+    first, second = Store(path), Store(path)
+    runs = pilot(described, np.array([0]))
+    first.create(described, runs, BLOCK)
+    with first.alone(), pytest.raises(sd.InputError, match="was made by another process meanwhile"):
+        second.create(described, runs, BLOCK)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.db"]
+    execute(described, path, engine=1)
+    assert rows(path) == rows(whole)
 
 
 def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store: Path) -> None:

@@ -114,14 +114,14 @@ class Store:
 
     def create_with(self, columns: table.Columns, notes: Mapping[str, Any]) -> None:
         """Make the file with these notes, whole or not at all."""
-        with self._made_anew() as connection:
+        with self._made_anew(instead=False) as connection:
             table.create(connection, columns)
             for name, value in notes.items():
                 _note(connection, name, value)
 
     @contextmanager
-    def _made_anew(self) -> Iterator[sqlite3.Connection]:
-        """A new file that takes the place of the store, once everything is written."""
+    def _made_anew(self, *, instead: bool) -> Iterator[sqlite3.Connection]:
+        """A new file, in the place of the store or of none, once everything is written."""
         target = os.path.realpath(self.address)
         # a process that is killed here leaves no half of a store; nobody else has a file of this name
         beside = f"{target}.{secrets.token_hex(8)}.part"
@@ -133,11 +133,27 @@ class Store:
                 connection.execute(f"PRAGMA application_id = {APPLICATION}")
                 connection.execute(f"PRAGMA user_version = {FORMAT}")
             with _one_line(self.address):
-                os.replace(beside, target)
+                if instead:
+                    os.replace(beside, target)
+                else:
+                    self._name(beside, target)
         except BaseException:
             for end in ("", "-journal"):
                 Path(f"{beside}{end}").unlink(missing_ok=True)
             raise
+
+    def _name(self, beside: str, target: str) -> None:
+        """Give a new file its name, unless another process has made one meanwhile."""
+        if not self.begun():
+            Path(target).unlink(missing_ok=True)  # an empty file
+        try:
+            os.link(beside, target)
+        except FileExistsError:
+            raise InputError(f"'{self.address}' was made by another process meanwhile", "the same command again") from None
+        except OSError:  # a file system without links
+            os.rename(beside, target)
+            return
+        os.unlink(beside)
 
     # --- notes ----------------------------------------------------------------------------------------------------------
 
@@ -330,7 +346,7 @@ class Store:
         with self._reading() as connection:
             written = _blocks(connection)
         columns = table.Columns.from_plain(notes["columns"])
-        with self._made_anew() as connection:
+        with self._made_anew(instead=True) as connection:
             table.create(connection, columns)
             for name, value in notes.items():
                 _note(connection, name, value)

@@ -99,7 +99,7 @@ def study(
             return compute(result.built(), store, where, points=points)
         case "refine":
             if output is None:
-                raise InputError("'study refine' without a store of its own", "-o and a folder", "-o next.db")
+                raise InputError("'study refine' without a store of its own", "-o and a file", "-o next.db")
             from scissordyn.cli.sweep import addressed
             from scissordyn.config.refine import refined
 
@@ -131,7 +131,7 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
     if store is not None:
         raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
     if output is None:
-        raise InputError("a study without a store", "-o and a folder", "-o study.db")
+        raise InputError("a study without a store", "-o and a file", "-o study.db")
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
     from scissordyn.units import Quantity

@@ -19,7 +19,7 @@ DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
 
 def sweep(
     case: CaseFile,
-    output: Annotated[str, typer.Option("-o", "--output", help="The store: a folder.")],
+    output: Annotated[str, typer.Option("-o", "--output", help="The store: a file.")],
     vary: Annotated[
         list[str] | None,
         typer.Option(metavar="ADDRESS=VALUES", help="A number and its range, levels or distribution. Repeatable."),

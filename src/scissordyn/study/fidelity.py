@@ -15,10 +15,9 @@ from scissordyn.study.answer import answered
 from scissordyn.study.control_variate import Estimate, Predicted, fraction_estimate, mean_estimate, quantile_estimates
 from scissordyn.study.description import Study
 from scissordyn.study.fact import Fact
-from scissordyn.study.goal import risk_value
 from scissordyn.study.interpolation import OTHERS, Interpolation, interpolation
 from scissordyn.study.margin_estimate import fraction_by_margins
-from scissordyn.study.optimise import candidates, nondominated
+from scissordyn.study.optimise import candidates, judged, nondominated
 from scissordyn.study.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.study.store import COMPLETE, Store
 from scissordyn.study.summary import Table
@@ -141,24 +140,13 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     here = np.stack([accurate[column(name)].values[:: study.per_point][:count] for name in names], axis=1)
     places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
     table = {name: here[:, k] for k, name in enumerate(names)}
-    goals = []
-    for goal in study.optimisation.goals:
-        sign = -1.0 if goal.maximise else 1.0
-        chosen = goal.measure in study.addresses
-        values = accurate[column(goal.measure)].values if chosen else response_values(accurate, goal.response)
-        goals.append(risk_value(sign * values[: count * study.per_point].reshape(count, -1), study.optimisation.risk))
+    goals, violation = judged(study, accurate)
+    for goal, values in zip(study.optimisation.goals, goals.T, strict=True):
         table[goal.label] = tried[goal.label].values[places]
-        table[f"accurate {goal.label}"] = goals[-1]
-    violation = np.zeros(count)
-    for requirement in study.requirements:
-        margin = requirement.margin(response_values(accurate, requirement.response))[: count * study.per_point]
-        beyond = risk_value(-margin.reshape(count, -1), study.optimisation.risk)
-        violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
-    violation[~np.all(np.isfinite(np.stack(goals)), axis=0)] = np.inf
+        table[f"accurate {goal.label}"] = values
     table["violation"], table["accurate violation"] = tried["violation"].values[places], violation
-    front = np.zeros(count, bool)
-    usable = violation <= 0.0
-    front[usable] = nondominated(np.stack(goals, axis=1)[usable])
+    front, usable = np.zeros(count, bool), violation <= 0.0
+    front[usable] = nondominated(goals[usable])
     return pd.DataFrame({**table, "front": front}, index=pd.Index(places, name="point"))
 
 

@@ -211,23 +211,12 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
             found.values[rows].reshape(count, per_point)[:, 0],
             {**found.attrs, **factor.shown},
         )
-    goals = []
-    for goal in plan.goals:
-        sign = -1.0 if goal.maximise else 1.0
-        chosen = goal.measure in study.addresses
-        values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
-        goals.append(risk_value(sign * values[rows].reshape(count, per_point), plan.risk))  # a failed case makes it NaN
+    matrix, violation = judged(study, results)
+    for goal, values in zip(plan.goals, matrix.T, strict=True):
         about = {**_about(study, results, goal), "long_name": f"{plan.risk} of {goal.response.name}"}
-        variables[goal.label] = ("point", goals[-1], about)
-    violation = np.zeros(count)
-    for requirement in study.requirements:
-        margin = requirement.margin(response_values(results, requirement.response))[rows].reshape(count, per_point)
-        beyond = risk_value(-margin, plan.risk)
-        violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
-    violation[~np.all(np.isfinite(np.stack(goals)), axis=0)] = np.inf
+        variables[goal.label] = ("point", values, about)
     complete = (results["status"].values[rows].reshape(count, per_point) == COMPLETE).all(axis=1)
-    matrix, usable = np.stack(goals, axis=1), complete & (violation <= 0.0)
-    front = np.zeros(count, bool)
+    front, usable = np.zeros(count, bool), complete & (violation <= 0.0)
     front[usable] = nondominated(matrix[usable])
     variables["violation"] = (
         "point",
@@ -237,10 +226,35 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     variables["front"] = ("point", front, {"long_name": "no other point is better in all goals"})
     variables["generation"] = ("point", np.arange(count) // width, {"long_name": "generation"})
     best = -1
-    if len(goals) == 1 and np.isfinite(violation).any():
+    if len(plan.goals) == 1 and np.isfinite(violation).any():
         least = violation <= max(0.0, float(np.min(violation)))
         best = int(np.flatnonzero(least)[np.argmin(matrix[least, 0])])
     return Optimum(xr.Dataset(variables), best)
+
+
+def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """The risk of each goal, to be made small, shape (points, goals), and the violation of the requirements, shape (points,).
+
+    Points with failed cases have no risk, and violate without end.
+    """
+    plan = study.optimisation
+    assert plan is not None
+    count = results.sizes["case"] // study.per_point
+
+    def risk(values: np.ndarray) -> np.ndarray:
+        return risk_value(values[: count * study.per_point].reshape(count, study.per_point), plan.risk)
+
+    goals = []
+    for goal in plan.goals:
+        chosen = goal.measure in study.addresses
+        values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
+        goals.append(risk((-1.0 if goal.maximise else 1.0) * values))
+    violation = np.zeros(count)
+    for requirement in study.requirements:
+        beyond = risk(-requirement.margin(response_values(results, requirement.response)))
+        violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+    violation[~np.all(np.isfinite(goals), axis=0)] = np.inf
+    return np.stack(goals, axis=1), violation
 
 
 def _about(study: Study, results: xr.Dataset, goal: Goal) -> dict[str, Any]:

@@ -1,10 +1,13 @@
 """Runs are computed once, stored completely, and computed again when they are out of date."""
 
+import threading
+import time
+
 import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
-from scissordyn.run.engine import Outcome
+from scissordyn.run.interrupt import look
 from scissordyn.run.store import load, save
 from scissordyn_paper import runs as module
 from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance
@@ -127,23 +130,23 @@ def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
 
 def test_what_is_in_work_stops_with_an_error():
     """Contract: a consumer that fails, as where a picture cannot be drawn, leaves no task at work."""
-    ended = []
+    stopped = threading.Event()
 
-    class Engine:
-        workers = 1
-
-        def each(self, function, tasks):
-            try:
-                for task in tasks:
-                    yield Outcome(task, function(task))
-            finally:
-                ended.append(True)
+    def work(task):
+        try:
+            while task > 1:
+                look()
+                time.sleep(0.01)
+        except KeyboardInterrupt:
+            stopped.set()
+            raise
+        return task
 
     def fail(*_):
         raise ValueError("no picture")
 
     with pytest.raises(ValueError, match="no picture") as caught:
-        for _ in computed(abs, [1, 2], what=str, engine=Engine(), progress=fail):
+        for _ in computed(work, [1, 2], what=str, engine=2, progress=fail):
             pass
-    assert ended == [True]
+    assert stopped.wait(10.0)
     assert caught.traceback

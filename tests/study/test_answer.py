@@ -142,6 +142,7 @@ def test_sobol_indices_of_ishigami() -> None:
     points = design_values(Design("saltelli", base, seed=4), sides, np.zeros(3), np.arange(base * 5))
     values = ishigami(points)
     found = sobol_indices(values, ["x1", "x2", "x3"])
+    xr.testing.assert_identical(found, sobol_indices(values, ["x1", "x2", "x3"]))  # with the intervals
     first, total = ishigami_indices()
     assert np.all(np.abs(found["first"].values - first) < found["first_interval"].values)
     assert np.all(np.abs(found["total"].values - total) < found["total_interval"].values)

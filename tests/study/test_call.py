@@ -298,7 +298,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"goals": "peak_force"}, "goal 'peak_force'; allowed: minimise or maximise"),
         ({"design": "sobel"}, "did you mean 'sobol'"),
         ({"samples": 2}, "2 samples of no uncertain number"),
-        ({"engine": "fast"}, "engine = 'fast'; allowed: threads, processes"),
+        ({"engine": "fast"}, "engine = 'fast'; allowed: a number of threads"),
         ({"store": "s3://bucket"}, "a file on a disk"),
         ({"block": 0}, "block = 0"),
     ],

@@ -16,8 +16,11 @@ from scissordyn.study.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numb
 RESAMPLES = 500
 """Resamples of the bootstrap."""
 
+SEED = 1
+"""Of the resamples; with 0 the library draws others in each call."""
 
-def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
+
+def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
     """First-order and total Sobol indices with bootstrap intervals.
 
     Shapes: `values` (base points (factors + 2).
@@ -30,7 +33,7 @@ def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.
     used = rows[whole].ravel()
     if not np.ptp(used) > 0.0:
         raise InputError("a response that is the same at all points", "one that varies")
-    found = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=seed)
+    found = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=SEED)
     keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
     about = {"units": "1"}
     return xr.Dataset(
@@ -40,7 +43,7 @@ def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.
     )
 
 
-def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
+def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> xr.Dataset:
     """Mean absolute elementary effects of Morris with bootstrap intervals.
 
     Shapes: `points` (trajectories (factors + 1).
@@ -52,7 +55,7 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, 
     _check_count(int(whole.sum()), "trajectories")
     problem = {"num_vars": d, "names": names, "bounds": [[0.0, 1.0]] * d}
     used = points.reshape(-1, d + 1, d)[whole].reshape(-1, d)
-    found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=seed)
+    found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=SEED)
     keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
     return xr.Dataset(
         {name: ("factor", np.asarray(found[key], float) / DRAWN_IN, {}) for name, key in keys.items()},

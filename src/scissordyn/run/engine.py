@@ -7,7 +7,7 @@ import pickle
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -115,19 +115,25 @@ def outcomes(
     the runs in work; a lost worker of an executor of the user's raises `EngineError`.
     """
     workers = workers_of(engine)
+    results: Generator[Outcome[Task, Value], None, None]
     if isinstance(engine, Executor):
         results = _spread(engine, function, tasks)
     elif workers == 1:
         results = (_done(function, task) for task in tasks)
     else:
         results = _in_threads(workers, function, tasks)
-    for done, outcome in enumerate(results, 1):
-        yield outcome
-        if progress is not None:
-            progress(done, total)
+    try:
+        for done, outcome in enumerate(results, 1):
+            yield outcome
+            if progress is not None:
+                progress(done, total)
+    finally:
+        results.close()  # what is in work stops at once, also where an error keeps this frame
 
 
-def _in_threads(workers: int, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+def _in_threads(
+    workers: int, function: Callable[[Task], Value], tasks: Iterable[Task]
+) -> Generator[Outcome[Task, Value], None, None]:
     pool = ThreadPoolExecutor(workers, thread_name_prefix="task")
     try:
         yield from _spread(pool, function, tasks)
@@ -137,7 +143,9 @@ def _in_threads(workers: int, function: Callable[[Task], Value], tasks: Iterable
         ending.join(QUICKLY)
 
 
-def _spread(executor: Executor, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+def _spread(
+    executor: Executor, function: Callable[[Task], Value], tasks: Iterable[Task]
+) -> Generator[Outcome[Task, Value], None, None]:
     """Tasks on the workers of an executor.
 
     When a process of `Processes` dies, every task that was handed out is done again, one at a time: the one whose process dies

@@ -130,9 +130,12 @@ def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
 
 def test_what_is_in_work_stops_with_an_error():
     """Contract: a consumer that fails, as where a picture cannot be drawn, leaves no task at work."""
-    stopped = threading.Event()
+    begun, stopped = threading.Event(), threading.Event()
 
     def work(task):
+        if task > 1:
+            begun.set()
+        assert begun.wait(60.0)
         try:
             while task > 1:
                 look()

@@ -61,7 +61,6 @@ from scissordyn.exchange.forces import pin_forces as pin_forces
 from scissordyn.exchange.mjcf import read_mjcf as read_mjcf
 from scissordyn.exchange.pmks import read_pmks as read_pmks
 from scissordyn.exchange.read import read_drawing as read_drawing
-from scissordyn.explore.notebook import view as view
 from scissordyn.identification.prediction import prediction as prediction
 from scissordyn.laws.catalogue import law as law
 from scissordyn.laws.damping.factors import Flores as Flores, LankaraniNikravesh as LankaraniNikravesh
@@ -102,6 +101,7 @@ from scissordyn.periodic.lyapunov import (
     variational_exponent as variational_exponent,
 )
 from scissordyn.plot.animation import animate as animate
+from scissordyn.plot.notebook import view as view
 from scissordyn.plot.preview import preview as preview
 from scissordyn.plot.publication import style as style
 from scissordyn.run.batch import simulate_many as simulate_many

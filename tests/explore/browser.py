@@ -11,8 +11,6 @@ from pathlib import Path
 from signal import SIGINT
 from typing import Any
 
-__all__ = ["CASE", "Tab", "chromium", "missing", "served"]
-
 CASE = """
 [structure]
 kind = "scissor"
@@ -40,7 +38,7 @@ samples = 401
 
 def missing() -> str:
     """Why a browser cannot be driven here; empty if it can."""
-    for name in ("panel", "playwright"):
+    for name in ("websockets", "tomlkit", "playwright"):
         try:
             __import__(name)
         except ImportError:
@@ -136,19 +134,10 @@ class Tab:
         """Wait until a run later than one is on the canvas, in the curves and in the bar, beside the form; its number."""
         self.page.wait_for_function(
             """before => {
-              const deep = (root, found) => {
-                for (const each of root.querySelectorAll("*")) {
-                  if (each.matches("canvas[data-run]")) found.canvas = Number(each.dataset.run);
-                  if (each.matches(".sd-state")) found.state = each.dataset;
-                  if (each.matches(".sd-form .sd-row")) found.form = true;
-                  if (each.shadowRoot) deep(each.shadowRoot, found);
-                }
-                return found;
-              };
-              const found = deep(document, {}), page = window.Bokeh && Bokeh.documents[0];
-              const curves = page && page.get_model_by_name("clock");
-              return found.form && found.state && found.state.computing === "false" && found.canvas > before && curves
-                && curves.tags[1] === found.canvas && Number(found.state.run) === found.canvas;
+              const number = wanted => Number((document.querySelector(wanted) || { dataset: {} }).dataset.run || 0);
+              const state = document.querySelector(".sd-state"), run = number("#sd-canvas canvas");
+              return document.querySelector(".sd-row") && state && state.dataset.computing === "false" && run > before
+                && number("#sd-curves") === run && number(".sd-state") === run && state.dataset.ordered === state.dataset.run;
             }""",
             arg=before,
             polling=50,  # to look at each frame would slow the page down
@@ -171,7 +160,7 @@ class Tab:
     @property
     def run(self) -> int:
         """Number of the run that is shown."""
-        return int(self.page.locator("canvas[data-run]").get_attribute("data-run"))
+        return int(self.page.locator("#sd-canvas canvas").get_attribute("data-run") or 0)
 
     @property
     def state(self) -> str:
@@ -210,16 +199,20 @@ class Tab:
     def table(self) -> dict[str, Any]:
         """The table of contacts: the number of its run, its titles, all rows and those in sight, as texts."""
         script = """root => ({
-          run: Number(root.dataset.run), rows: root.rows(),
+          run: Number(root.dataset.run), rows: window.scissordyn.contacts.rows(),
           titles: [...root.querySelectorAll("[role=columnheader]")].map(cell => cell.textContent),
           seen: [...root.querySelectorAll(".sd-rows [role=row]")].map(row => [...row.children].map(cell => cell.textContent)),
         })"""
         return dict(self.page.locator(".sd-contacts").evaluate(script))
 
-    def curve(self, column: str, source: str = "curves") -> list[float]:
-        """A column of the curves' data."""
-        script = "([source, column]) => Array.from(Bokeh.documents[0].get_model_by_name(source).data[column])"
-        return list(self.page.evaluate(script, [source, column]))
+    def curve(self, figure: str, label: str = "", *, axis: str = "y", pinned: bool = False) -> list[float]:
+        """The numbers of a line of a figure, the first if no label is given."""
+        script = """([name, label, axis, pinned]) => {
+          const lines = window.scissordyn.shown.figures.find(each => each.name === name).lines;
+          const line = lines.find(each => (each.style === "dash") === pinned && (!label || each.label === label));
+          return Array.from(line[axis]);
+        }"""
+        return list(self.page.evaluate(script, [figure, label, axis, pinned]))
 
     def close(self) -> None:
         """Close the page; whatever it has logged as an error is a failure."""

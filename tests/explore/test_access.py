@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import http.client
-import json
 import os
 import random
 import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -22,15 +20,13 @@ import pytest
 import scissordyn
 from scissordyn.cli.main import status_of
 
-pytest.importorskip("panel", reason="the package panel is not installed")
+pytest.importorskip("websockets", reason="the package websockets is not installed")
 
-from tornado.httpclient import HTTPRequest
-from tornado.httputil import HTTPHeaders, HTTPServerRequest, RequestStartLine
-from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
 
 from scissordyn.explore.access import Access
-from scissordyn.explore.application import MOST_PAGES
-from scissordyn.explore.serve import listen
+from scissordyn.explore.serve import FILES, LARGEST, MOST_PAGES, listen
 
 from .browser import CASE, served
 from .malformed import PATHS, malformed_message, malformed_requests
@@ -54,7 +50,6 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     path = tmp_path_factory.mktemp("access") / "case.toml"
     path.write_text(CASE)
     with served(path) as found:
-        get(found, "start.js")  # answered when there is a page
         yield found
 
 
@@ -68,10 +63,13 @@ def ask(url: str, path: str, host: str | None = None, method: str = "GET", **hea
     for name, value in headers.items():
         connection.putheader(name.replace("_", "-"), value)
     connection.endheaders()
-    answer = connection.getresponse()
-    found = answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
-    connection.close()
-    return found
+    try:
+        answer = connection.getresponse()
+        return answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+    except http.client.RemoteDisconnected:  # nothing at all is answered
+        return 400, {}, b""
+    finally:
+        connection.close()
 
 
 def get(url: str, path: str, **more: Any) -> tuple[int, dict[str, str], bytes]:
@@ -84,7 +82,6 @@ UPGRADE = {
     "Connection": "Upgrade",
     "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ==",
     "Sec_WebSocket_Version": "13",
-    "Sec_WebSocket_Protocol": "bokeh, token",
 }
 
 
@@ -133,13 +130,14 @@ def test_page_is_served_to_its_own_names(url: str) -> None:
         assert status == 200
         assert given["x-frame-options"] == "DENY"
         assert given["referrer-policy"] == "no-referrer"
-        assert b"autoload" not in body
-    status, given, body = get(url, "autoload.js", Origin=url.rstrip("/").rpartition("/")[0])
-    assert status == 200
-    assert "access-control-allow-origin" not in given
-    assert given["cross-origin-resource-policy"] == "same-origin"
+        assert b"page.js" in body
+    for name in (*FILES, "canvas.js"):
+        status, given, body = get(url, name, Origin=url.rstrip("/").rpartition("/")[0])
+        assert status == 200
+        assert "access-control-allow-origin" not in given
+        assert given["cross-origin-resource-policy"] == "same-origin"
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH"):
-        assert get(url, "autoload.js", method=method)[0] == 405
+        assert get(url, "page.js", method=method)[0] == 405
 
 
 def test_each_start_has_its_own_address(tmp_path: Path) -> None:
@@ -165,15 +163,10 @@ def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
     with listen(address, 0) as listening:
         access = Access.to(listening, address)
         named = host.format(port=listening.getsockname()[1])
-        connection: Any = type("Connection", (), {"context": None})()
-
-        def refusal(**headers: str) -> tuple[int, str] | None:
-            given, line = HTTPHeaders({"Host": named, **headers}), RequestStartLine("GET", access.folder, "HTTP/1.1")
-            return access.refusal(HTTPServerRequest(start_line=line, headers=given, connection=connection))
-
-        assert (refusal() is None) == admitted
-        assert (refusal(Origin=f"http://{named}") is None) == admitted
-        assert refusal(Origin="http://evil.example") is not None
+        assert (access.refusal(access.folder, [named], []) is None) == admitted
+        assert (access.refusal(access.folder, [named], [f"http://{named}"]) is None) == admitted
+        assert access.refusal(access.folder, [named], ["http://evil.example"]) is not None
+        assert access.refusal(access.folder, [named, named], []) is not None
 
 
 def test_empty_address_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -188,100 +181,60 @@ def test_empty_address_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert said.out == ""
 
 
-def test_pages_are_counted(tmp_path: Path) -> None:
-    """Limit: beyond the largest number of sessions no further one is begun; the answer says so."""
-    path = tmp_path / "case.toml"
-    path.write_text(CASE)
-    with served(path) as url:
-        get(url, "start.js")
-
-        async def fill() -> list[bytes]:
-            kept = [await _open(url, *_token(url)) for _ in range(MOST_PAGES)]
-            answers = [get(url, "autoload.js")[2] for _ in range(5)]
-            for connection in kept:
-                connection.close()
-                while await asyncio.wait_for(connection.read_message(), 30.0) is not None:
-                    pass  # what the server had sent before: the end comes after it
-            return answers
-
-        for answer in asyncio.run(fill()):
-            assert answer.startswith(b"document.getElementById")
-            assert f"{MOST_PAGES} pages of this case".encode() in answer
-
-
-def _token(url: str) -> tuple[str, str]:
-    """The token of a new session, and the address of its socket."""
-    body = get(url, "autoload.js")[2].decode()
-    token = body.partition('"token":"')[2].partition('"')[0] or body.partition('token\\":\\"')[2].partition('\\"')[0]
-    assert token
+def opened(url: str) -> Any:
+    """The socket of a new page, as a browser opens it."""
     parts = urlsplit(url)
-    return token, f"ws://{parts.netloc}{parts.path}ws"
+    return connect(f"ws://{parts.netloc}{parts.path}ws", origin=f"http://{parts.netloc}", max_size=None)
 
 
-async def _open(url: str, token: str, address: str) -> WebSocketClientConnection:
-    request = HTTPRequest(address, headers={"Origin": "http://" + urlsplit(url).netloc})
-    return await websocket_connect(request, subprotocols=["bokeh", token])
+def test_pages_are_counted(url: str) -> None:
+    """Limit: beyond the largest number of pages no further one is begun; the answer says so; one that is closed leaves room."""
+    with ExitStack() as pages:
+        for _ in range(MOST_PAGES):
+            pages.enter_context(opened(url)).recv(30.0)
+        with opened(url) as further:
+            assert f"{MOST_PAGES} pages of this case".encode() in further.recv(30.0)
+    time.sleep(0.5)
+    with opened(url) as later:
+        assert b'"early"' in later.recv(30.0)
 
 
-async def _talk(url: str, chance: random.Random, count: int) -> list[str]:
-    """Send malformed messages, on a new connection of one session whenever the server has closed one; what was answered."""
-    answers: list[str] = []
-    sent, (token, address) = 0, _token(url)
-    models: dict[str, str] = {}
+def test_message_that_is_too_long_ends_its_page(url: str) -> None:
+    """Limit: a message of more than the largest size closes the connection; the server goes on."""
+    with opened(url) as page:
+        page.send("x" * (LARGEST + 1))
+        with pytest.raises(ConnectionClosed):
+            list(iter(lambda: page.recv(30.0), None))
+    assert get(url, "")[0] == 200
+
+
+def _talk(url: str, chance: random.Random, count: int) -> list[bytes]:
+    """Send malformed messages, on a new connection whenever the server has closed one; what was answered."""
+    answers: list[bytes] = []
+    sent = 0
     while sent < count:
-        connection = await _open(url, token, address)
-        for _ in range(3):  # the server says that it is there
-            await connection.read_message()
-        if not models:
-            models = {str(k): each["id"] for k, each in enumerate(_objects(await _document(connection)))}
-            assert len(models) > 50
-        while sent < count and connection.close_code is None:
-            sent += 1
+        with opened(url) as page:
             try:
-                for fragment in malformed_message(chance, models):
-                    await connection.write_message(fragment, binary=isinstance(fragment, bytes))
-            except WebSocketClosedError:
-                pass
-            answers += await _answers(connection, 0.005)
-        answers.append(str(connection.close_reason))
-        connection.close()
+                answers.append(page.recv(60.0))  # the case has been read
+                while sent < count:
+                    sent += 1
+                    page.send(malformed_message(chance))
+                    answers += _answers(page, 0.001)
+                answers += _answers(page, 1.0)
+            except ConnectionClosed as closed:
+                answers.append(str(closed).encode())
     return answers
 
 
-async def _document(connection: WebSocketClientConnection) -> Any:
-    """The document of a session."""
-    for part in ({"msgid": "0", "msgtype": "PULL-DOC-REQ"}, {}, {}):
-        await connection.write_message(json.dumps(part))
-    while True:
-        answer = await asyncio.wait_for(connection.read_message(), 30.0)
-        assert answer is not None
-        if isinstance(answer, str) and '"roots"' in answer:
-            return json.loads(answer)
-
-
-async def _answers(connection: WebSocketClientConnection, patience: float) -> list[str]:
-    """What has come, as texts."""
-    found: list[str] = []
+def _answers(page: ClientConnection, patience: float) -> list[bytes]:
+    """What has come."""
+    answers: list[bytes] = []
     while True:
         try:
-            answer = await asyncio.wait_for(connection.read_message(), patience)
+            answer = page.recv(patience)
         except TimeoutError:
-            return found
-        if answer is None:
-            return found
-        found.append(answer if isinstance(answer, str) else answer.decode("latin-1"))
-
-
-def _objects(value: Any) -> Iterator[dict[str, Any]]:
-    """All models of a document."""
-    if isinstance(value, dict):
-        if "id" in value and "name" in value:
-            yield value
-        for inner in value.values():
-            yield from _objects(inner)
-    elif isinstance(value, list):
-        for inner in value:
-            yield from _objects(inner)
+            return answers
+        answers.append(answer if isinstance(answer, bytes) else answer.encode())
 
 
 def _exchange(url: str, request: bytes) -> bytes:
@@ -319,7 +272,7 @@ def test_malformed_requests_get_no_more_than_a_line(url: str) -> None:
             _clean(answer)
         assert "root:" not in answer
         assert not head.startswith("HTTP/1.1 500"), request
-    assert {"200", "400", "403", "404", "405"} <= statuses
+    assert {"200", "403", "404"} <= statuses
     assert get(url, "")[0] == 200
 
 
@@ -333,11 +286,10 @@ def test_malformed_messages_get_no_more_than_a_line(tmp_path: Path) -> None:
         assert process.stdout is not None
         try:
             url = process.stdout.readline().split()[0]
-            get(url, "start.js")
-            answers = asyncio.run(_talk(url, random.Random(5), MALFORMED))
+            answers = _talk(url, random.Random(5), MALFORMED)
             for answer in answers:
-                _clean(answer)
-            assert any("a message that the page does not send" in answer for answer in answers)
+                _clean(answer.decode("latin-1"))
+            assert any(b"a message that the page does not send" in answer for answer in answers)
             assert process.poll() is None
             assert get(url, "")[0] == 200
             time.sleep(0.1)
@@ -346,4 +298,3 @@ def test_malformed_messages_get_no_more_than_a_line(tmp_path: Path) -> None:
         finally:
             process.terminate()
             process.communicate(timeout=20)
-        assert threading.active_count() < 50

@@ -14,9 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.errors import InputError
 from scissordyn.explore.case import FileCase, open_case
-from scissordyn.explore.first import FirstRun
 from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome, Worker
 from scissordyn.model.mechanism import Mechanism
@@ -61,79 +59,51 @@ def until(condition: Callable[[], bool]) -> None:
     raise AssertionError(f"it did not happen within {PATIENCE:g} s")
 
 
-def begun(case: FileCase) -> FirstRun:
-    """A case that has been read, and whose run is going on."""
-    first = FirstRun(lambda: case)
-    first.begin()
-    return first
-
-
-def test_those_who_wait_for_the_case_are_told_once(case: FileCase) -> None:
-    """Contract: who asks before the case has been read is told when it is, and who asks later at once, of an error too."""
-    told: list[str] = []
-
-    def broken() -> FileCase:
-        raise InputError("no such case")
-
-    for opened, wanted in ((lambda: case, None), (broken, "no such case")):
-        told.clear()
-        first = FirstRun(opened)
-        first.when_read(lambda: told.append("early"))
-        assert told == []
-        first.begin()
-        assert told == ["early"]
-        first.when_read(lambda: told.append("late"))
-        assert told == ["early", "late"]
-        assert (first.case is None) == (wanted is not None)
-        assert (None if first.error is None else str(first.error)) == wanted
-        until(lambda first=first, wanted=wanted: first.known is not None or wanted is not None)  # type: ignore[misc]
-
-
 def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
-    """Contract: a page that comes while the run is going on takes it over; later ones have its result at once."""
+    """Contract: a page that comes after the run has it at once; its later runs have other numbers."""
     opened, runs = gate
-    first = begun(case)
-    early = Session(case, lambda what: None, first)
+    early = Session(case, lambda what: None)
     assert early.computing
+    assert early.first is None
     opened.set()
-    until(lambda: not early.computing)
-    late = Session(case, lambda what: None, first)
-    assert late.good is early.good
+    until(lambda: early.first is not None and early.first.fine is not None)
+    late = Session(case, lambda what: None, early.first)
+    assert late.good is not None
+    assert early.good is not None
+    assert late.good.run is early.good.run
+    assert late.fine is early.fine
     assert not late.computing
     assert len(runs) == 1
     assert late.change("drive.speed", "120 rpm")  # its runs have other numbers, or the browser would take them for the first
-    until(lambda: late.good is not early.good)
-    assert late.good is not None
-    assert early.good is not None
+    until(lambda: not late.computing)
     assert late.good.number > early.good.number
     for session in (early, late):
         session.close()
 
 
-def test_page_that_ends_or_stops_leaves_others_alone(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
-    """Contract: a page beside the one that has taken the first run over computes its own, whatever that one does."""
+def test_page_that_stops_leaves_others_alone(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
+    """Contract: a run that a page has stopped is not that of the case, and a page beside it computes its own."""
     opened, runs = gate
-    first = begun(case)
-    stopping = Session(case, lambda what: None, first)
+    stopping = Session(case, lambda what: None)
+    until(lambda: runs == [1])
     stopping.stop()
-    other = Session(case, lambda what: None, first)
+    other = Session(case, lambda what: None, stopping.first)
     opened.set()
     until(lambda: not (stopping.computing or other.computing))
     assert len(runs) == 2
     assert other.good is not None
     assert other.good.run is not None
     assert other.good.run.attrs["status"] == "complete"
-    assert first.known is None
+    assert stopping.first is None
     for session in (stopping, other):
         session.close()
 
 
 def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
-    """Contract: the motion with ideal joints is there while the run is held, also for a page that comes later; then the run."""
+    """Contract: the motion with ideal joints is there while the run is held; then the run."""
     opened, _ = gate
-    first = begun(case)
-    until(lambda: first.preview is not None)
-    session = Session(case, lambda what: None, first)
+    session = Session(case, lambda what: None)
+    until(lambda: session.good is not None)
     ideal = session.good
     assert ideal is not None
     assert ideal.run is not None
@@ -143,11 +113,11 @@ def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[thread
     np.testing.assert_allclose(ideal.run["angle"].values, wanted["angle"].values, rtol=0.0, atol=1e-12)
     opened.set()
     until(lambda: not session.computing)
-    assert session.good is first.known
-    assert first.known is not None
-    assert first.known.note == ""
-    assert first.known.case.options == case.options
-    assert first.known.number == session.ordered > ideal.number
+    assert session.good is session.first
+    assert session.first is not None
+    assert session.first.note == ""
+    assert session.first.case.options == case.options
+    assert session.first.number == session.ordered > ideal.number
     session.close()
 
 
@@ -194,14 +164,12 @@ def test_curves_follow_with_the_instants_of_contacts(case: FileCase, samples: in
 
 
 def test_saved_run_is_shown_without_computing(case: FileCase, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
-    """Identity: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
+    """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
     run = simulate(case.mechanism, until=case.options.until, samples=case.options.samples)
     save(run, tmp_path / "run.nc")
     saved = open_case(tmp_path / "run.nc")
-    first = FirstRun(lambda: saved)
-    first.begin()
-    session = Session(saved, lambda what: None, first)
+    session = Session(saved, lambda what: None)
     assert not session.computing
     assert runs == []
     assert session.good is not None

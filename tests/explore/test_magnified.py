@@ -85,11 +85,11 @@ def test_page_draws_bars_bent_and_magnified(path: Path) -> None:
     case = read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
     factor = factor_of("auto", run, case.mechanism)
-    script = "() => JSON.parse(window.scissordynShown.scene)"
+    script = "() => JSON.parse(window.scissordyn.shown.scene)"
     with chromium() as browser, served(path) as url:
         tab = Tab(browser, url)
         first = tab.run
-        canvas = tab.page.locator("canvas[data-run]")
+        canvas = tab.page.locator("#sd-canvas canvas")
         plain = tab.page.evaluate(script)
         assert (canvas.get_attribute("data-magnified"), plain["magnification"]) == ("1", 1.0)
         assert max(shape["count"] for shape in plain["shapes"] if shape["kind"] == "bar") > 5
@@ -104,7 +104,7 @@ def test_page_draws_bars_bent_and_magnified(path: Path) -> None:
         assert tab.ready(first) > first
         assert tab.curve("stress") != before
         tab.page.wait_for_function(
-            "run => { const at = JSON.parse(window.scissordynShown.scene); return at.run > run && at.magnification > 1; }",
+            "run => { const at = JSON.parse(window.scissordyn.shown.scene); return at.run > run && at.magnification > 1; }",
             arg=first,
             timeout=1e3 * tab.patience,
         )

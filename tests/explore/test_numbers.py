@@ -26,17 +26,8 @@ KEY = "clearance.0.clearance"
 DRAGS = 100
 
 LOOK = """() => {
-  const find = (root, wanted) => {
-    for (const each of root.querySelectorAll("*")) {
-      if (each.matches(wanted)) return each;
-      const inner = each.shadowRoot && find(each.shadowRoot, wanted);
-      if (inner) return inner;
-    }
-    return null;
-  };
-  const [canvas, table, bar] = ["canvas[data-run]", ".sd-contacts", ".sd-state"].map(wanted => find(document, wanted));
-  const clock = Bokeh.documents[0].get_model_by_name("clock");
-  window.numbers = () => [canvas, table, bar].map(each => Number(each.dataset.run)).concat([clock.tags[1]]);
+  const parts = ["#sd-canvas canvas", ".sd-contacts", ".sd-state", "#sd-curves"].map(wanted => document.querySelector(wanted));
+  window.numbers = () => parts.map(each => Number(each.dataset.run));
   [window.looked, window.mixed] = [0, []];
   const look = () => {
     window.looked++;
@@ -48,26 +39,25 @@ LOOK = """() => {
 """Looks at the numbers of the run in drawing, table, bar and curves before each frame that the browser draws."""
 
 SHOWN = """() => {
-  const names = ["curves", "orbit points", "horizon"], page = Bokeh.documents[0], sources = {};
-  for (const name of names) {
-    sources[name] = Object.fromEntries(Object.entries(page.get_model_by_name(name).data).map(([k, v]) => [k, Array.from(v)]));
-  }
-  const unit = name => [name, page.get_model_by_name(name).left[0].axis_label];
-  return { sources, parts: { ...window.scissordynShown, table: null },
-    units: Object.fromEntries(["output", "torque", "force", "slip", "energy", "loss"].map(unit)) };
+  const { figures, orbit, horizon, bar, scene } = window.scissordyn.shown;
+  const line = ({ label, x, y, style }) => ({ label, x: Array.from(x), y: Array.from(y), style });
+  const plain = figure => ({ ...figure, lines: figure.lines.map(line) });
+  return { figures: figures.map(plain), orbit: plain(orbit), horizon, bar, scene };
 }"""
 
-COLUMNS = {
-    "output": ("output", "slider_position", "", 1.0),
-    "slip": ("slip", "slip_speed", "A", 1.0),
-    "friction": ("force", "friction_force", "A", 1.0),
-    "normal": ("force", "normal_force", "A", 1.0),
-    "torque": ("torque", "drive_torque", "", 1.0),
-    "kinetic": ("energy", "kinetic_energy", "", 1.0),
-    "potential": ("energy", "potential_energy", "", 1.0),
-    "work": ("energy", "drive_work", "", 1.0),
-    "dissipated": ("loss", "dissipated_energy", "", 1.0),
+LINES = {
+    ("output", ""): ("slider_position", ""),
+    ("slip", ""): ("slip_speed", "A"),
+    ("force", "friction"): ("friction_force", "A"),
+    ("force", "force"): ("", "A"),
+    ("torque", "driving torque"): ("drive_torque", ""),
+    ("energy", "kinetic"): ("kinetic_energy", ""),
+    ("energy", "potential"): ("potential_energy", ""),
+    ("energy", "drives"): ("drive_work", ""),
+    ("loss", ""): ("dissipated_energy", ""),
 }
+"""Lines by their figure and label, and the variables that they show, of which joint."""
+
 PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}
 
 
@@ -93,23 +83,30 @@ def floats(text: str) -> np.ndarray:
 def compare(tab: Tab, run: xr.Dataset, fine: xr.Dataset, number: int) -> None:
     """Compare all that the page shows with a run, whose curves may have the instants of contacts already."""
     shown: dict[str, Any] = tab.page.evaluate(SHOWN)
-    curves = {name: np.array(values, float) for name, values in shown["sources"]["curves"].items()}
     assert tab.page.evaluate("window.numbers()") == [number] * 4
-    at = np.searchsorted(curves["time"], 1e3 * run["time"].values * (1.0 - 1e-12))
-    np.testing.assert_allclose(curves["time"][at], 1e3 * run["time"].values, rtol=1e-12)
-    for column, (panel, variable, joint, _) in COLUMNS.items():
-        values = (run[variable].sel(joint=joint) if joint else run[variable]).values
-        wanted = factor(shown["units"][panel]) * values
-        np.testing.assert_allclose(curves[column][at], wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max(), err_msg=column)
-    assert curves["force"].max() == pytest.approx(factor(shown["units"]["force"]) * float(run["peak_force"].max()), rel=1e-9)
-    orbit = shown["sources"]["orbit points"]
+    drawn = {(figure["name"], line["label"]): (figure["unit"], line) for figure in shown["figures"] for line in figure["lines"]}
+    assert set(drawn) == set(LINES)
+    for name, (variable, joint) in LINES.items():
+        unit, line = drawn[name]
+        time, curve = np.array(line["x"]), np.array(line["y"], float)
+        at = np.searchsorted(time, 1e3 * run["time"].values * (1.0 - 1e-12))
+        np.testing.assert_allclose(time[at], 1e3 * run["time"].values, rtol=1e-12)
+        if variable:
+            values = (run[variable].sel(joint=joint) if joint else run[variable]).values
+        else:  # normal force and friction together
+            values = np.hypot(*(run[part].sel(joint=joint).values for part in ("normal_force", "friction_force")))
+        wanted = factor(unit) * values
+        np.testing.assert_allclose(curve[at], wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max(), err_msg=str(name))
+    unit, force = drawn["force", "force"]
+    assert max(force["y"]) == pytest.approx(factor(unit) * float(run["peak_force"].max()), rel=1e-9)
+    orbit = shown["orbit"]["lines"][-1]
     _compare_orbit(np.array([orbit["x"], orbit["y"]], float).T, run, fine)
-    assert shown["sources"]["horizon"]["from"] == []
+    assert shown["horizon"] is None
     _compare_table(tab.table(), run, number)
     statistics = json.loads(run.attrs["statistics"])
     assert tab.state.startswith(f"{statistics['steps']} steps of {statistics['method']} in ")
-    assert shown["parts"]["bar"]["warnings"] == json.loads(run.attrs["warnings"])
-    _compare_scene(json.loads(shown["parts"]["scene"]), run)
+    assert shown["bar"]["warnings"] == json.loads(run.attrs["warnings"])
+    _compare_scene(json.loads(shown["scene"]), run)
 
 
 def _compare_orbit(points: np.ndarray, run: xr.Dataset, fine: xr.Dataset) -> None:
@@ -182,15 +179,7 @@ def test_page_shows_one_run_however_it_is_dragged(tab: Tab) -> None:
 
 
 SETTLED = """key => {
-  const find = (root, wanted) => {
-    for (const each of root.querySelectorAll("*")) {
-      if (each.matches(wanted)) return each;
-      const inner = each.shadowRoot && find(each.shadowRoot, wanted);
-      if (inner) return inner;
-    }
-    return null;
-  };
-  const row = find(document, `.sd-row[data-key='${key}']`), state = find(document, ".sd-state").dataset;
+  const row = document.querySelector(`.sd-row[data-key='${key}']`), state = document.querySelector(".sd-state").dataset;
   return row.dataset.text === row.querySelector("input[type=text]").value && state.computing === "false"
     && state.ordered === state.run ? Number(state.run) : null;
 }"""

@@ -233,7 +233,7 @@ def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.Captur
 
 def test_other_address_says_what_it_means(case: FileCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     """Contract: only an address that others can reach gives a warning."""
-    pytest.importorskip("panel", reason="the package panel is not installed")
+    pytest.importorskip("websockets", reason="the package websockets is not installed")
     monkeypatch.setattr("scissordyn.explore.serve.serve", lambda *given, **named: None)
     path = str(tmp_path / "case.toml")
     assert status_of(["explore", path, "--no-browser"]) == 0
@@ -242,18 +242,9 @@ def test_other_address_says_what_it_means(case: FileCase, tmp_path: Path, monkey
     assert "Nothing is encrypted" in capsys.readouterr().err
 
 
-def test_widget_of_a_notebook_has_the_scene(case: FileCase) -> None:
-    """Contract: the widget holds the run's scene, of every joint, and the same component as the page."""
-    pytest.importorskip("anywidget", reason="the package anywidget is not installed")
-    run = sd.simulate(case.mechanism, until=1e-3, samples=11)
-    widget = sd.view(run)
-    assert '"A"' in widget.scene
-    assert "export default { render }" in str(widget._esm)
-
-
 def test_server_ends_with_the_error_of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: a case that cannot be read ends the server with one line, which names the place, and exit status 2."""
-    pytest.importorskip("panel", reason="the package panel is not installed")
+    pytest.importorskip("websockets", reason="the package websockets is not installed")
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace('speed = "150 rpm"', 'speed = "150 rmp"'))
     assert status_of(["explore", str(path), "--no-browser"]) == 2
@@ -265,7 +256,7 @@ def test_server_ends_with_the_error_of_a_case(tmp_path: Path, capsys: pytest.Cap
 
 def test_addresses_that_cannot_be_listened_on_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: an address that is not of this machine is an error of one line before anything is served."""
-    pytest.importorskip("panel", reason="the package panel is not installed")
+    pytest.importorskip("websockets", reason="the package websockets is not installed")
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     assert status_of(["explore", str(path), "--no-browser", "--address", "192.0.2.1"]) == 2

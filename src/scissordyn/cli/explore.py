@@ -14,7 +14,7 @@ from scissordyn.errors import InputError, command
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-NEEDED = ("panel", "bokeh", "tomlkit")
+NEEDED = ("websockets", "tomlkit")
 
 
 def explore(

@@ -10,11 +10,9 @@ import hmac
 import ipaddress
 import secrets
 import socket
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
-
-from tornado.httputil import HTTPServerRequest
 
 LOCAL = ("127.0.0.1", "localhost", "::1")
 
@@ -37,22 +35,22 @@ def is_everywhere(listening: socket.socket) -> bool:
 
 @dataclass(frozen=True)
 class Access:
-    """What a request must have."""
+    """The first part of the path, and the names of this machine; `any_number`: also any address in numbers."""
 
-    token: str  # First part of the path
-    names: Collection[str]  # Names of this machine, in lower case
-    any_number: bool = False  # Whether it may be called by any address in numbers; nobody else's name leads to one
+    token: str
+    names: Collection[str]
+    any_number: bool = False
 
     @classmethod
     def to(cls, listening: socket.socket, address: str) -> Access:
         """To a socket that listens on an address, with a new token."""
-        bound, own = _bound(listening), socket.gethostname().lower()
+        bound, host = _bound(listening), socket.gethostname().lower()
         if bound.is_loopback:
             names = {*LOCAL, str(bound), address.lower()}
         elif bound.is_unspecified:
-            names = {*LOCAL, own}
+            names = {*LOCAL, host}
         else:
-            names = {str(bound), address.lower(), own}
+            names = {str(bound), address.lower(), host}
         return cls(secrets.token_urlsafe(24), frozenset(names), bound.is_unspecified)
 
     @property
@@ -60,26 +58,19 @@ class Access:
         """The path of the page."""
         return f"/{self.token}/"
 
-    def refusal(self, request: HTTPServerRequest) -> tuple[int, str] | None:
-        """Why a request is refused: status and one line; None if it is not."""
-        hosts, origins = request.headers.get_list("Host"), request.headers.get_list("Origin")
+    def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> tuple[int, str] | None:
+        """Why a request with these headers is refused: status and one line; None if it is not."""
         if len(hosts) != 1 or not self._is_ours(hosts[0]):
             return 403, f"no page of this host; {ELSEWHERE}"
-        if origins and origins not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
+        if origins and list(origins) not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
             return 403, "no page of another site may talk to this one"
-        first = request.path.split("/", 2)
-        known = len(first) == 3 and hmac.compare_digest(first[1].encode("utf-8", "replace"), self.token.encode())
-        if not known:
-            return 404, f"nothing here; {ELSEWHERE}"
-        if request.method not in ("GET", "HEAD"):
-            return 405, "the page only answers GET"
-        return None
+        first = path.split("/", 2)
+        has_token = len(first) == 3 and hmac.compare_digest(first[1].encode("utf-8", "replace"), self.token.encode())
+        return None if has_token else (404, f"nothing here; {ELSEWHERE}")
 
     def _is_ours(self, host: str) -> bool:
         try:
             name = urlsplit(f"//{host}").hostname or ""
-            if name in self.names:
-                return True
-            return self.any_number and ipaddress.ip_address(name) is not None
+            return name in self.names or (self.any_number and ipaddress.ip_address(name) is not None)
         except ValueError:
             return False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
     from scissordyn.run.summary import PointAnswer, Summary
 
-MOST_POINTS = 4000
+MOST_POINTS = 100_000
 """Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
 
 MOST_TORQUES = 4
@@ -46,9 +45,9 @@ BOOKED = {"stored": "stored_energy", "work": "drive_work", "motor": "motor_work"
 
 def chosen_torques(run: xr.Dataset) -> tuple[list[TorqueSource], int]:
     """The torques to draw, in order, and the number of those that are left out."""
-    found = torque_sources(run)
-    kept = sorted(range(len(found)), key=lambda k: -float(np.abs(found[k].curve.values).max(initial=0.0)))[:MOST_TORQUES]
-    return [found[k] for k in sorted(kept)], max(0, len(found) - MOST_TORQUES)
+    sources = torque_sources(run)
+    largest = sorted(range(len(sources)), key=lambda k: -float(np.abs(sources[k].curve.values).max(initial=0.0)))
+    return [sources[k] for k in sorted(largest[:MOST_TORQUES])], max(0, len(sources) - MOST_TORQUES)
 
 
 def chosen_point(summary: Summary) -> PointAnswer | None:
@@ -59,7 +58,7 @@ def chosen_point(summary: Summary) -> PointAnswer | None:
 def requirements(
     torques: Sequence[TorqueSource], point: PointAnswer | None, curves: Mapping[str, np.ndarray]
 ) -> dict[str, list[float]]:
-    """What is allowed in the figures of torques and of the tracked point, where their curves come near it."""
+    """What is allowed in the figures of torques [N m] and of the tracked point [m], where their curves come near it."""
     limits = [
         side * source.limit
         for name, source in zip(UNITS["torque"][1], torques, strict=False)
@@ -77,13 +76,17 @@ def columns(
     output: str,
     torques: Sequence[str],
     point: str = "",
-    known: Sequence[TorqueSource] | None = None,
+    sources: Sequence[TorqueSource] | None = None,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """The curves in SI with their instants: the samples, and the located peaks of force and torque between them."""
+    """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
+
+    Straight between samples, as a line is drawn. Columns are those of the joint ("" for none), of the output body, of the named
+    torques and of the tracked point; what a run does not have is left out. `sources`: those of the run, if known.
+    """
     time = run["time"].values
     here = joint if joint in clearance_joints(run) else ""
-    curves = {source.name: source.curve for source in (torque_sources(run) if known is None else known)}
-    exact = {f"torque {k}" if k > 1 else "torque": curves[name] for k, name in enumerate(torques, 1) if name in curves}
+    curves = {source.name: source.curve for source in (torque_sources(run) if sources is None else sources)}
+    exact = {column: curves[name] for column, name in zip(UNITS["torque"][1], torques, strict=False) if name in curves}
     if here:
         exact["force"] = force_curve(run, here)
     every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
@@ -91,33 +94,31 @@ def columns(
     def drawn(values: np.ndarray) -> np.ndarray:
         return values if every.size == time.size else np.asarray(np.interp(every, time, values))
 
-    nothing = np.full(every.size, np.nan)
-    found = {name: nothing for _, names in UNITS.values() for name in names}
-    found.update({name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()})
+    values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
     if here:
         friction = run["friction_force"].sel(joint=here).values
-        found["slip"] = drawn(run["slip_speed"].sel(joint=here).values)
+        values["slip"] = drawn(run["slip_speed"].sel(joint=here).values)
         if np.any(np.nan_to_num(friction)):
-            found["friction"] = drawn(friction)
+            values["friction"] = drawn(friction)
         if "film" in run.dims and here in run["film"].values:
-            found["metal"] = drawn(run["normal_force"].sel(joint=here).values)
+            values["metal"] = drawn(run["normal_force"].sel(joint=here).values)
     bodies = run["body"].values.astype(str).tolist()
     body = output if output in bodies else bodies[-1]
     moved = run["slider_position"] if "slider_position" in run else run["angle"].sel(body=body)
-    found["output"] = drawn(moved.values)
+    values["output"] = drawn(moved.values)
     for name in ("kinetic", "potential"):
-        found[name] = drawn(run[f"{name}_energy"].values)
+        values[name] = drawn(run[f"{name}_energy"].values)
     for name, variable in {**BOOKED, "dissipated": "dissipated_energy"}.items():
         if variable in run and np.any(np.nan_to_num(run[variable].values)):
-            found[name] = drawn(run[variable].values)
+            values[name] = drawn(run[variable].values)
     if "film" in run.dims:
         films = run["film"].values.astype(str).tolist()
-        found["film"] = drawn(run["film_thickness"].values[:, films.index(here) if here in films else 0])
+        values["film"] = drawn(run["film_thickness"].values[:, films.index(here) if here in films else 0])
     if "beam_stress" in run and np.any(run["beam_stress"].values):
-        found["stress"] = drawn(run["beam_stress"].max(dim="beam").values)
+        values["stress"] = drawn(run["beam_stress"].max(dim="beam").values)
     if "track_deviation" in run and point in run["track"].values:
-        found["track"] = drawn(run["track_deviation"].sel(track=point).values)
-    return every, found
+        values["track"] = drawn(run["track_deviation"].sel(track=point).values)
+    return every, {name: column for name, column in values.items() if np.isfinite(column).any()}
 
 
 def scaled(
@@ -127,41 +128,40 @@ def scaled(
     torques: Sequence[str],
     point: str,
     scales: dict[str, Scale] | None,
-    known: Sequence[TorqueSource] | None = None,
+    sources: Sequence[TorqueSource] | None = None,
 ) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
-    """The columns in units that suit them, or in given ones."""
-    time, raw = columns(run, joint, output, torques, point, known)
-    kept = _thinned(
-        time.size, [raw[name] for figure in ("force", "torque", "slip", "film", "stress", "track") for name in UNITS[figure][1]]
-    )
+    """Scales by the names of figures and "time", and the columns of `columns` with them, "time" among them.
+
+    The scales suit the columns if none are given. Of a long run only those points are there that a line of pixels needs.
+    """
+    time, raw = columns(run, joint, output, torques, point, sources)
+    kept = thinned(time.size, [raw[name] for _, names in UNITS.values() for name in names if name in raw])
     if scales is None:
         scales = {"time": engineering("s", run["time"].values)}
         for name, (unit, lines) in UNITS.items():
-            values = [raw[line][np.isfinite(raw[line])] for line in lines]
             angular = name == "output" and "slider_position" not in run
-            scales[name] = DEGREES if angular else engineering(unit, *values)
+            scales[name] = DEGREES if angular else engineering(unit, *(raw[line] for line in lines if line in raw))
     data = {"time": scales["time"].factor * time[kept]}
     for name, (_, lines) in UNITS.items():
-        data.update({line: scales[name].factor * raw[line][kept] for line in lines})
+        data.update({line: scales[name].factor * raw[line][kept] for line in lines if line in raw})
     return scales, data
 
 
-def _thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
+def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
     """Points to draw: all of a short run, of a long one the extreme ones of each interval."""
-    if count <= MOST_POINTS:
+    if count <= MOST_POINTS or not curves:
         return slice(None)
-    shown = [curve for curve in curves if np.isfinite(curve).any()]
-    edges = np.linspace(0, count, MOST_POINTS // (2 * max(1, len(shown))) + 1).astype(int)
-    found = {0, count - 1}
-    for curve in shown:
-        values = np.nan_to_num(curve)
-        for first, last in itertools.pairwise(edges.tolist()):
-            found.update((first + int(np.argmin(values[first:last])), first + int(np.argmax(values[first:last]))))
-    return np.array(sorted(found)) if shown else np.unique(np.linspace(0, count - 1, MOST_POINTS).astype(int))
+    long = -(-2 * max(1, len(curves)) * count // MOST_POINTS)
+    firsts = np.arange(0, count - long + 1, long)
+    points = [np.array([0, count - 1]), np.arange(firsts.size * long, count)]
+    for curve in curves:
+        intervals = np.nan_to_num(curve[: firsts.size * long]).reshape(firsts.size, long)
+        points += [firsts + intervals.argmin(axis=1), firsts + intervals.argmax(axis=1)]
+    return np.unique(np.concatenate(points))
 
 
 def orbit(run: xr.Dataset, joint: str, factor: float) -> dict[str, np.ndarray]:
     """The journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
     x, y = factor * run["eccentricity"].sel(joint=joint).transpose("axis", "time").values
-    kept = _thinned(x.size, [x, y, np.hypot(x, y)])
+    kept = thinned(x.size, [x, y, np.hypot(x, y)])
     return {"x": x[kept].copy(), "y": y[kept].copy()}

@@ -1,36 +1,30 @@
-"""The page: the parts put together, and what they say to each other."""
+"""One open page: what it is told of its session, and what it asks for."""
 
 from __future__ import annotations
 
-import base64
 import json
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import panel as pn
-from bokeh.events import DocumentReady
-from bokeh.models import CustomJS
-from tornado.ioloop import IOLoop
-
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.cards import cards
-from scissordyn.explore.curves import Curves
-from scissordyn.explore.first import FirstRun
+from scissordyn.explore.figures import NOW, PINNED, figures
 from scissordyn.explore.legend import differences
 from scissordyn.explore.magnified import Larger, wish
 from scissordyn.explore.message import number, text, whole
 from scissordyn.explore.session import Session
-from scissordyn.explore.shell import area
 from scissordyn.explore.table import contact_table
-from scissordyn.explore.widgets import Canvas, Contacts, Form, Toolbar
 from scissordyn.explore.worker import Outcome
 from scissordyn.plan.bending import bends
+from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import largest_forces
+from scissordyn.run.advice import condensed
 from scissordyn.run.joints import clearance_joints
+from scissordyn.run.summary import summary_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,171 +32,73 @@ if TYPE_CHECKING:
     from scissordyn.explore.drag import Drag
     from scissordyn.run.summary import Summary
 
-LOOK = 0.2
-"""Runs that take longer show their progress, so often [s]; the state of shorter ones does not flicker."""
-
-UNSEEN = 1.0
-"""After this time a newer run is sent even if the one before has not been drawn, as in a tab that is not looked at [s]."""
-
-MOST_WAITING = 200
-"""Messages of a page that wait for their turn; further ones are dropped."""
-
 FAULT = "a fault of scissordyn: the terminal of the explorer says where"
 
 log = logging.getLogger(__name__)
 
+Message = Mapping[str, Any]
+
 
 class Page:
-    """One open page with its session, which begins when the case has been read.
+    """One open page with its session; what it does is done by one thread at a time.
 
-    All that is done to the document is done in the document's own turn of the server's loop, see `_later`: what is changed
-    elsewhere, in the thread of a run or while a message is being taken in, does not always reach the browser. Nor does what is
-    changed while the browser is on its way to get the document: the library's server may send such a change ahead of the
-    document, and its browser part drops it then. So nothing is changed between the making of the page and its first word.
+    Parameters
+    ----------
+    session : Session
+    send : callable
+        Takes messages to the browser, see page.js.
     """
 
-    def __init__(self, name: str, first: FirstRun) -> None:
-        self.document = pn.state.curdoc
-        self.name, self.first = name, first
-        self._session: Session | None = None
+    def __init__(self, session: Session, send: Callable[[Message], None]) -> None:
+        self.session, self.send = session, send
         self.drag: Drag | None = None
-        self.answers = 0
         self.selected = ""
         self.shown: Outcome | None = None
-        self._summarized: tuple[Outcome, Summary] | None = None
-        self.toolbar = Toolbar(
-            lambda message: self._heard(self._asked, message), sizing_mode="stretch_width", styles=area("bar")
-        )
-        self.form = Form(lambda message: self._heard(self._typed, message), sizing_mode="stretch_both", styles=area("form"))
-        self.canvas = Canvas(
-            lambda message: self._heard(self._handled, message), sizing_mode="stretch_both", styles=area("canvas")
-        )
-        self.contacts = Contacts(lambda message: None, sizing_mode="stretch_both", styles=area("table"))
-        self.curves = Curves()
-        self.larger = Larger(lambda said: self._later(lambda: self._magnified(said)))
-        self.canvas.param.watch(lambda event: self._later(self._choose), "selected")
-        self._loop = IOLoop.current(instance=False)
-        self._lock = threading.Lock()
-        self._pending: set[str] = set()
-        self._live = self._over = self._watched = self._drawing = self._making = False
-        self._waiting = 0
-        self._show_waiting()
-        self.document.js_on_event(DocumentReady, self.curves.start)
-        self.document.js_on_event(DocumentReady, *self._shown_at_first())
-        pn.state.onload(lambda: self._later(self._loaded))
-        self.document.on_session_destroyed(lambda context: self._closed())
-        if first.case is None:
-            first.when_read(lambda: self._later(self._begin))
-        else:
-            self._start()
+        self._summary: tuple[Outcome, Summary] | None = None
+        self._lock = threading.RLock()
+        self._drawing = self._making = False
+        self._answers = 0
+        self.larger = Larger(self._magnified)
+        self._answering: dict[str, Callable[[Message], None]] = {
+            "change": self._change,
+            "select": self._select,
+            "drawn": lambda message: self._drawn(whole(message, "run")),
+            "horizon": lambda message: session.horizon(bool(message.get("wanted"))),
+            "magnify": self._magnify,
+            "drag": self._dragged,
+            "pin": self._pin,
+            "python": self._python,
+            **{kind: self._call(getattr(session, kind)) for kind in ("undo", "redo", "unpin", "stop")},
+            **dict.fromkeys(("case", "run", "curves", "picture", "film"), self._save),
+        }
 
-    def _shown_at_first(self) -> list[CustomJS]:
-        return [each for each in self.curves.clock.js_property_callbacks["change:tags"] if isinstance(each, CustomJS)]
+    def begin(self) -> None:
+        """Show the numbers of the case, and what there is of its run."""
+        with self._lock:
+            self.session.updated = self._updated
+            for what in ("fields", "status", "run"):
+                self._updated(what)
 
-    @property
-    def session(self) -> Session:
-        """The session of the case, which has been read."""
-        assert self._session is not None
-        return self._session
-
-    def _begin(self) -> None:
-        """Start if the page is open and the case has been read, or say why it cannot be."""
-        if self._live and self._session is None:
-            if self.first.case is not None:
-                self._start()
-            else:
-                self._show_waiting()
-
-    def _start(self) -> None:
-        """Show the numbers of the case, and its run when there is one."""
-        assert self.first.case is not None
-        self._session = Session(self.first.case, self._updated, self.first)
-        self._refresh({"fields", "status", "run"})
-
-    def _closed(self) -> None:
-        self._over = True
-        if self._session is not None:
-            self._session.close()
-
-    def show(self) -> None:
-        """Put the parts of the page into its document, each for itself: when one changes its size, the others stay."""
-        for part in (self.toolbar, self.form, self.canvas, self.contacts):
-            part.server_doc(self.document, location=False)
-        for figure in (self.curves.orbit, self.curves.stack):
-            self.document.add_root(figure)
-
-    def _later(self, action: Callable[[], None], after: float = 0.0) -> None:
-        """Do something in the document's own turn, from any thread."""
-
-        def turn() -> None:
-            try:
-                action()
-            except ScissordynError as error:
-                self._say(str(error))
-            except Exception:
-                log.exception(FAULT)
-                self._say(FAULT)
-
-        def enqueue() -> None:
-            if not self._over:
-                self.document.add_next_tick_callback(turn)
-
-        assert self._loop is not None
-        if after:
-            self._loop.add_callback(self._loop.call_later, after, enqueue)
-        else:
-            self._loop.add_callback(enqueue)
+    def close(self) -> None:
+        """End the page."""
+        self.session.close()
 
     # what comes from the session, also from its thread
 
     def _updated(self, what: str) -> None:
-        """Note what has changed, and have it shown in the document's own turn; once, however much comes together."""
         with self._lock:
-            first = not self._pending
-            self._pending.add(what)
-        if first:
-            self._later(self._flush)
-
-    def _flush(self) -> None:
-        if not self._live:  # then `_loaded` does it
-            return
-        with self._lock:
-            what, self._pending = self._pending, set()
-        if what and self._session is not None:
-            self._refresh(what)
-
-    def _loaded(self) -> None:
-        """The page is open: from now on it says what it has drawn."""
-        self._live = True
-        self._begin()
-        self._flush()
-        if self._session is not None and self.session.computing:
-            self._watch()
-
-    def _refresh(self, what: set[str]) -> None:
-        """Show what has changed."""
-        if "computing" in what and not self._watched:
-            self._watched = True
-            self._later(self._watch, LOOK)
-        if "fields" in what:
-            self._show_fields()
-        if "pins" in what:
-            self._publish(pins=True)
-        if "fine" in what and self.session.good is self.shown:  # else they come with their run
-            self._publish()
-        if "run" in what:
-            self._show_run()
-        elif "status" in what and self.drag is None and self.canvas.draft:
-            self.canvas.draft = ""  # what was dragged cannot be run
-        if what - {"computing", "fine"}:
-            self._show_state()
-
-    def _watch(self) -> None:
-        """Show how far a run is that takes long."""
-        self._watched = self._live and self.session.computing
-        if self._watched:
-            self._show_state()
-            self._later(self._watch, LOOK)
+            if what == "fields":
+                self._show_fields()
+            elif what == "pins":
+                self._publish(pins=True)
+            elif what == "fine" and self.session.good is self.shown:  # else they come with their run
+                self._publish()
+            elif what == "run":
+                self._show_run()
+            elif what == "status" and self.drag is None and not self.session.computing and self.session.message:
+                self.send({"type": "draft", "draft": ""})  # what was dragged cannot be run
+            if what != "fine":
+                self._show_state()
 
     # the run that is shown: all of it goes to the browser in one message, and the next when it has been drawn
 
@@ -211,45 +107,42 @@ class Page:
         good = self.session.good
         if good is None or good.run is None or good is self.shown or self._drawing:
             return
-        self.shown = good
-        self.canvas.bends = bends(good.case.mechanism)
+        self.shown, self._drawing = good, True
         if self.selected not in clearance_joints(good.run):
             self.selected = _heaviest(good)
-        self._drawing = self._live
         self._publish(scene=True)
-        if self._drawing:
-            self._later(lambda: self._drawn(good.number), UNSEEN)
 
-    def _drawn(self, number: int) -> None:
-        """The browser has drawn a run, or has had the time to."""
-        if self._drawing and self.shown is not None and self.shown.number == number:
+    def _drawn(self, run: int) -> None:
+        if self.shown is not None and self.shown.number == run:
             self._drawing = False
             self._show_run()
             self._show_state()
 
     def _publish(self, *, scene: bool = False, pins: bool = False) -> None:
-        """Send what is shown of the present run, with its number: as one change of one model, which arrives as a whole."""
+        """Send what is shown of the present run, with its number, as one message."""
         if self.shown is None or self.shown.run is None:
             return
-        from scissordyn.run.summary import summary_of  # loads the laws, which the page does not wait for
-
-        run, case, pinned = self.shown.run, self.shown.case, self.session.pins
-        if self._summarized is None or self._summarized[0] is not self.shown:
-            self._summarized = self.shown, summary_of(run)
-        summary = self._summarized[1]
-        parts: dict[str, Any] = {"bar": self._bar(self.shown), "cards": cards(summary)}
-        if scene or pins:
-            from scissordyn.plot.canvas import packed_scene
-
-            if scene:
-                magnified = self.larger.scene(self.shown)
-                parts["scene"] = magnified or packed_scene(run, case.mechanism, number=self.shown.number)
-                parts["table"] = contact_table(run)
-            if pins:
-                parts["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
-        kept = [pin.run for pin in pinned]
-        factor, drawn = self.curves.drawn(self._sampled(run), summary, kept, self.selected, case.mechanism.output_body)
-        self.curves.clock.tags = [factor, self.shown.number, {**drawn, "parts": parts}]
+        run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
+        if self._summary is None or self._summary[0] is not self.shown:
+            self._summary = self.shown, summary_of(run)
+        summary = self._summary[1]
+        message: dict[str, Any] = {
+            "type": "run",
+            "run": self.shown.number,
+            "bar": self._bar(self.shown),
+            "cards": cards(summary),
+            **figures(self._sampled(run), summary, [pin.run for pin in pinned], self.selected, mechanism.output_body),
+        }
+        if scene:
+            message |= {
+                "scene": self.larger.scene(self.shown) or packed_scene(run, mechanism, number=self.shown.number),
+                "table": contact_table(run),
+                "bends": bends(mechanism),
+                "selected": self.selected,
+            }
+        if pins:
+            message["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
+        self.send(message)
 
     def _sampled(self, run: xr.Dataset) -> xr.Dataset:
         """A run as its curves are drawn: with the instants of its contacts, when it has been computed with them."""
@@ -258,114 +151,98 @@ class Page:
 
     def _bar(self, shown: Outcome) -> dict[str, Any]:
         """What the bar says of a run."""
-        from scissordyn.run.advice import condensed  # as above
-
         assert shown.run is not None
         statistics = json.loads(shown.run.attrs["statistics"])
-        pins = self.session.pins
+        pins = self.session.pins[::-1]
         scale = engineering("s", statistics["seconds"])
-        lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
-        said = f"{shown.note}{': ' * bool(shown.note)}{statistics['steps']} steps"
+        steps = (
+            f"{statistics['steps']} steps of {statistics['method']} in {scale.factor * statistics['seconds']:.3g} {scale.unit}"
+        )
+        legend = differences([shown.case, *(pin.case for pin in pins)]) if pins else []
         return {
             "note": shown.note,
             "fine": self._sampled(shown.run) is not shown.run,
-            "text": f"{said} of {statistics['method']} in {lasting}",
+            "text": f"{shown.note}: {steps}" if shown.note else steps,
             "pins": len(pins),
-            "legend": self._legend(shown),
+            "legend": [list(pair) for pair in zip((NOW, *PINNED), legend, strict=False)],
             "warnings": condensed(json.loads(shown.run.attrs["warnings"])),
         }
-
-    def _legend(self, shown: Outcome) -> list[list[str]]:
-        """Colours and numbers of the runs that are compared, the one that is shown first; empty without others."""
-        pins = self.session.pins[::-1]
-        if not pins:
-            return []
-        told = differences([shown.case, *(pin.case for pin in pins)])
-        return [list(each) for each in zip(self.curves.colors(len(pins)), told, strict=True)]
 
     # what is not of a run
 
     def _show_fields(self) -> None:
-        self.form.fields = json.dumps([field.plain() for field in self.session.case.fields])
-        self.form.typed = json.dumps(self.session.typed)
-        self.form.errors = json.dumps(self.session.errors)
-
-    def _show_waiting(self) -> None:
-        """Say that the case is being read, or why it cannot be."""
-        error = self.first.error
-        said = "reading the case" if error is None else str(error)
-        self.toolbar.state = json.dumps({"name": self.name, "text": said, "computing": error is None, "bad": error is not None})
+        session = self.session
+        fields = [field.plain() for field in session.case.fields]
+        self.send({"type": "form", "fields": fields, "typed": session.typed, "errors": session.errors})
 
     def _show_state(self) -> None:
         session = self.session
-        preceding = self.shown is None or bool(self.shown.note)
-        # a run that precedes another is not what the page waits for
-        computing = session.lasting > LOOK or (preceding and (session.computing or self.shown is not session.good))
-        state = {
-            "name": self.name,
-            "undo": session.can_undo,
-            "redo": session.can_redo,
-            "file": session.case.text() is not None,
-            "horizon": session.case.options.trust,
-            "computing": computing,
-            "ordered": session.ordered,
-            "fraction": session.fraction or 0.0,
-            "text": _doing(session) if computing else session.message,
-            "bad": bool(session.message) and not computing,
-        }
-        self.toolbar.state = json.dumps(state)
+        self.send(
+            {
+                "type": "state",
+                "undo": session.can_undo,
+                "redo": session.can_redo,
+                "file": session.case.text() is not None,
+                "horizon": session.case.options.trust,
+                "computing": session.computing or self.shown is not session.good,
+                "ordered": session.ordered,
+                "fraction": session.fraction or 0.0,
+                "lasting": session.lasting,
+                "left": session.left,
+                "text": "" if session.computing else session.message,
+            }
+        )
 
     # what comes from the browser
 
-    def _heard(self, answer: Callable[[dict[str, Any]], None], message: dict[str, Any]) -> None:
-        """Answer a message in the document's own turn."""
-        if self._waiting >= MOST_WAITING or self._over:
+    def hear(self, content: str | bytes) -> None:
+        """Answer a message; what cannot be understood gets one line, without traces or paths."""
+        try:
+            message = json.loads(content) if isinstance(content, str) else None
+        except (ValueError, RecursionError):
+            message = None
+        answer = self._answering.get(str(message.get("type"))) if isinstance(message, dict) else None
+        if answer is None:
+            self._complain("a message that the page does not send")
             return
-        self._waiting += 1
+        with self._lock:
+            try:
+                answer(message)  # type: ignore[arg-type]
+            except ScissordynError as error:
+                self._complain(str(error))
+            except Exception:
+                log.exception(FAULT)
+                self._complain(FAULT)
 
-        def turn() -> None:
-            self._waiting -= 1
-            if self._session is not None or message.get("type") == "theme":
-                answer(message)
+    def _complain(self, words: str) -> None:
+        self.send({"type": "said", "text": words})
 
-        self._later(turn)
+    def _call(self, action: Callable[[], None]) -> Callable[[Message], None]:
+        return lambda message: action()
 
-    def _typed(self, message: dict[str, Any]) -> None:
+    def _change(self, message: Message) -> None:
         self.session.change(text(message, "key"), text(message, "text"), final=bool(message.get("final", True)))
 
-    def _choose(self) -> None:
-        if self.shown is not None and self.shown.run is not None and self.canvas.selected in clearance_joints(self.shown.run):
-            self.selected = str(self.canvas.selected)
+    def _select(self, message: Message) -> None:
+        joint = text(message, "name")
+        if self.shown is not None and self.shown.run is not None and joint in clearance_joints(self.shown.run):
+            self.selected = joint
             self._publish()
 
-    def _asked(self, message: dict[str, Any]) -> None:
-        kind = text(message, "type")
-        if kind == "theme":
-            self.curves.theme(dark=bool(message.get("dark")))
-            self._publish()
-        elif kind == "drawn":
-            self._drawn(whole(message, "run"))
-        elif kind == "horizon":
-            self.session.horizon(bool(message.get("wanted")))
-        elif kind in ("undo", "redo", "unpin", "stop"):
-            getattr(self.session, kind)()
-        elif kind == "pin":
-            self._pin()
-        elif kind == "python":
-            from scissordyn.explore.python_code import python_of
+    def _python(self, message: Message) -> None:
+        from scissordyn.explore.python_code import python_of
 
-            self.toolbar._send_msg({"type": "python", "text": python_of(self.session.case)})
-        elif kind in ("case", "run", "curves", "picture", "film"):
-            self._save(kind, number(message, "time"))
+        self.send({"type": "python", "text": python_of(self.session.case)})
 
-    def _pin(self) -> None:
+    def _pin(self, message: Message) -> None:
         if self.shown is not None and self.shown.run is not None:
             self.session.pin(replace(self.shown, run=self._sampled(self.shown.run)))
 
-    def _save(self, what: str, time: float) -> None:
+    def _save(self, message: Message) -> None:
         """Make a file in a thread, as a film takes seconds: one for this page, and few for all pages."""
         from scissordyn.explore.save import MOST_MADE, saved, slots  # with matplotlib, which the page does not need
 
+        what, time = text(message, "type"), number(message, "time")
         if self._making:
             raise InputError(f"'{what}' is asked for while another file is being made", "one file at a time", "wait for it")
         if not slots.acquire(blocking=False):
@@ -380,50 +257,31 @@ class Page:
         def make() -> None:
             try:
                 name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
+                self.send({"type": "file", "name": name, "mime": mime, "content": content})
             except ScissordynError as error:
-                self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
+                self._complain(str(error))
             except Exception:
                 log.exception(FAULT)
-                self._later(lambda: self._say(FAULT))
-            else:
-                made = {"type": "file", "name": name, "mime": mime, "content": base64.b64encode(content).decode()}
-                self._later(lambda: self.toolbar._send_msg(made))
+                self._complain(FAULT)
             finally:
                 self._making = False
                 slots.release()
 
         threading.Thread(target=make, name="scissordyn saves", daemon=True).start()
 
-    def _say(self, said: str) -> None:
-        if self._session is not None:
-            self.session.message = said
-            self._show_state()
-
-    def _draft(self) -> None:
-        """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
-        from scissordyn.plot.canvas import packed_scene
-
-        assert self.drag is not None
-        self.answers += 1
-        note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
-        self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, number=self.answers, note=note)
-
-    def _magnified(self, said: str) -> None:
-        """Show what has been magnified, or say why it cannot be."""
-        if said:
-            self._say(said)
-        elif self.drag is None:
-            self._publish(scene=True)
-
-    def _handled(self, message: dict[str, Any]) -> None:
-        """What is done in the drawing: deflections are magnified, or a part is dragged."""
-        if message.get("type") != "magnify":
-            self._dragged(message)
-            return
+    def _magnify(self, message: Message) -> None:
         self.larger.wanted = wish(message.get("factor"))
         self._publish(scene=True)
 
-    def _dragged(self, message: dict[str, Any]) -> None:
+    def _magnified(self, error: str) -> None:
+        """Show what has been magnified, or say why it cannot be."""
+        with self._lock:
+            if error:
+                self._complain(error)
+            elif self.drag is None:
+                self._publish(scene=True)
+
+    def _dragged(self, message: Message) -> None:
         from scissordyn.explore.drag import Drag
 
         phase = text(message, "phase")
@@ -436,18 +294,20 @@ class Page:
                 self.drag.to(number(message, "dx"), number(message, "dy"), steps=2 if phase == "move" else 4)
                 self._draft()
         except ScissordynError as error:
-            self._say(str(error))
+            self._complain(str(error))
             if self.drag is not None:
                 self._draft()
         if phase == "end" and self.drag is not None:
             texts, self.drag = self.drag.texts, None
             if not (texts and self.session.change_all(texts)):
-                self.canvas.draft = ""
+                self.send({"type": "draft", "draft": ""})
 
-
-def _doing(session: Session) -> str:
-    """What the page waits for."""
-    return "computing" if session.fraction else "preparing"
+    def _draft(self) -> None:
+        """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
+        assert self.drag is not None
+        self._answers += 1
+        note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
+        self.send({"type": "draft", "draft": packed_scene(self.drag.run, self.drag.ideal, number=self._answers, note=note)})
 
 
 def _heaviest(good: Outcome) -> str:

@@ -94,13 +94,13 @@ def curves_as_csv(run: xr.Dataset, output: str, joint: str) -> str:
     torques, _ = chosen_torques(run)
     point = chosen_point(summary_of(run))
     names = [source.name for source in torques]
-    time, found = columns(run, joint, output, names, point.name if point else "")
+    time, values = columns(run, joint, output, names, point.name if point else "")
     heads = {"time": "time [s]"} | _heads(names, joint, point.name if point else "", angular="slider_position" not in run)
-    there = {name: values for name, values in {"time": time, **found}.items() if np.isfinite(values).any()}
+    shown = {"time": time, **{name: values[name] for _, names in UNITS.values() for name in names if name in values}}
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heads[name] for name in there)
-    writer.writerows(zip(*([repr(value) for value in values.tolist()] for values in there.values()), strict=True))
+    writer.writerow(heads[name] for name in shown)
+    writer.writerows(zip(*([repr(value) for value in column.tolist()] for column in shown.values()), strict=True))
     return text.getvalue()
 
 

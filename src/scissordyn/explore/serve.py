@@ -1,57 +1,74 @@
-"""The server of the explorer's page, on this machine unless asked otherwise."""
+"""The server of the explorer's page, on this machine unless asked otherwise: its files, and one socket for each page."""
 
 from __future__ import annotations
 
-import gc
+import contextlib
 import logging
-import signal
 import socket
 import tempfile
 import threading
+import time
 from collections.abc import Callable
+from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from tornado.httpserver import HTTPServer
-from tornado.ioloop import IOLoop
-from tornado.routing import Router
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.sync.server import ServerConnection
+from websockets.sync.server import serve as listen_for_pages
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.access import Access, is_everywhere
-from scissordyn.explore.first import FirstRun
-from scissordyn.explore.shell import Entrance
+from scissordyn.explore.message import packed
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
+    from scissordyn.explore.session import Session
 
 log = logging.getLogger(__name__)
+quiet = logging.getLogger("scissordyn.explore.connections")
+quiet.setLevel(logging.CRITICAL + 1)  # what does not speak the protocol is no fault of this program
 
 LAST_WORDS = 0.5
 """Time for open pages to show why the case cannot be read, before the server ends [s]."""
 
 LARGEST = 2**16
-"""Of a request [byte]: the page only asks."""
+"""Of a message from a page [byte]."""
+
+MOST_PAGES = 20
+"""Pages that are open at the same time: each has a thread, its runs and its undo."""
+
+CAREFUL = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:",
+    "Cache-Control": "no-store",
+}
+"""For browsers: no other site may show the page in a frame, read what it has, or learn its address."""
 
 REDIRECT = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content="no-referrer">
 <meta http-equiv="refresh" content="0; url={url}"><title>scissordyn</title><a href="{url}">the page</a>
 """
 
-PATIENCE = 1.0
-"""The run is ordered when the page that somebody asked for has been built, or after this time [s]."""
+ASSETS = Path(__file__).parent / "assets"
+
+KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
 
 def listen(address: str, wanted: int) -> socket.socket:
-    """Listen for pages."""
+    """Listen for pages on a port of this machine, 0 for any."""
     if not address.strip():
         raise InputError("--address ''", "an address or a name of this machine", "--address 127.0.0.1")
     try:
-        made = socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET)
+        return socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET)
     except OSError as error:
         raise InputError(
             f"cannot listen on {address}:{wanted}: {error.strerror or error}", "a free port of this machine", "--port 0"
         ) from None
-    made.setblocking(False)
-    return made
 
 
 def serve(
@@ -65,40 +82,38 @@ def serve(
 ) -> None:
     """Serve the page of a case until Ctrl-C, which ends it as a `KeyboardInterrupt`.
 
-    The browser gets the frame of the page and its scripts at once; the mechanism in its place when the case has been read; its
-    ideal motion, while the libraries of the page are imported; then the page with its numbers; and the run when it is there.
+    Parameters
+    ----------
+    opened : callable
+        Reads the case, in a thread of its own: the browser gets the page meanwhile.
+    listening : socket
+    name : str
+        Of the case.
+    address : str
+    show : bool
+        Whether to open a browser.
+    said : callable
+        Called with the address of the page, which has a random part: whoever has it may use the page.
+
+    Raises
+    ------
+    ScissordynError
+        If the case cannot be read.
     """
-    port = int(listening.getsockname()[1])
-    first, access, loop = FirstRun(opened), Access.to(listening, address), IOLoop.current()
-    entrance = Entrance(name, access)
-    http = HTTPServer(entrance, max_body_size=LARGEST, max_header_size=LARGEST)
-    http.add_sockets([listening])
+    access = Access.to(listening, address)
     host = "127.0.0.1" if is_everywhere(listening) else f"[{address}]" if ":" in address else address
-    url = f"http://{host}:{port}{access.folder}"
-    preparation = _Preparation(name, first, entrance, loop, http)
-    interrupted = threading.Event()
-
-    def end(*_: object) -> None:
-        interrupted.set()
-        loop.add_callback_from_signal(loop.stop)
-
-    before = signal.signal(signal.SIGINT, end)
-    threading.Thread(target=preparation.run, name="scissordyn explore opens", daemon=True).start()
-    said(url)
+    url = f"http://{host}:{listening.getsockname()[1]}{access.folder}"
+    pages = Pages(name, access, opened)
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as private:
+        # threads end with this one: also those of a browser that never says what it connects for
+        threading.Thread(target=pages.serve, args=(listening,), name="scissordyn explore serves", daemon=True).start()
+        threading.Thread(target=pages.read, name="scissordyn explore opens", daemon=True).start()
+        said(url)
         if show:
             threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
-        try:
-            loop.start()
-        finally:
-            signal.signal(signal.SIGINT, before)
-            preparation.stop()
-            http.stop()
-    error = first.error or preparation.error
-    if error is not None:
-        raise error
-    if interrupted.is_set():
-        raise KeyboardInterrupt
+        pages.ended.wait()
+    if pages.error is not None:
+        raise pages.error
 
 
 def _show(url: str, private: Path) -> None:
@@ -110,65 +125,151 @@ def _show(url: str, private: Path) -> None:
     webbrowser.open(redirect.as_uri())
 
 
-class _Preparation:
-    """The import of the page's libraries and the reading of the case, in a thread beside the server's."""
+class Pages:
+    """All pages of a case, and what they are made of.
 
-    def __init__(self, name: str, first: FirstRun, entrance: Entrance, loop: IOLoop, http: HTTPServer) -> None:
+    Parameters
+    ----------
+    name : str
+        Of the case.
+    access : Access
+    opened : callable
+        Reads the case.
+    """
+
+    def __init__(self, name: str, access: Access, opened: Callable[[], Case]) -> None:
+        self.name, self.access, self._opened = name, access, opened
         self.error: BaseException | None = None
-        self._name, self._first, self._entrance, self._loop, self._http = name, first, entrance, loop, http
-        self._built = threading.Event()
-        self._stop: Callable[[], None] | None = None
+        self.ended = threading.Event()
+        self._drawn, self._read = threading.Event(), threading.Event()
+        self._early = ""
+        self._lock = threading.Lock()
+        self._count = 0
+        self._case: Case | None = None
+        self._first: Session | None = None
+        self._taken = False
 
-    def run(self) -> None:
-        """Read the case and have it drawn, import the libraries of the page, and order the run when the page is there."""
-        gc.disable()  # to look for garbage among what the libraries set up is a tenth of the time to import them
+    def serve(self, listening: socket.socket) -> None:
+        """Answer requests, for ever."""
+        with listen_for_pages(
+            self._connected,
+            sock=listening,
+            process_request=self._answer,
+            compression=None,
+            max_size=LARGEST,
+            server_header=None,
+            close_timeout=1.0,
+            logger=quiet,
+        ) as server:
+            server.serve_forever()
+
+    def read(self) -> None:
+        """Read the case, draw it as it is declared, and begin its run before there is a page."""
         try:
-            self._first.read()
-            self._draw()
-            if self._first.error is None or self._entrance.asked:
-                from scissordyn.explore.application import application  # with the libraries of the page
+            self._case = self._opened()
+            from scissordyn.plot.canvas import declared_scene
 
-                self._loop.add_callback(self._admit, application)
-                if self._entrance.asked:
-                    self._built.wait(PATIENCE)
-            self._first.order()
+            self._early = declared_scene(self._case.mechanism)
+            self._drawn.set()
+            # all that a page and its run need, in one thread: modules that import each other must not be imported by two
+            import scissordyn.explore.page
+            import scissordyn.run.simulate  # noqa: F401
+            from scissordyn.explore.session import Session
+
+            self._first = Session(self._case, lambda what: None)
         except BaseException as error:
             self.error = error
-            self._loop.add_callback(self._loop.stop)
-            return
-        finally:
-            gc.freeze()
-            gc.enable()
-        if self._first.error is not None:
-            self._loop.add_callback(self._loop.call_later, LAST_WORDS if self._entrance.asked else 0.0, self._loop.stop)
+        self._drawn.set()
+        self._read.set()
+        if self.error is not None:
+            time.sleep(LAST_WORDS if self._count else 0.0)
+            self.ended.set()
 
-    def _draw(self) -> None:
-        """Hand the first drawing to the entrance: the mechanism as it is declared, and its motion when it has been computed."""
-        case = self._first.case
-        if case is None:
-            self._loop.add_callback(self._entrance.draw, "")
-            self._loop.add_callback(self._entrance.move, "")
-            return
-        from scissordyn.explore.early import early_motion, early_script
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """The answer to a request; None for a socket, which may open."""
+        headers = request.headers
+        refusal = self.access.refusal(request.path, headers.get_all("Host"), headers.get_all("Origin"))
+        if refusal is not None:
+            return _response(refusal[0], f"{refusal[1]}\n".encode())
+        if getattr(request, "method", "GET") not in ("GET", "HEAD"):
+            return _response(405, b"the page only answers GET\n")
+        asked = request.path.partition("?")[0].removeprefix(self.access.folder)
+        if asked == "ws":
+            return None
+        if asked == "":
+            return _response(200, _asset("page.html").replace(b"{name}", escape(self.name).encode()), ".html")
+        if asked == "canvas.js":
+            from scissordyn.plot.canvas import CANVAS
 
-        self._loop.add_callback(self._entrance.draw, early_script(case))
+            return _response(200, CANVAS.encode(), ".js")
+        if asked in FILES:
+            return _response(200, _asset(asked), Path(asked).suffix)
+        return _response(404, b"nothing here\n")
 
-        def move() -> None:
+    def _connected(self, connection: ServerConnection) -> None:
+        """Talk to one page, in its own thread, until it is closed."""
+
+        def send(message: Any) -> None:
+            with contextlib.suppress(ConnectionClosed):  # its thread ends by itself
+                connection.send(packed(message))
+
+        with self._lock:
+            self._count += 1
+            full = self._count > MOST_PAGES
+        try:
+            if full:
+                words = f"{MOST_PAGES} pages of this case are open: close one, then reload this"
+                send({"type": "said", "text": words})
+                return
+            self._drawn.wait()
+            if self._early:
+                send({"type": "early", "scene": self._early})
+            self._read.wait()
+            if self.error is not None:
+                words = str(self.error) if isinstance(self.error, ScissordynError) else "a fault: see the terminal"
+                send({"type": "said", "text": words})
+                return
+            from scissordyn.explore.page import Page
+
+            page = Page(self._session(), send)
             try:
-                motion = early_motion(case)
-            except Exception:  # the page and its run do not depend on it
-                log.exception("no early motion")
-                motion = ""
-            self._loop.add_callback(self._entrance.move, motion)
+                page.begin()
+                for message in connection:
+                    page.hear(message)
+            finally:
+                page.close()
+        except ConnectionClosed:
+            pass
+        except Exception:
+            log.exception("a page has ended")
+        finally:
+            with self._lock:
+                self._count -= 1
 
-        threading.Thread(target=move, name="scissordyn explore moves", daemon=True).start()
+    def _session(self) -> Session:
+        """The session whose run has begun already, for the first page; a new one, with that run if it is there, for others."""
+        from scissordyn.explore.session import Session
 
-    def _admit(self, application: Callable[..., tuple[Router, Callable[[], None]]]) -> None:
-        folder = self._entrance.access.folder
-        inside, self._stop = application(self._name, self._first, self._built.set, self._loop, self._http, folder)
-        self._entrance.admit(inside)
+        with self._lock:
+            assert self._case is not None
+            assert self._first is not None
+            if not self._taken:
+                self._taken = True
+                return self._first
+            return Session(self._case, lambda what: None, self._first.first)
 
-    def stop(self) -> None:
-        """Stop the application, if there is one."""
-        if self._stop is not None:
-            self._stop()
+
+FILES = tuple(path.name for path in sorted(ASSETS.glob("*.*")) if path.suffix in (".css", ".js"))
+"""Files of the page, below its address; canvas.js is that of films."""
+
+_REASONS = {200: "OK", 403: "Forbidden", 404: "Not Found", 405: "Method Not Allowed"}
+
+
+def _asset(name: str) -> bytes:
+    return (ASSETS / name).read_bytes()
+
+
+def _response(status: int, content: bytes, ending: str = "") -> Response:
+    kind = f"{KINDS.get(ending, 'text/plain')}; charset=utf-8"
+    headers = Headers({"Content-Type": kind, "Content-Length": str(len(content)), "Connection": "close", **CAREFUL})
+    return Response(status, _REASONS[status], headers, content)

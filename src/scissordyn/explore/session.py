@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.first import FirstRun
 from scissordyn.explore.worker import Outcome, Worker
 
 if TYPE_CHECKING:
@@ -24,6 +23,9 @@ MOST_UNDO = 200
 SLOW = 2.0
 """After a run that takes longer than this, the next is preceded by the ideal motion and a coarse run [s]."""
 
+LOOK = 0.2
+"""How often the progress of a run is reported [s]."""
+
 
 @dataclass(frozen=True)
 class Pinned:
@@ -34,11 +36,20 @@ class Pinned:
 
 
 class Session:
-    """The state of one page; it knows nothing of browsers."""
+    """The state of one page; it knows nothing of browsers.
 
-    def __init__(self, case: Case, updated: Callable[[str], None], first: FirstRun | None = None) -> None:
+    Parameters
+    ----------
+    case : Case
+    updated : callable
+        Called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
+    known : Outcome, optional
+        The run of the case as it was opened, where it has been computed for another session; with its `fine`, if there is one.
+    """
+
+    def __init__(self, case: Case, updated: Callable[[str], None], known: Outcome | None = None) -> None:
         self.opened = self.case = case
-        self._updated = updated
+        self.updated = updated
         self._undo: list[Case] = []
         self._redo: list[Case] = []
         self.errors: dict[str, str] = {}
@@ -46,25 +57,22 @@ class Session:
         self.pins: list[Pinned] = []
         self.good: Outcome | None = None
         self.fine: xr.Dataset | None = None
+        self.first: Outcome | None = known
         self.message = ""
         self.fraction: float | None = None
-        self._began = 0.0
+        self._began = self._stage = self._told = 0.0
         self._slow = False
         self._base: Case | None = None
-        going = None if first is None else first.adopt(self._take, self._progress)
-        known = None if first is None else first.known
-        self._worker = going or Worker(self._take, self._progress, earlier=0 if known is None else known.number)
-        if going is not None:
-            self._begin()
-            if first is not None and first.preview is not None:
-                self._take(first.preview)
-        elif known is not None:
-            self._take(known)
-            if first is not None and first.fine is not None:
-                self._take(replace(known, fine=first.fine))
-        else:
+        if known is None and case.saved is not None:
+            known = Outcome(1, case, case.saved)
+        self._worker = Worker(self._take, self._progress, earlier=0 if known is None else known.number)
+        if known is None:
             self._begin()
             self._worker.order(self.case, staged=True)
+        else:
+            self._take(replace(known, fine=None))
+            if known.fine is not None:
+                self._take(known)
 
     @property
     def computing(self) -> bool:
@@ -75,6 +83,13 @@ class Session:
     def lasting(self) -> float:
         """For how long the present run has been going on [s]; 0 without one."""
         return time.monotonic() - self._began if self.computing else 0.0
+
+    @property
+    def left(self) -> float | None:
+        """How much longer the present stage takes at its pace so far [s]; None without one, or where it has not begun."""
+        if not self.fraction:
+            return None
+        return (time.monotonic() - self._stage) * (1.0 - self.fraction) / self.fraction
 
     @property
     def ordered(self) -> int:
@@ -92,7 +107,10 @@ class Session:
         return bool(self._redo)
 
     def change(self, key: str, text: str, *, final: bool = True) -> bool:
-        """Change one number and run again; what is wrong with it is kept in `errors`."""
+        """Change one number and run again; what is wrong with it is kept in `errors`. Whether it could be used.
+
+        Steps of a slider on its way, which are not final, are one change for undo.
+        """
         return self.change_all({key: text}, final=final)
 
     def change_all(self, texts: dict[str, str], *, final: bool = True) -> bool:
@@ -101,10 +119,12 @@ class Session:
             # a slider that is released says once more what it said last
             new = self.case if self._is_as(texts) else self.case.changed(texts)
         except ScissordynError as error:
-            known = {field.key for field in self.case.fields}
-            for key in known & set(texts):
-                self.errors[key], self.typed[key] = _said(error), texts[key]
-            self._updated("fields")
+            keys = {field.key for field in self.case.fields} & set(texts)
+            if not keys:
+                raise
+            for key in keys:
+                self.errors[key], self.typed[key] = _beside_field(error), texts[key]
+            self.updated("fields")
             return False
         for key in texts:
             self.errors.pop(key, None)
@@ -118,22 +138,22 @@ class Session:
             if self._base.mechanism != new.mechanism or self._base.options != new.options:
                 self._remember(self._base)
             self._base = None
-        self._updated("fields")
+        self.updated("fields")
         if not same:
             self.compute()
         return True
 
     def _is_as(self, texts: dict[str, str]) -> bool:
         """Whether numbers of the case are written like this already."""
-        known = {field.key: field.text for field in self.case.fields}
-        return all(known.get(key) == text for key, text in texts.items())
+        written = {field.key: field.text for field in self.case.fields}
+        return all(written.get(key) == text for key, text in texts.items())
 
     def horizon(self, wanted: bool) -> None:
         """Compute the predictability horizon with each run, or not."""
         self._remember(self.case)
         self.case = self.case.with_horizon(wanted)
         self.compute()
-        self._updated("fields")
+        self.updated("fields")
 
     def undo(self) -> None:
         """Take the last change back."""
@@ -149,7 +169,7 @@ class Session:
             self.case = source.pop()
             self.errors.clear()
             self.typed.clear()
-            self._updated("fields")
+            self.updated("fields")
             self.compute()
 
     def _remember(self, case: Case) -> None:
@@ -163,8 +183,9 @@ class Session:
         self._worker.order(self.case, staged=self._slow)
 
     def _begin(self) -> None:
-        self.fraction, self.message, self._began = 0.0, "", time.monotonic()
-        self._updated("computing")
+        self.fraction, self.message = 0.0, ""
+        self._began = self._stage = self._told = time.monotonic()
+        self.updated("status")
 
     def stop(self) -> None:
         """Stop the run that is going on."""
@@ -179,29 +200,40 @@ class Session:
         kept = shown or self.good
         if kept is not None and kept.run is not None:
             self.pins = [*self.pins, Pinned(kept.case, kept.run)][-MOST_PINS:]
-            self._updated("pins")
+            self.updated("pins")
 
     def unpin(self) -> None:
         """Forget the pinned runs."""
         self.pins = []
-        self._updated("pins")
+        self.updated("pins")
 
     def _progress(self, number: int, fraction: float) -> None:
+        now = time.monotonic()
+        if fraction < (self.fraction or 0.0):
+            self._stage = now  # the next of several stages
         self.fraction = fraction
+        if now - self._told > LOOK:
+            self._told = now
+            self.updated("status")
 
     def _take(self, outcome: Outcome) -> None:
         run = outcome.run
         if outcome.fine is not None:
+            if self.first is not None and self.first.number == outcome.number:
+                self.first = outcome
             if self.good is not None and self.good.number == outcome.number:
                 self.fine = outcome.fine
-                self._updated("fine")
+                self.updated("fine")
             return
         if outcome.note:
             if run is not None and run.sizes["time"] > 1 and (self.good is None or self.good.number < outcome.number):
                 self.good, self.fine = outcome, None
-                self._updated("run")
+                self.updated("run")
             return
         self._slow, self.fraction = self.lasting > SLOW, None
+        # what somebody has stopped is not the run of the case
+        if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
+            self.first = outcome
         if run is None:
             self.message = outcome.error
         else:
@@ -210,12 +242,12 @@ class Session:
                 self.message += "; it ended before its second sample: the run before stays"
             else:
                 self.good, self.fine = outcome, None
-                self._updated("run")
-        self._updated("status")
+                self.updated("run")
+        self.updated("status")
 
 
-def _said(error: ScissordynError) -> str:
-    """An error beside the field that it is about: without the address, with what is allowed and what to type."""
+def _beside_field(error: ScissordynError) -> str:
+    """An error beside the field that it is about: without the place in the file, with what is allowed and what to type."""
     if not isinstance(error, InputError):
         return str(error)
     what = getattr(error, "text", "") or error.what

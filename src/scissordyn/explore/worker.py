@@ -45,48 +45,73 @@ PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run."""
+    """What became of the run of an order.
 
-    number: int  # Of the order
+    Parameters
+    ----------
+    number : int
+    case : Case
+    run : Dataset or None
+        None if it could not begin, or if a newer order took its place.
+    error : str
+        Why it could not begin.
+    note : str
+        What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5".
+    fine : Dataset or None
+        The same motion with the instants of the contacts among its samples, for curves and orbits. The outcome of the run
+        itself has none: it is reported once more when it does.
+    """
+
+    number: int
     case: Case
-    run: xr.Dataset | None  # None if it could not begin, or if a newer order took its place
-    error: str = ""  # Why it could not begin
-    note: str = ""  # What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5"
-    fine: xr.Dataset | None = None  # The same motion with the instants of the contacts among its samples, for curves and orbits
+    run: xr.Dataset | None
+    error: str = ""
+    note: str = ""
+    fine: xr.Dataset | None = None
 
 
 class Worker:
-    """A thread that simulates the newest order."""
+    """A thread that simulates the newest order.
+
+    Parameters
+    ----------
+    done : callable
+        Called in the thread with the `Outcome` of each order that no newer one has replaced; those that precede the run of
+        an order have a note and smaller numbers. Called once more when a run has been computed for its curves.
+    progress : callable
+        Called in the thread with the number of the order and the simulated part of its time, 0 to 1.
+    earlier : int
+        Number of the last order elsewhere; those of this one are larger.
+    """
 
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
         self._done, self._progress = done, progress
         self._changed = threading.Condition()
         self._order: tuple[int, Case, bool] | None = None
-        self._number = earlier
+        self.number = earlier
         self._stopped = 0
         self._closed = False
         self._thread: threading.Thread | None = None
 
-    @property
-    def number(self) -> int:
-        """Of the last order."""
-        return self._number
-
     def order(self, case: Case, *, staged: bool = False) -> int:
-        """Run a case in place of anything that is waiting or going on."""
+        """Run a case in place of anything that is waiting or going on; the number of the order.
+
+        A staged order begins with the motion with ideal joints, and a coarse run if the accurate one takes long; their numbers
+        are the two before.
+        """
         with self._changed:
-            self._number += 3 if staged else 1
-            self._order = self._number, case, staged
+            self.number += 3 if staged else 1
+            self._order = self.number, case, staged
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="scissordyn explore", daemon=True)
                 self._thread.start()
             self._changed.notify()
-            return self._number
+            return self.number
 
     def stop(self) -> None:
         """Stop the present run; what it has computed so far is its result."""
         with self._changed:
-            self._stopped = self._number
+            self._stopped = self.number
 
     def close(self) -> None:
         """End the thread, at the next look at it of a run that is going on."""
@@ -105,7 +130,7 @@ class Worker:
                 number, case, staged = self._order
                 self._order = None
             for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
-                if number == self._number and not self._closed:
+                if number == self.number and not self._closed:
                     self._done(outcome)
             if is_refined(outcome) and not self._is_wanted(PAUSE):
                 fine = self._fine(outcome)
@@ -123,7 +148,7 @@ class Worker:
         from scissordyn.run.simulate import refined
 
         def look(time: float) -> None:
-            if self._closed or outcome.number != self._number or outcome.number <= self._stopped:
+            if self._closed or outcome.number != self.number or outcome.number <= self._stopped:
                 raise KeyboardInterrupt
 
         assert outcome.run is not None
@@ -162,7 +187,7 @@ class Worker:
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
         def look(time: float) -> None:
-            if self._closed or number != self._number or number <= self._stopped:
+            if self._closed or number != self.number or number <= self._stopped:
                 raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
             if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
@@ -187,7 +212,7 @@ def is_refined(outcome: Outcome) -> bool:
 
 
 def _stopwatch() -> Callable[[], float]:
-    """Seconds since the first call, which is after kernels have been compiled."""
+    """Seconds since the first call, which is after the mechanism has been assembled."""
     began: list[float] = []
 
     def spent() -> float:
@@ -204,20 +229,9 @@ def _ideal(case: Case) -> Case | None:
     mechanism = case.mechanism.ideal()
     if mechanism == case.mechanism:
         return None
-    made = brief(case)
-    made.mechanism = mechanism
-    return made
-
-
-def ideal_run(case: Case) -> xr.Dataset:
-    """The motion of a case with ideal joints, as far as it comes in the time of a preview."""
-    spent = _stopwatch()
-
-    def look(time: float) -> None:
-        if spent() > PREVIEW:
-            raise KeyboardInterrupt
-
-    return _simulated(case.mechanism.ideal(), case.options, look)
+    ideal = brief(case)
+    ideal.mechanism = mechanism
+    return ideal
 
 
 def _simulated(mechanism: Mechanism, options: Options, look: Callable[[float], None]) -> xr.Dataset:
@@ -230,8 +244,8 @@ def _simulated(mechanism: Mechanism, options: Options, look: Callable[[float], N
 
 def brief(case: Case) -> Case:
     """The case with a coarse tolerance and few samples, and without the predictability horizon."""
-    options, made = case.options, copy.copy(case)
+    options, shorter = case.options, copy.copy(case)
     samples = COARSE_SAMPLES if isinstance(options.samples, str) else min(options.samples, COARSE_SAMPLES)
     rtol, atol = max(options.rtol, COARSE), max(options.atol, COARSE)
-    made.options = replace(options, rtol=rtol, atol=atol, samples=samples, trust=False)
-    return made
+    shorter.options = replace(options, rtol=rtol, atol=atol, samples=samples, trust=False)
+    return shorter

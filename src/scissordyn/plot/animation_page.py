@@ -29,10 +29,12 @@ small {{ color: #666 }}
 <div id="film"></div>
 <small>{about} Space plays, arrow keys step, the wheel zooms.</small>
 <script type="application/json" id="scene">{scene}</script>
+<script type="application/json" id="ghost">{ghost}</script>
 <script type="module">
 {canvas}
 const place = document.getElementById("film"), heard = {{}};
-const values = {{ scene: document.getElementById("scene").textContent, movable: false }};
+const text = id => document.getElementById(id).textContent;
+const values = {{ scene: text("scene"), ghost: text("ghost"), movable: false }};
 render({{ el: place, model: {{
   get: name => values[name],
   set: (name, value) => {{ values[name] = value; (heard[`change:${{name}}`] || []).forEach(each => each()); }},
@@ -50,7 +52,7 @@ if (frame > 0) place.querySelector(".sd-stage").frame(frame);
 """
 
 
-def page(scene: Scene, run: xr.Dataset, seconds: float) -> str:
+def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> str:
     """The page of a film."""
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)
@@ -58,8 +60,8 @@ def page(scene: Scene, run: xr.Dataset, seconds: float) -> str:
     scale_text = scale_in_words(slower, scene.magnification)
     about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {scale_text}."
     # "<" in a name could end the script
-    data = packed(scene, run, seconds=seconds).replace("<", "\\u003c")
-    return PAGE.format(about=about, scene=data, canvas=CANVAS.replace("export default { render };", ""))
+    data, other = (text.replace("<", "\\u003c") for text in (packed(scene, run, seconds=seconds), ghost))
+    return PAGE.format(about=about, scene=data, ghost=other, canvas=CANVAS.replace("export default { render };", ""))
 
 
 def write_page(scene: Scene, run: xr.Dataset, path: Path, seconds: float) -> None:

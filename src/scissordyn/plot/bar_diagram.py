@@ -8,11 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize
 
 from scissordyn.component.port.axis import bent_axis
 from scissordyn.component.port.stroke import bent
@@ -28,8 +23,9 @@ from scissordyn.run.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
-COLOURS = colormaps["cividis_r"]
+COLOURS = "cividis_r"
 """Perceptually uniform, for readers without red or green too: the larger the darker, in print without colour as well."""
 
 ORDINATE = 0.11
@@ -204,6 +200,9 @@ def draw_diagram(axes: Axes, diagram: Diagram, places: np.ndarray, size: float) 
 
     Shapes: `places` (1, parts, 3, 2) [m].
     """
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.colors import Normalize
+
     lines = list(places[0])
     if diagram.coloured:
         axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=4.4, capstyle="round", zorder=1.9))
@@ -240,6 +239,9 @@ def edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list
 
 def colour_bar(axes: list[Axes], diagram: Diagram) -> None:
     """The colour bar of a quantity beside some panels, from zero to its largest value."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
     figure = axes[0].get_figure(root=True)
     assert figure is not None
     factor = diagram.scale.factor

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.colors import to_hex
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 PARTS = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 
 CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in PARTS)
-"""The script of the canvas: an anywidget, for the explorer, notebooks and films."""
+"""The script of the canvas, a module for the explorer, notebooks and films."""
 
 FRAMES = 500
 """Most frames in the explorer; between two of them contacts and largest forces are kept."""
@@ -79,6 +78,29 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
     return json.dumps(data, separators=(",", ":"))
 
 
+def declared(mechanism: Mechanism) -> xr.Dataset:
+    """A mechanism with its bodies where they are declared to start, at one instant twice; no constraint is solved."""
+    import xarray as xr
+
+    bodies = mechanism.bodies
+    angle, origin, centre = (np.array([getattr(body, name) for body in bodies]) for name in ("angle", "position", "centre"))
+    cos, sin = np.cos(angle), np.sin(angle)
+    across = np.stack([cos * centre[:, 0] - sin * centre[:, 1], sin * centre[:, 0] + cos * centre[:, 1]], axis=1)
+    return xr.Dataset(
+        {
+            "position": (("time", "body", "axis"), np.repeat((origin + across)[None], 2, axis=0)),
+            "angle": (("time", "body"), np.repeat(angle[None], 2, axis=0)),
+        },
+        {"time": np.zeros(2), "body": [body.name for body in bodies]},
+    )
+
+
+def declared_scene(mechanism: Mechanism) -> str:
+    """A mechanism as it is declared, with ideal joints, as a scene: it is there before anything is computed."""
+    ideal = mechanism.ideal()
+    return packed_scene(declared(ideal), ideal, note="as declared; its motion follows")
+
+
 def _packed(values: np.ndarray, kind: type = np.float32) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
 
@@ -100,14 +122,17 @@ def _joint(joint: ClearanceJoint) -> dict[str, Any]:
 
 
 def _diagram(diagram: Diagram) -> dict[str, Any]:
-    tone = QUANTITIES[diagram.quantity].tone
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    tone, colours = QUANTITIES[diagram.quantity].tone, colormaps[COLOURS]
     return {
         "quantity": diagram.quantity,
         "label": diagram.label,
         "largest": diagram.largest,
         "factor": diagram.scale.factor,
         "ordinate": ORDINATE if tone else 0.0,
-        "ramp": [to_hex(COLOURS(part)) for part in np.linspace(0.0, 1.0, 32)] if diagram.coloured else [tone],
+        "ramp": [to_hex(colours(part)) for part in np.linspace(0.0, 1.0, 32)] if diagram.coloured else [tone],
         "values": _packed(diagram.values.reshape(len(diagram.values), -1)),
     }
 

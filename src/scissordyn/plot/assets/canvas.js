@@ -1,4 +1,4 @@
-// The mechanism on a canvas, with a player: an anywidget component. It needs no network; scene.js and ruler.js stand before it.
+// The mechanism on a canvas, with a player, for the explorer, films and notebooks. It needs no network; scene.js and ruler.js stand before it.
 // In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), bends (deflections can be magnified), movable (false:
 // no drags). Out: selected, and messages of drags.
 
@@ -243,7 +243,7 @@ function render({ model, el }) {
   }
   function drawInsets(source, frame) {
     const { main, cell, columns, height } = box();
-    if (!columns) return;
+    if (!columns || !source.insets.length) return;  // what is dragged has ideal joints
     source.insets.forEach((joint, k) => {
       const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell;
       if (cy > height) return;
@@ -296,18 +296,13 @@ function render({ model, el }) {
   function redraw() { if (!wanted) { wanted = true; requestAnimationFrame(draw); } }
 
   // ---- time
-  let told = 0;
   function show(broadcast = true) {
     if (!scene) return;
     const frame = frameOf(), t = scene.time[frame];
     scrub.value = frame;
     clock.textContent = `t = ${Number((scene.timeScale * t).toPrecision(4))} ${scene.timeUnit}`;
     redraw();
-    // curves are drawn again by their library: five times a second while the film runs
-    if (broadcast && (!playing || performance.now() - told > 200)) {
-      told = performance.now();
-      window.dispatchEvent(new CustomEvent("scissordyn:time", { detail: t }));
-    }
+    if (broadcast) window.dispatchEvent(new CustomEvent("scissordyn:time", { detail: t }));
   }
   function play(on) {
     playing = on && frames() > 1; before = null;
@@ -457,14 +452,21 @@ function render({ model, el }) {
   // the names in the drawing with their boxes, and its size, for tests
   root.names = () => ({ width: box().main, height: box().height, boxes: named });
 
+  // whether the whole motion is in the drawing
+  const seen = source => {
+    const { main, height } = box(), [X, Y] = onto(), [x0, x1] = [X(source.low[0]), X(source.high[0])], [y0, y1] = [Y(source.high[1]), Y(source.low[1])];
+    return x0 > -1 && y0 > -1 && x1 < main + 1 && y1 < height + 1;
+  };
+
   // ---- the model
   function newScene() {
-    const earlier = scene, phase = earlier && frames() > 1 ? now / (frames() - 1) : 0;
+    const earlier = scene, whole = !earlier || seen(earlier), phase = earlier && frames() > 1 ? now / (frames() - 1) : 0;
     scene = unpacked(model.get("scene")); draft = null;
     if (scene) {
       scrub.max = frames() - 1;
       now = Math.min(frames() - 1, phase * (frames() - 1));
       if (!camera.own || !earlier) fit();
+      else if (whole && !camera.follow && !seen(scene)) note.textContent = "Part of the mechanism is outside the drawing: Fit shows all.";
       canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`
         + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : "")
         + "; arrow keys: left and right frames, up and down clearance joints; space: play");
@@ -480,7 +482,7 @@ function render({ model, el }) {
     ghost: () => { ghost = unpacked(model.get("ghost")); redraw(); },
     draft: () => {
       draft = unpacked(model.get("draft"));
-      if (draft) note.textContent = draft.note;
+      if (draft) note.textContent = draft.note + (seen(draft) ? "" : "; part of it is outside the drawing");
       asked = false; flush(); redraw();
     },
     selected: redraw,
@@ -488,12 +490,17 @@ function render({ model, el }) {
     theme: () => { recolor(); redraw(); },
   };
   for (const [name, reaction] of Object.entries(changed)) model.on(`change:${name}`, reaction);
-  const onGo = event => goto(event.detail), onTheme = () => requestAnimationFrame(changed.theme); window.addEventListener("scissordyn:go", onGo); window.addEventListener("scissordyn:theme", onTheme);
+  const events = {
+    go: event => goto(event.detail), theme: () => requestAnimationFrame(changed.theme),
+    changed: () => { if (!hold) note.textContent = ""; },  // what was dragged is not what is shown any more
+  };
+  for (const [name, reaction] of Object.entries(events)) window.addEventListener(`scissordyn:${name}`, reaction);
   const size = new ResizeObserver(() => { if (!camera.own) fit(); redraw(); });
   size.observe(canvas); recolor();
   changed.ghost(); newScene(); changed.draft(); changed.bends();
   return () => {
-    playing = false; size.disconnect(); window.removeEventListener("scissordyn:go", onGo); window.removeEventListener("scissordyn:theme", onTheme);
+    playing = false; size.disconnect();
+    for (const [name, reaction] of Object.entries(events)) window.removeEventListener(`scissordyn:${name}`, reaction);
   };
 }
 

@@ -1,0 +1,129 @@
+// The bar above: undo, runs to compare, what to save, progress and the state of the run; below it warnings, answers and the legend.
+const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["case", "Save case"], ["run", "Save run"], ["curves", "CSV"],
+  ["picture", "Picture"], ["film", "Film"], ["python", "Copy as Python"], null, ["theme", "Dark"]];
+const LATE = 200;  // the state of shorter runs does not flicker [ms]
+
+export function bar(root, send, curves) {
+  const line = root.querySelector(".sd-bar"), warnings = root.querySelector(".sd-warnings"), by = {};
+  let time = 0, dark = matchMedia("(prefers-color-scheme: dark)").matches, now = {}, of = {}, run = 0, words = "reading the case", timer = 0;
+  // an element of a kind with texts and elements in it
+  function made(kind, ...inside) { const it = document.createElement(kind); it.append(...inside); return it; }
+
+  for (const item of BUTTONS) {
+    const button = made(item ? "button" : "span");
+    if (item) {
+      [button.dataset.id, button.textContent] = item; button.type = "button"; by[item[0]] = button; button.disabled = item[0] !== "theme";
+      button.onclick = () => item[0] === "theme" ? theme(!dark) : send({ type: item[0], time });
+    } else button.className = "sd-gap";
+    line.append(button);
+  }
+  const box = made("input"), horizon = made("label", box, " predictability horizon");
+  box.type = "checkbox"; box.dataset.id = "horizon"; box.onchange = () => send({ type: "horizon", wanted: box.checked });
+  horizon.title = "computes each run twice";
+  const state = made("span"), progress = made("progress"), stop = made("button", "Stop"), place = made("span", state, progress, stop);
+  progress.max = 1; stop.type = "button"; stop.dataset.id = "stop"; stop.onclick = () => send({ type: "stop" });
+  place.className = "sd-now"; state.className = "sd-state"; state.setAttribute("role", "status");
+  const choices = made("div"), chosen = made("details", made("summary", "Curves"), choices);
+  chosen.className = "sd-menu";
+  chosen.onkeydown = event => { if (event.key === "Escape") { chosen.open = false; chosen.firstChild.focus(); } };
+  chosen.addEventListener("focusout", event => { if (!chosen.contains(event.relatedTarget)) setTimeout(() => { if (!chosen.contains(document.activeElement)) chosen.open = false; }, 150); });
+  line.append(chosen, horizon, place);
+
+  // which figures there are, each with a box that hides it
+  function offer(figures) {
+    const names = figures.map(({ name, title }) => name + title).join();
+    if (choices.dataset.names === names) return;
+    choices.dataset.names = names;
+    choices.replaceChildren(...figures.map(({ name, title }) => {
+      const box = made("input");
+      box.type = "checkbox"; box.checked = !curves.hidden.has(name); box.dataset.figure = name;
+      box.onchange = () => { box.checked ? curves.hidden.delete(name) : curves.hidden.add(name); curves.choose(); };
+      return made("label", box, ` ${title}`);
+    }));
+  }
+  function answers(cards, legend) {
+    root.querySelector(".sd-cards").replaceChildren(...cards.map(({ title, value, detail, judged }) => {
+      const card = made("div", `${title} `, made("b", value), made("span", detail));
+      card.className = "sd-card"; card.dataset.judged = judged;
+      return card;
+    }));
+    const list = root.querySelector(".sd-legend");
+    list.hidden = !legend.length;
+    list.replaceChildren(...legend.map(([color, numbers], k) => {
+      const mark = made("i");
+      mark.style.color = `var(--sd-${color})`;
+      return made("li", mark, `${k ? "pinned" : "now"}: ${numbers}`);
+    }));
+  }
+  function theme(wanted) {
+    dark = wanted;
+    document.documentElement.dataset.sdTheme = dark ? "dark" : "light";
+    by.theme.textContent = dark ? "Light" : "Dark";
+    window.dispatchEvent(new Event("scissordyn:theme"));
+  }
+  const lasting = seconds => seconds < 90 ? `${Math.max(1, Math.round(seconds))} s` : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${Number((seconds / 3600).toPrecision(2))} h`;
+  // what the page waits for, and how long it will take
+  function doing() {
+    const stage = of.note && run < now.ordered ? `${of.note} shown; ` : "";
+    if (!now.fraction) return `${stage}preparing${now.lasting > 1 ? `, for ${lasting(now.lasting)} so far` : ""}`;
+    return `${stage}computing${now.left > 1 ? `, about ${lasting(now.left)} left` : ""}`;
+  }
+  function show() {
+    clearTimeout(timer);
+    by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins; by.python.disabled = !now.ordered;
+    by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
+    by.pin.disabled = by.run.disabled = by.curves.disabled = by.picture.disabled = by.film.disabled = !run;
+    by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
+    box.checked = Boolean(now.horizon);
+    const computing = Boolean(now.computing || (of.note && !words && run < now.ordered));
+    Object.assign(state.dataset, { computing, run, ordered: now.ordered || 0, fine: Boolean(of.fine) });
+    const write = () => {
+      progress.style.display = stop.style.display = computing ? "" : "none";
+      if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
+      state.textContent = words || (computing ? doing() : now.text || of.text || "");
+      state.dataset.bad = String(Boolean((words && words !== "reading the case") || (now.text && !computing)));
+    };
+    if (computing && run && !of.note && now.lasting < LATE / 1000) timer = setTimeout(write, LATE); else write();
+  }
+  function code(text) {
+    const area = made("textarea"), close = made("button", "Close"), note = made("span", "Copied to the clipboard."), dialog = made("div", note, area, close);
+    const leave = () => { dialog.remove(); by.python.focus(); };
+    dialog.className = "sd-code"; dialog.setAttribute("role", "dialog"); dialog.setAttribute("aria-label", "copied");
+    area.value = text; area.readOnly = true; area.setAttribute("aria-label", "the case as Python");
+    close.type = "button"; close.onclick = leave;
+    dialog.onkeydown = event => { if (event.key === "Escape") leave(); };
+    root.append(dialog);
+    area.focus(); area.select();
+    const failed = () => { note.textContent = "Press Ctrl+C to copy."; };
+    navigator.clipboard ? navigator.clipboard.writeText(text).catch(failed) : failed();
+  }
+  window.addEventListener("scissordyn:time", event => { time = event.detail; });
+  document.addEventListener("keydown", event => {
+    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+    const inside = event.target;
+    if (inside.tagName === "TEXTAREA" || (inside.tagName === "INPUT" && inside.type === "text")) return;
+    event.preventDefault();
+    send({ type: event.shiftKey ? "redo" : "undo" });
+  });
+  show();
+  theme(dark);
+  const shown = {
+    last: "",
+    code,
+    // what is said stays until the next thing happens
+    said(message) { words = shown.last = message.text; show(); if (message.final) stop.style.display = progress.style.display = "none"; },
+    state(message) {
+      if (message.ordered !== now.ordered || words === "reading the case") words = shown.last = "";
+      now = message; show();
+    },
+    run(message) {
+      ({ run, bar: of } = message);
+      answers(message.cards, of.legend); offer(message.figures);
+      warnings.hidden = !of.warnings.length;
+      warnings.querySelector("summary").textContent = of.warnings.length === 1 ? "1 warning" : `${of.warnings.length} warnings`;
+      warnings.querySelector("ul").replaceChildren(...of.warnings.map(text => made("li", text)));
+      show();
+    },
+  };
+  return shown;
+}

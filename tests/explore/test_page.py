@@ -1,0 +1,142 @@
+"""What a page is told, without a browser: its messages in order, and what it does with those that come."""
+
+from __future__ import annotations
+
+import json
+import time
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
+
+from scissordyn.explore.case import FileCase, open_case
+from scissordyn.explore.drag import assembled
+from scissordyn.explore.message import packed
+from scissordyn.explore.page import Page
+from scissordyn.explore.session import Session
+from scissordyn.plot.canvas import declared
+
+from .browser import CASE
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+GUESSED = {"four_bar": 0.2, "lift": 1e-4, "press": 1e-6}
+"""Examples that declare a guess of the position of some bodies, and how good it is [m]."""
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_declared_position_is_the_assembled_one(path: Path) -> None:
+    """Cross-check: bodies of every example are drawn where the solver assembles them, but where the case declares a guess."""
+    mechanism = open_case(path).mechanism
+    first = declared(mechanism.ideal())
+    solved, _ = assembled(mechanism)
+    apart = first["position"].values[0] - solved["position"].sel(body=first["body"]).transpose("time", "body", "axis").values[0]
+    assert np.abs(apart).max() < GUESSED.get(path.stem, 1e-12)
+
+
+class Heard:
+    """A page with the messages that it has sent; each run is drawn at once unless `blind`."""
+
+    def __init__(self) -> None:
+        self.messages: list[Mapping[str, Any]] = []
+        self.blind = False
+        case = FileCase("case.toml", CASE, Path(), tomllib.loads(CASE))
+        self.page = Page(Session(case, lambda what: None), self.send)
+        self.page.begin()
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        packed(message)
+        self.messages.append(message)
+
+    def of(self, kind: str) -> list[Mapping[str, Any]]:
+        return [message for message in self.messages if message["type"] == kind]
+
+    def until_run(self, number: int) -> Mapping[str, Any]:
+        """Wait for a run of the case that is later than one."""
+        ends = time.monotonic() + 60.0
+        while time.monotonic() < ends:
+            runs = self.of("run")
+            if runs and not self.blind:
+                self.page.hear(json.dumps({"type": "drawn", "run": runs[-1]["run"]}))
+            runs = [run for run in self.of("run") if run["run"] > number and not run["bar"]["note"]]
+            if runs and not self.of("state")[-1]["computing"]:
+                self.page.hear(json.dumps({"type": "drawn", "run": runs[-1]["run"]}))
+                return runs[-1]
+            time.sleep(0.02)
+        raise AssertionError("no run within 60 s")
+
+
+@pytest.fixture
+def heard() -> Iterator[Heard]:
+    """A page of a case with two clearance joints."""
+    made = Heard()
+    yield made
+    made.page.close()
+
+
+def test_page_begins_with_the_numbers_and_ends_with_the_run(heard: Heard) -> None:
+    """Contract: the numbers come first, then runs with rising numbers."""
+    run = heard.until_run(0)
+    kinds = [message["type"] for message in heard.messages]
+    assert kinds[0] == "form"
+    numbers = [message["run"] for message in heard.of("run")]
+    assert numbers == sorted(numbers)
+    assert {"figures", "orbit", "scene", "table", "cards", "bar", "until"} <= set(run)
+    time_axis = run["figures"][0]["lines"][0]["x"]
+    assert time_axis[-1] == pytest.approx(run["until"])
+
+
+def test_next_run_waits_until_one_is_drawn(heard: Heard) -> None:
+    """Contract: a page that has not drawn a run gets no other; of many changes it then gets the last."""
+    first = heard.until_run(0)["run"]
+    heard.blind = True
+    for speed in range(100, 120, 4):
+        heard.page.hear(json.dumps({"type": "change", "key": "drive.speed", "text": f"{speed} rpm", "final": True}))
+        time.sleep(0.25)
+    sent = {run["run"] for run in heard.of("run") if run["run"] > first}
+    assert len(sent) == 1
+    heard.blind = False
+    last = heard.until_run(max(sent))
+    assert heard.page.session.case.field("drive.speed").text == "116 rpm"
+    assert last["run"] == heard.page.session.ordered
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ("{", "a message that the page does not send"),
+        ('{"type": "close"}', "a message that the page does not send"),
+        ('{"type": "change", "key": 1}', "whose 'key' is no text"),
+        ('{"type": "change", "key": "nothing", "text": "1"}', "no number 'nothing' in this case"),
+        ('{"type": "magnify", "factor": -1}', "magnification of deflections"),
+        ('{"type": "drag", "phase": "start", "kind": "pin", "name": "O"}', "no length or angle of the case moves joint 'O'"),
+        ('{"type": "film", "time": 1e999}', "whose 'time' is no number"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(heard: Heard, message: str, words: str) -> None:
+    """Bad input: one line each, and the page goes on."""
+    heard.until_run(0)
+    heard.page.hear(message)
+    complaints = [said["text"] for said in heard.of("said")]
+    assert len(complaints) == 1
+    assert words in complaints[0]
+    assert "\n" not in complaints[0]
+
+
+def test_long_run_says_how_long_it_will_take(heard: Heard) -> None:
+    """Contract: the time that is left is the time so far over the part that is done, for the part that is not."""
+    heard.until_run(0)
+    heard.messages.clear()
+    heard.page.hear(json.dumps({"type": "change", "key": "run.until", "text": "60 s", "final": True}))
+    ends = time.monotonic() + 60.0
+    while not any(state["lasting"] > 1.0 for state in heard.of("state")) and time.monotonic() < ends:
+        time.sleep(0.05)
+    heard.page.hear('{"type": "stop"}')
+    state = next(state for state in heard.of("state") if state["lasting"] > 1.0)
+    assert state["computing"]
+    assert 0.0 < state["fraction"] < 1.0
+    assert state["left"] == pytest.approx(state["lasting"] * (1.0 / state["fraction"] - 1.0), rel=0.05)

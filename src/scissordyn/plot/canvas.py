@@ -83,7 +83,9 @@ def declared(mechanism: Mechanism) -> xr.Dataset:
     import xarray as xr
 
     bodies = mechanism.bodies
-    angle, origin, centre = (np.array([getattr(body, name) for body in bodies]) for name in ("angle", "position", "centre"))
+    angle, origin, centre = (
+        np.array([getattr(body, name) for body in bodies]) for name in ("placed_angle", "placed_position", "centre")
+    )
     cos, sin = np.cos(angle), np.sin(angle)
     across = np.stack([cos * centre[:, 0] - sin * centre[:, 1], sin * centre[:, 0] + cos * centre[:, 1]], axis=1)
     return xr.Dataset(

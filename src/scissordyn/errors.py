@@ -90,6 +90,18 @@ OTHER_WORDS = {
     "drive": "actuator motor input",
     "stop": "bumper limit",
     "angle_stop": "joint_limit",
+    "speed": "velocity angular_velocity rate omega rpm",
+    "until": "end t_end tend stop_time duration",
+    "start": "from begin initial",
+    "end": "to final",
+    "kinetic": "mu mu_k coefficient",
+    "static": "mu_s",
+    "normal": "gauss gaussian",
+    "latin-hypercube": "lhs latin_hypercube",
+    "one-at-a-time": "oat",
+    "dopri5": "rk45 ode45 runge_kutta",
+    "dop853": "rk8",
+    "rodas5p": "ode15s bdf radau stiff implicit",
 }
 """Words of the field, by what they are called here; a word stands for whichever of its lines a message allows first."""
 

@@ -23,7 +23,8 @@ def unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
     if unknown is None:
         return ""
     known = [key for key, parameter in parameters.items() if parameter.kind is not parameter.VAR_POSITIONAL and key != "self"]
-    return f"got an unexpected keyword argument '{unknown}'{did_you_mean(unknown, known)}"
+    near = did_you_mean(unknown, known)
+    return f"got an unexpected keyword argument '{unknown}'{near or '; allowed: ' + ', '.join(known)}"
 
 
 def knows_keywords(function: Called) -> Called:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
+import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +30,54 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder to work in."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+LOOP = """\
+[structure]
+kind = "mechanism"
+gravity = "9.81 m/s^2"
+[[ground]]
+name = "left"
+position = "0, 0 m"
+[[ground]]
+name = "right"
+position = "2.001, 0 m"
+[[body]]
+name = "one"
+mass = "1 kg"
+inertia = "0.0833 kg m^2"
+points = { start = "-0.5, 0 m", end = "0.5, 0 m" }
+position = "0.5, 0 m"
+[[body]]
+name = "two"
+mass = "1 kg"
+inertia = "0.0833 kg m^2"
+points = { start = "-0.5, 0 m", end = "0.5, 0 m" }
+position = "1.5005, 0 m"
+[[joint]]
+name = "O"
+journal = "one.start"
+bearing = "ground.left"
+[[joint]]
+name = "B"
+journal = "one.end"
+bearing = "two.start"
+[[joint]]
+name = "C"
+journal = "two.end"
+bearing = "ground.right"
+[[clearance]]
+joint = "B"
+clearance = "2 mm"
+[[clearance]]
+joint = "C"
+clearance = "2 mm"
+[run]
+until = "10 ms"
+start = "as-placed"
+samples = 11
+"""
+"""Two bars between two grounded pins that are 1 mm too far apart; the clearance of 2 mm bridges that."""
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -242,6 +292,31 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     ):
         assert text in shown
     assert not list(folder.iterdir())
+
+
+def test_check_says_what_a_long_run_costs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Limit: time and steps are proportional to the end of the run; a run of milliseconds has no line of it."""
+    assert status_of(["check", str(PAPER)]) == 0
+    assert "Cost" not in capsys.readouterr().out
+    steps = []
+    for until in ("1e6 s", "1e9 s"):
+        began = time.perf_counter()
+        assert status_of(["check", str(PAPER), "--set", f"run.until={until}"]) == 0
+        assert time.perf_counter() - began < 60.0  # seconds on an idle machine
+        said = " ".join(capsys.readouterr().out.split())
+        cost = re.search(r"Cost: about \S+ (days|years) and (\S+) steps", said)
+        assert cost is not None
+        steps.append(float(cost[2]))
+    assert 300.0 < steps[1] / steps[0] < 3000.0
+
+
+def test_check_takes_what_a_run_takes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: a loop that its loose pin alone closes has no ideal assembly; check warns of that and agrees with run."""
+    (folder / "loop.toml").write_text(LOOP)
+    for command in ("run", "check"):
+        assert status_of([command, "loop.toml"]) == 0, capsys.readouterr().err
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Warning: without clearance: the mechanism as placed cannot be assembled" in said
 
 
 @pytest.mark.parametrize(

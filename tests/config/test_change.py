@@ -82,3 +82,14 @@ def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:
     with pytest.raises(InputError, match="--set") as caught:
         changed(tree(), [change])
     assert says in str(caught.value)
+
+
+def test_a_change_of_all_tables_is_that_of_each() -> None:
+    """Identity: "clearance.all.KEY" is "clearance.NAME.KEY" for each name; a table called "all" is meant itself."""
+    single = changed(tree(), ["clearance.A.friction=none", "clearance.unit 1/pivot.friction=none"])
+    assert changed(tree(), ["clearance.all.friction=none"]) == single
+    named = {"clearance": [{"joint": "all"}, {"joint": "A"}]}
+    assert changed(named, ["clearance.all.clearance=1 mm"])["clearance"] == [
+        {"joint": "all", "clearance": "1 mm"},
+        {"joint": "A"},
+    ]

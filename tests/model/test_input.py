@@ -143,3 +143,10 @@ def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
         read_case(tmp_path / "case.toml")
     with pytest.raises(TypeError, match="frequency"):
         sd.Harmonic(mean=0.0, amplitude=1.0, frequency=3.0)
+
+
+def test_equal_mechanisms_have_one_hash() -> None:
+    """Identity: a mechanism is a key of a dict, as equal ones are the same key."""
+    arms = [sd.scissor(units=2).with_clearance("all", sd.Clearance(0.1e-3)) for _ in range(2)]
+    assert arms[0] == arms[1]
+    assert len({*arms, sd.scissor(units=2)}) == 2

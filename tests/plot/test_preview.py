@@ -194,7 +194,10 @@ def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert status_of(["preview", PAPER, "-o", str(tmp_path / "picture.gif")]) == 2
 
 
-def test_preview_of_a_servo_says_its_torque_and_whether_it_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("command", ["preview", "check"])
+def test_the_torque_of_a_servo_and_whether_it_holds_are_known_before_a_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
     """Cross-check: the torque is that of a drive on the reference; below it the limit does not hold, and that is a warning."""
     assert status_of(["new", "scissor", "--with", "servo"]) == 0
     case = tmp_path / "servo.toml"
@@ -203,10 +206,10 @@ def test_preview_of_a_servo_says_its_torque_and_whether_it_holds(tmp_path: Path,
     (servo,) = mechanism.components
     driven = dataclasses.replace(mechanism.ideal(), components=()).driven(servo.reference)
     torque = float(np.abs(sd.simulate(driven, until=read_case(case).run.until)["drive_torque"]).max())
-    assert status_of(["preview", str(case)]) == 0
+    assert status_of([command, str(case)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert f"follows its reference with up to {short(torque, 'N m')}" in said
-    assert status_of(["preview", str(case), "--set", f"servo.controller.limit={0.5 * torque} N m"]) == 0
+    assert status_of([command, str(case), "--set", f"servo.controller.limit={0.5 * torque} N m"]) == 0
     assert "2 times its limit" in " ".join(capsys.readouterr().out.split())
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.option import Changes
-from scissordyn.cli.output import check_file
+from scissordyn.cli.output import check_file, check_run
 from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
@@ -25,7 +25,9 @@ def bifurcation(
     over: Annotated[str, typer.Option(help="The varied parameter, as in A.clearance or drive.angular_frequency.")],
     first: Annotated[str, typer.Option("--from", metavar="VALUE", help="First value, with its unit.")],
     last: Annotated[str, typer.Option("--to", metavar="VALUE", help="Last value, with its unit.")],
-    values: Annotated[int, typer.Option(help="Number of values.", min=2)] = 300,
+    points: Annotated[
+        int, typer.Option("--points", "--values", metavar="N", help="Number of values of the parameter.", min=2)
+    ] = 300,
     cycles: Annotated[int, typer.Option(help="Periods of the drive to run for each value.", min=1)] = 200,
     keep: Annotated[int | None, typer.Option(help="Number of last periods to keep; half if not given.", min=1)] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Start each value where the one before ended.")] = False,
@@ -43,7 +45,7 @@ def bifurcation(
 ) -> int:
     """Compute a bifurcation diagram: the state once per period of the drive, for many values of a parameter."""
     if output is not None:
-        check_file(output, case, "-o diagram.nc")
+        check_run(output, case, "-o diagram.nc")
     if plot is not None:
         from scissordyn.plot.file import check_format
 
@@ -68,16 +70,16 @@ def bifurcation(
             f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), command("--variable", known[0])
         )
     keep = max(1, cycles // 2) if keep is None else keep
-    check_diagram(described.mechanism, values, cycles, keep)
+    check_diagram(described.mechanism, points, cycles, keep)
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     unit = unit_typed(last) or unit_typed(first)
     columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
-    shown = bar(*columns, described="values", total=values)
+    shown = bar(*columns, described="values", total=points)
     with Where(threads, workers, scheduler, cluster).engine() as engine, shown as update:
         diagram = compute(
             described.mechanism,
             over=over,
-            values=np.linspace(*ends, values),
+            values=np.linspace(*ends, points),
             cycles=cycles,
             keep=keep,
             follow=follow,

@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
+from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
+    from scissordyn.cli.servo import ServoDemand
     from scissordyn.component.declaration import Component
     from scissordyn.component.time_function import TimeFunction
     from scissordyn.kinematics.inertia import DriveInertia
     from scissordyn.model.mechanism import Mechanism
-    from scissordyn.run.summary import SpanAnswer
+    from scissordyn.run.results import Results
 
 MOST_NAMES = 20
 """All joints of a mechanism that has more than these are not named one by one."""
 
-MOST_STEPS = 100_000
-"""Of the motion with ideal joints, whose end is shown."""
+PATIENCE = 2.0
+"""Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown."""
 
 
 def check(
@@ -38,13 +40,16 @@ def check(
     ] = False,
 ) -> int:
     """Read a case, assemble its mechanism and describe the run."""
+    from scissordyn.cli.cost import cost_line
     from scissordyn.cli.record import print_json
+    from scissordyn.cli.servo import servo_lines
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
     from scissordyn.kinematics.branching import drive_warnings
     from scissordyn.kinematics.time_functions import check_tables
     from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
+    from scissordyn.run.summary import summary_of
     from scissordyn.run.trajectory import make_driver
     from scissordyn.units import short
 
@@ -54,7 +59,7 @@ def check(
     made = plan(mechanism)
     check_tables(made, read.run.until)
     check_samples(made, read.run.count)
-    _, prepared, choice = make_driver(made, read.run)
+    driver, prepared, choice = make_driver(made, read.run)
 
     lines = [
         f"{case} is complete and can be assembled.",
@@ -67,12 +72,18 @@ def check(
     lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
     lines += _clearances("Joint", mechanism.joints) + _clearances("Guide", mechanism.guides)
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
-    span = _span(mechanism, read.run.until)
-    inertia = _inertia(mechanism, read.run.until)
+    ideal = _ideal(mechanism, read.run.until, 2)
+    span, impossible = (None, ideal) if isinstance(ideal, str) else (summary_of(ideal).span, "")
+    inertia = None if impossible else _inertia(mechanism, read.run.until)
     lines += [] if span is None else [f"{span} (ideal joints)".replace(". (", " (") + "."]
     lines += [] if inertia is None else [f"Inertia about {inertia.drive}: {inertia} (ideal joints)."]
+    servos = _servos(mechanism, read.run.until)
+    lines += servo_lines(servos)
     lines.append(f"Run: {short(read.run.until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
+    cost = cost_line(driver, read.run.until)
+    lines += [f"{cost}."] if cost else []
     warnings = [*prepared.warnings, *drive_warnings(made, read.run.until)]
+    warnings += [f"without clearance: {impossible}"] if impossible else []
     lines += [f"Warning: {text}." for text in warnings]
     converged = None
     if converge is not None:
@@ -96,6 +107,8 @@ def check(
                 "span": None if span is None else span.plain(),
                 "drive_inertia": None if inertia is None else inertia.plain(),
                 "method": choice.method,
+                "servos": [servo._asdict() for servo in servos],
+                "cost": cost,
                 **({} if converged is None else {"convergence": plain(converged)}),
                 "warnings": warnings,
             }
@@ -131,14 +144,29 @@ def _named(kind: str, names: Sequence[str], parts: int) -> str:
     return f"{kind}{'s' * (len(names) > 1)} {', '.join(names)}"
 
 
-def _span(mechanism: Mechanism, until: float) -> SpanAnswer | None:
-    """Width and height at the start and at the end of the run, with ideal joints; None where that ends early."""
+def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
+    """The whole motion with ideal joints; why there is none, or "" where it ends early or takes long."""
+    from scissordyn.cli.cost import is_over, limited
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import results_of
-    from scissordyn.run.summary import summary_of
 
-    ideal = results_of(mechanism.ideal(), Options(until=until, samples=2, most_steps=MOST_STEPS))
-    return summary_of(ideal).span if ideal.attrs["status"] == "complete" else None
+    try:
+        ideal = results_of(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
+    except is_over:
+        return ""
+    except InputError as error:  # the case itself may run: its joints may bridge what ideal ones cannot
+        return error.what
+    return ideal if ideal.attrs["status"] == "complete" else ""
+
+
+def _servos(mechanism: Mechanism, until: float) -> list[ServoDemand]:
+    """The torque of each servo that follows its reference exactly, with ideal joints and rigid bars."""
+    from scissordyn.cli.servo import SAMPLES, servo_demands
+    from scissordyn.model.commanded import commanded, rigid
+
+    followed = commanded(mechanism)
+    ideal = "" if followed is mechanism else _ideal(rigid(followed), until, SAMPLES)
+    return [] if isinstance(ideal, str) else servo_demands(mechanism, followed, ideal)
 
 
 def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:

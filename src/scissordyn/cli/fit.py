@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
-from scissordyn.cli.output import check_file, check_folder
+from scissordyn.cli.output import check_file, check_folder, check_run
 from scissordyn.cli.status import DONE, UNFINISHED
 from scissordyn.errors import InputError, printable
 
@@ -60,9 +60,10 @@ def fit(
     """Fit numbers of a case to measured curves; say how well they are known, and which the data cannot distinguish."""
     if not data or not free:
         raise InputError("a fit", "--data and --free", "--data decay.csv --free 'arm.inertia' --free 'pivot.damping'")
-    for path in (output, case_output):
-        if path is not None:
-            check_file(path, case, "-o fit.nc")
+    if output is not None:
+        check_run(output, case, "-o fit.nc")
+    if case_output is not None:
+        check_file(case_output, case, "--write fitted.toml")
     if plot is not None:
         check_folder(plot, "--plot figures")
     from scissordyn.config.file import read_case, write_case

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import gc
 import os
+import re
 import sys
 import traceback
 from collections.abc import Callable, Sequence
@@ -153,6 +154,9 @@ EXAMPLES: dict[str, str] = {
 OTHER_WORDS = {"simulate": "run", "draw": "plot", "film": "animate", "view": "explore", "open": "explore", "template": "new"}
 """Words that users try in place of a command."""
 
+OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
+"""Keys of [run] that users try as options of a command."""
+
 for _name, _command in COMMANDS.items():
     app.command(_name, epilog=f"Example: {EXAMPLES[_name]}")(_guarded(_command))
 
@@ -194,7 +198,7 @@ def status_of(arguments: Sequence[str]) -> int:
     except ScissordynError as error:
         return _complain(str(error), BAD_INPUT)
     except USAGE_ERROR as error:
-        return _complain(f"{_usage(error, arguments)}; type: scissordyn --help", BAD_INPUT)
+        return _complain(_usage(error, arguments), BAD_INPUT)
     except (NothingComputedError, KeyboardInterrupt):
         return _complain(STOPPED, INTERRUPTED)
     except (ClosedPipeError, BrokenPipeError, SystemExit):  # typer's own answer to it, while it prints a help, is to exit
@@ -215,10 +219,19 @@ def _usage(error: Exception, arguments: Sequence[str]) -> str:
     """What typer says of the words of a command, and the command that a word of another program means."""
     said = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
     first = next((word for word in arguments if not word.startswith("-")), "")
-    if "No such command" in said and "Did you mean" not in said:
-        near = get_close_matches(first, OTHER_WORDS, n=1, cutoff=0.6)
-        said += f" (did you mean '{OTHER_WORDS[near[0]]}'?)" if near else ""
-    return said
+    near = [OTHER_WORDS[first]] if first in OTHER_WORDS else []
+    near = near or [OTHER_WORDS[word] for word in get_close_matches(first, OTHER_WORDS, n=1, cutoff=0.6)]
+    if "No such command" in said and near and (first in OTHER_WORDS or "Did you mean" not in said):
+        said = f"No such command '{first}' (did you mean '{near[0]}'?)"
+    if said.startswith("Missing") and first in EXAMPLES:
+        return f"{said}; type: {EXAMPLES[first]}"
+    option = re.match(r"No such option:? '?--([\w-]+)", said)
+    key = option[1].replace("-", "_") if option else ""
+    if key in OPTION_KEYS and first in COMMANDS:
+        return f"{said}; allowed: options of a run are changed in its case; type: --set run.{key}=VALUE"
+    if "unexpected extra argument" in said:
+        said += "; allowed: quotes about a value with blanks"
+    return f"{said}; type: scissordyn {f'{first} ' if first in COMMANDS else ''}--help"
 
 
 def _refused(error: OSError) -> str:

@@ -21,6 +21,22 @@ def check_file(path: Path, case: Path, sample: str) -> None:
     _try(path, path.parent, sample)
 
 
+def check_run(path: Path, case: Path, sample: str) -> None:
+    """The same for a run or a diagram, which is a NetCDF file and has no name of another kind of file."""
+    from scissordyn.file.output_file import check_name
+
+    check_file(path, case, sample)
+    check_name(path)
+
+
+def check_store_name(address: str) -> None:
+    """Raise `InputError` for a new store with the name of a file of another kind."""
+    from scissordyn.file.output_file import OTHER_ENDINGS
+
+    if Path(address).suffix.lower() in (".nc", *OTHER_ENDINGS):
+        raise InputError(f"'{address}' for the store of a study", "a name that ends in .db", "-o study.db")
+
+
 def check_folder(folder: Path, sample: str) -> None:
     """Raise `InputError` unless a folder exists or can be created, and is writable; a name of a picture is no folder."""
     if folder.suffix.lower() in PICTURES and not folder.is_dir():

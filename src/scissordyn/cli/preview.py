@@ -32,6 +32,7 @@ def preview(
     change: Changes = None,
 ) -> int:
     """Assemble a case, describe its motion with ideal joints, and draw it with its names."""
+    from scissordyn.cli.servo import servo_demands, servo_lines
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
     from scissordyn.model.commanded import commanded
@@ -46,7 +47,7 @@ def preview(
     followed = commanded(read.mechanism)
     ideal = ideal_kinematics(followed, until=read.run.until)
     to = console()
-    lines = (*_range(followed, ideal), *_forces(ideal), *_servos(read.mechanism, followed, ideal))
+    lines = (*_range(followed, ideal), *_forces(ideal), *servo_lines(servo_demands(read.mechanism, followed, ideal)))
     for line in (_assembled(read.mechanism, ideal), *lines):
         to.print(line, markup=False)
     for warning in json.loads(ideal.attrs["singular_warnings"]):
@@ -114,36 +115,6 @@ def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
         stroke = f" goes from {angle[0]:.6g} to {angle[-1]:.6g} deg and" if angle.size else ""
     nowhere = "locks nowhere within a revolution" if unit == "rad" else "locks at no length"
     return [f"{name}{stroke} {'locks at ' + ' and '.join(locks) if locks else nowhere}."]
-
-
-def _servos(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset) -> list[str]:
-    """The torque with which each servo would follow its reference exactly, against its limit."""
-    import numpy as np
-
-    from scissordyn.component.actuator import Actuator
-    from scissordyn.kinematics.peak import smooth_peak
-    from scissordyn.units import short
-
-    lines, driven = [], [drive.body for drive in followed.drives]
-    torques = np.abs(ideal["drive_torque"].values.reshape(ideal.sizes["time"], -1)) if driven else np.zeros((0, 0))
-    for part in mechanism.components:
-        if not isinstance(part, Actuator) or part in followed.components:
-            continue
-        torque = torques[:, driven.index(part.body)]
-        largest, when = smooth_peak(ideal["time"].values, torque)
-        limit = getattr(part.controller, "limit", None)
-        said = f"Servo '{part.name}' follows its reference with up to {short(largest, 'N m')}, at {short(when, 's')}"
-        if limit is None or not math.isfinite(limit):
-            lines.append(f"{said}.")
-        elif largest <= limit:
-            lines.append(f"{said}, {largest / limit:.2g} of its limit of {short(limit, 'N m')}.")
-        else:
-            above = float(np.mean(torque > limit))
-            lines.append(
-                f"Warning: {said}, {largest / limit:.3g} times its limit of {short(limit, 'N m')}: it cannot hold for "
-                f"{above:.0%} of the time, and the reactions above are those of a servo that can."
-            )
-    return lines
 
 
 def _forces(ideal: xr.Dataset) -> list[str]:

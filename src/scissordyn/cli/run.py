@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.option import AsJson, Changes, OwnCode, Quiet
-from scissordyn.cli.output import check_file, check_folder
+from scissordyn.cli.output import check_file, check_folder, check_run
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.errors import InputError, printable
 
@@ -93,7 +93,7 @@ def run(
 def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Path | None) -> None:
     """Refuse names of files that cannot be written, before anything is computed."""
     if output is not None:
-        check_file(output, case, "-o run.nc")
+        check_run(output, case, "-o run.nc")
     if plot is not None:
         check_folder(plot, "--plot figures")
     if film is not None:

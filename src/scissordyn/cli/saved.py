@@ -23,6 +23,12 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     if not path.exists():
         raise InputError(f"cannot read '{path}': no such file", "a run that was saved", "scissordyn run case.toml -o run.nc")
     if path.suffix.lower() == ".toml":
+        from scissordyn.config.file import is_study, parsed
+        from scissordyn.config.text import read_text
+
+        if is_study(parsed(read_text(path, "a run that was saved"), path)):
+            shown = command("scissordyn", "study", path, "-o", f"{path.stem}.zarr")
+            raise InputError(f"'{path}' is a study file", "a run that was saved", shown)
         raise InputError(
             f"'{path}' is a case file", "a run that was saved", command("scissordyn", "run", path, "-o", f"{path.stem}.nc")
         )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.option import BlockSize
+from scissordyn.cli.output import check_store_name
 from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
@@ -103,6 +104,7 @@ def study(
             from scissordyn.cli.sweep import addressed
             from scissordyn.config.refine import refined
 
+            check_store_name(output)
             ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
             now = refined(
                 result.built(), vary=ranges, uncertain=drawn, points=points, samples=samples, seed=seed, goals=goal or ()
@@ -130,14 +132,17 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
         )
     if store is not None:
         raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
-    if output is None:
-        raise InputError("a study without a store", "-o and a file", "-o study.db")
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
     from scissordyn.units import Quantity
 
+    text = read_study(path)
+    if output is None:
+        sample = command("scissordyn", "study", path, "-o", f"{path.stem}.db")
+        raise InputError("a study without a store", "-o and a file", sample)
+    check_store_name(output)
     seconds = None if budget is None else read_quantity(budget, Quantity("s", above=0.0, help="time"), "--budget '10 min'")
-    return compute(study_of(read_study(path)), output, where, block=block, budget=seconds)
+    return compute(study_of(text), output, where, block=block, budget=seconds)
 
 
 def compute(
@@ -284,12 +289,12 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     if case is None or not 0 <= case < result.store.cases:
         what = "'study replay' without a case" if case is None else f"case {case}"
         raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(address, 0))
-    from scissordyn.cli.output import check_file
+    from scissordyn.cli.output import check_run
     from scissordyn.cli.show import console, show_answer, show_events, show_summary
     from scissordyn.run.store import save
 
     if output is not None:
-        check_file(Path(output), Path(address), "-o run.nc")
+        check_run(Path(output), Path(address), "-o run.nc")
     run = result.replay(case)
     if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")

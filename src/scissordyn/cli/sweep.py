@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from scissordyn.cli.option import BlockSize, CaseFile, Changes
+from scissordyn.cli.output import check_store_name
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError
 
@@ -37,7 +38,7 @@ def sweep(
     design: Annotated[
         str, typer.Option(help="grid, zip, one-at-a-time, random, latin-hypercube, sobol, saltelli or morris.")
     ] = "grid",
-    points: Annotated[int, typer.Option(help="Points of a sampled design.", min=0)] = 0,
+    points: Annotated[int, typer.Option("--points", "--values", metavar="N", help="Points of a sampled design.", min=0)] = 0,
     seed: Annotated[int, typer.Option(help="Of a sampled design.", min=0)] = 0,
     samples: Annotated[int, typer.Option(help="Samples of the uncertain numbers at each point.", min=1)] = 1,
     members: Annotated[int, typer.Option(help="Runs of each sample, from starts that differ by round-off.", min=1)] = 1,
@@ -54,6 +55,7 @@ def sweep(
     from scissordyn.study.description import Sampling
     from scissordyn.study.design import Design
 
+    check_store_name(output)
     text = StudyText(
         case=case,
         changes=tuple(change or ()),

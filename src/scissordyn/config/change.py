@@ -19,15 +19,27 @@ LAW_KEYS = ("stiffness", "damping", "friction")
 
 
 def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
-    """Parsed TOML with some values changed."""
+    """Parsed TOML with some values changed by ``path=value``.
+
+    Tables of a list go by index, name or joint (``clearance.A.friction``), or all of them (``clearance.all.friction``).
+    """
     new = copy.deepcopy(tree)
     for change in changes:
         path, equals, value = change.partition("=")
         keys = [key.strip() for key in path.split(".")]
         if not equals or not all(keys):
             raise InputError(f"--set {change!r}", "a path of keys, an equals sign and a value", SAMPLE)
-        _put(new, keys, _parsed(value.strip()), change)
+        for path_of_one in _of_all(new, keys):
+            _put(new, path_of_one, _parsed(value.strip()), change)
     return new
+
+
+def _of_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
+    """The path, or that of each table of a list for ``clearance.all.friction``, unless one is called so."""
+    tables = tree.get(keys[0])
+    if len(keys) < 3 or keys[1] != "all" or not isinstance(tables, list) or "all" in map(handle, tables):
+        return [keys]
+    return [[keys[0], str(index), *keys[2:]] for index in range(len(tables))]
 
 
 def _parsed(text: str) -> Any:

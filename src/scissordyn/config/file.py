@@ -18,14 +18,25 @@ from scissordyn.config.line import Place, address, line_of, place_of_name
 from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, command
-from scissordyn.file.output_file import check_target, write_file
+from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
 SAMPLE = "write_case(arm, 'arm.toml')"
 
-UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*=\s*(?P<value>[+-]?[\d.]+\s*[a-zA-Z°µ][^\"#]*)(#.*)?")
-"""A line with a number and its unit without quotes."""
+UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*[=:]\s*\"?(?P<value>(?:[+-]?[\d.]+\s*)?[a-zA-Z°µ][^\"#{\[]*)\"?\s*(#.*)?")
+"""A line with a text, or a number and its unit, without quotes, with one, or after a colon."""
+
+AGAIN = "stands there again"
+REASONS = (
+    (r"Cannot overwrite a value", f"a key or table {AGAIN}, which may stand once"),
+    (r"Cannot declare .* twice", f"a table {AGAIN}, which may stand once"),
+    (r"Illegal character '\\n'", "a text there has no closing quote"),
+)
+"""What Python says of TOML in other words."""
+
+OF_CASES = frozenset(("structure", "body", "joint", "run"))
+"""Tables of which each case file has one."""
 
 DEEPEST = 32
 """Tables and lists inside each other; a case has six."""
@@ -54,6 +65,11 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     written = parsed(text, path, "TOML, as 'scissordyn new scissor' prints it")
     of_file, of_parts = sorted_changes(written, changes, CaseTable.declared_keys().keys())
     tree = changed(written, of_file)
+    if is_study(written):
+        what = f"'{path}' is a study file"
+        raise InputError(
+            what, "a case file, as the one that it names", command("scissordyn", "study", path, "-o", f"{path.stem}.db")
+        )
     try:
         case = instance(CaseTable, tree, {"folder": path.parent}).case()
         return replace(case, mechanism=addressed(case.mechanism, of_parts)) if of_parts else case
@@ -62,6 +78,16 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     except InputError as error:
         place = place_of_name(tree, error.what) if written == tree else ()
         raise _located(error, path, text, error.what, place) from None
+
+
+def is_study(tree: dict[str, Any]) -> bool:
+    """Whether parsed TOML is a study file, which names a case in place of having one."""
+    return isinstance(tree.get("case"), str) and not OF_CASES & tree.keys()
+
+
+def is_case(tree: dict[str, Any]) -> bool:
+    """Whether parsed TOML is a case file rather than a study file."""
+    return "case" not in tree and bool(OF_CASES & tree.keys())
 
 
 def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run: Options | None = None) -> Path:
@@ -85,6 +111,8 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     InputError
         If a part cannot be written, such as a function in no file, or another file is in the way.
     """
+    if Path(path).suffix.lower() in (".nc", *OTHER_ENDINGS) and Path(path).suffix.lower() != ".toml":
+        raise InputError(f"'{path}' for a case file", "a name that ends in .toml", f"{Path(path).stem}.toml")
     check_target(path, sample=SAMPLE, beginning=BEGINNING.encode())
     text = case_text(described, run, folder=Path(path).absolute().parent)
     return write_file(path, text.encode(), sample=SAMPLE)
@@ -131,7 +159,9 @@ def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
         raise InputError(f"'{path}' has lists or tables inside each other without end", f"at most {DEEPEST} levels") from None
     except ValueError as error:  # also of a whole number of thousands of digits
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
-        raise InputError(f"'{path}' is not valid TOML: {reason}", allowed, _quoted(text, reason)) from None
+        said = next((re.sub(pattern, words, reason) for pattern, words in REASONS if re.search(pattern, reason)), reason)
+        sample = "" if AGAIN in said else _quoted(text, reason)
+        raise InputError(f"'{path}' is not valid TOML: {said}", allowed, sample) from None
     level: list[Any] = [tree]
     for _ in range(DEEPEST):
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]

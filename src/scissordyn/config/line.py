@@ -80,7 +80,8 @@ def line_of(text: str, place: Place) -> int:
     """The line of a place, or of the innermost table around it that is written out; 0 if there is none."""
     best, found = 0, 0
     for line, here in _places(text):
-        if len(here) > best and place[: len(here)] == here:
+        list_of_tables = here[-1:] == (0,) and here[:-1] == place  # where one table is read, or none of that name
+        if len(here) > best and (place[: len(here)] == here or list_of_tables):
             best, found = len(here), line
     return found
 

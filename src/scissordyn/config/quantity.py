@@ -42,8 +42,14 @@ UNITS = (
     "pound_force = 4.4482216152605 * newton = lbf",
     "psi = pound_force / inch**2",
 )
-KNOWN_UNITS = "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar K"
+KNOWN_UNITS = (
+    "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar K "
+    "meter millimeter centimeter micrometer second millisecond minute kilogram gram radian degree newton pascal"
+)
 """Units suggested for a mistyped one."""
+
+SPEEDS = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
+"""Revolutions per minute as drawings and catalogues have them."""
 
 FAMILIAR = {
     "m": ("m", "mm"),
@@ -84,8 +90,8 @@ USUAL |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
 LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)
 UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")
-LARGE_ANGLE = re.compile("(giga|mega)(radian|degree|turn)")
-"""What "Grad", a degree in German, would be read as."""
+LARGE = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
+"""What "Grad", a degree in German, and "Mm" would be read as, by the unit that is meant."""
 
 LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
 """Powers that no unit has; pint would evaluate them, and 9^9^9^9 without end."""
@@ -118,7 +124,8 @@ def unit_factor(unit: str, target: str) -> float:
         unknown = str(error).split("'")[1]  # the one place where pint gives the name alone, in every version
         raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS.split())}") from None
     except pint.DimensionalityError:
-        raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]") from None
+        meant = " (did you mean 'rpm'?)" if target == "rad/s" and SPEEDS.fullmatch(unit) else ""
+        raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]{meant}") from None
     except (
         pint.PintError,
         ArithmeticError,
@@ -127,8 +134,9 @@ def unit_factor(unit: str, target: str) -> float:
         TypeError,
     ):  # pint has many
         raise InputError(f"'{unit}' is not a unit") from None
-    if LARGE_ANGLE.search(str(parsed)):
-        raise InputError(f"unit '{unit}' is a {parsed} (did you mean 'deg'?)", "deg, rad, turn")
+    if large := LARGE.search(str(parsed)):
+        meant, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
+        raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{meant}'?)", others)
     return factor
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
 from scissordyn.analysis.motor import MotorCurve
-from scissordyn.config.file import in_file, parsed, read_case
+from scissordyn.config.file import in_file, is_case, parsed, read_case
 from scissordyn.config.motor import POINT, read_motor
 from scissordyn.config.names import NAMES_SAMPLE, OF_FILE, Reader, by_change, listed, names_of, number_of_file, variants_of
 from scissordyn.config.quantity import unit_factor
@@ -27,7 +27,7 @@ from scissordyn.config.variation import (
     unit_of,
     without_each,
 )
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
@@ -85,7 +85,7 @@ LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
 @reader(lambda: LIST_OF_TEXTS)
 def _read_texts(given: Any, context: Context) -> list[str]:
     if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
-        raise InputError("not a list of texts", "a list of texts")
+        raise InputError("not a list of texts", "a list of texts", toml([given]) if isinstance(given, str) else "")
     return given
 
 
@@ -183,6 +183,9 @@ def read_study(path: Path) -> StudyText:
     """The study that a TOML file describes."""
     text = read_text(path, "a study file in TOML")
     tree = parsed(text, path)
+    if is_case(tree):
+        allowed = "a study file, which names a case and what varies"
+        raise InputError(f"'{path}' is a case file", allowed, command("scissordyn", "run", path))
     try:
         given = instance(StudyTable, tree, {"folder": path.parent})
     except PlacedError as error:
@@ -364,11 +367,21 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
         else:
             if not given:
                 raise InputError("missing unit", f"a number and its unit [{unit}]", f"{value} {unit}")
-            factor = unit_factor(given, unit)
+            with allowing(f"a number and its unit [{unit}]", f"{found[1]} {found[2]} {value} {unit}"):
+                factor = unit_factor(given, unit)
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
     exerted = unit if measure in BY_COMPONENT else ""
     return Requirement(measure, found[2], float(value) * factor, part, text.strip(), exerted)
+
+
+@contextmanager
+def allowing(allowed: str, sample: str) -> Iterator[None]:
+    """Add what is allowed, and a sample, to an `InputError` that says neither."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(error.what, error.allowed or allowed, error.type_this or sample) from None
 
 
 def _exerted(given: str, value: str) -> str:

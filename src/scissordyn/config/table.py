@@ -166,7 +166,8 @@ def _at(step: int | str, given: Any) -> Iterator[None]:
         place = step, *error.place
         raise PlacedError(place, error.given, error.text, error.allowed, error.type_this, key=error.key) from None
     except InputError as error:
-        there = "" if isinstance(given, Mapping | list) else f" = {toml(given)}"
+        plain = isinstance(given, list) and all(isinstance(value, str | int | float) for value in given)
+        there = f" = {toml(given)}" if plain or not isinstance(given, Mapping | list) else ""
         allowed = f"tables headed [[{step}]]" if isinstance(error, NoListError) else error.allowed
         raise PlacedError((step,), there, error.what, allowed, error.type_this) from None
 
@@ -196,6 +197,8 @@ class Table:
     def read(cls, given: Any, context: Context) -> Self:
         """The table with its values in SI units; an `InputError` for the first error."""
         keys = cls.declared_keys()
+        if isinstance(given, list) and len(given) == 1 and isinstance(given[0], Mapping):
+            raise InputError("a list of tables", "one table, headed by a name in single brackets")
         if not isinstance(given, Mapping):
             raise InputError("not a table", "the keys " + ", ".join(keys))
         for key in given:

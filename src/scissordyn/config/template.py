@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Mapping
 
 from scissordyn.config.case import CaseTable
@@ -88,7 +89,10 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
             f"# Springs, loads, motors, stops, latches that fit: scissordyn new {command(kind)} --with servo,latch\n"
             "# Further bodies, joints and guides: scissordyn new mechanism shows their tables."
         )
-    return "\n\n".join(text) + "\n"
+    written = "\n\n".join(text) + "\n"
+    if ordered.any:  # what is changed is read as the user will read it
+        instance(CaseTable, tomllib.loads(written), {}).case()
+    return written
 
 
 class _Changes:
@@ -99,6 +103,7 @@ class _Changes:
         for change in changes:
             self._asked.setdefault(change.split(".")[0].strip(), []).append(change)
         self._sections: list[str] = []
+        self.any = bool(self._asked)
 
     def __call__(self, section: str, given: Given) -> Given:
         """The values of a section with those that are asked for."""
@@ -130,7 +135,10 @@ def _list_of(name: str, given: list[Given]) -> list[str]:
 
 def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
     """One table with a comment on every line; `out` makes all of it a comment."""
-    name = heading.strip("[]")
+    name, keys = heading.strip("[]"), table.declared_keys()
+    for key in given:
+        if key not in keys:
+            raise InputError(f"{name}: unknown key '{key}'{did_you_mean(key, keys)}", ", ".join(keys))
     meaning = PARTS[name].help if name in PARTS else CaseTable.declared_keys()[name].description
     rows = []
     for key in table.declared_keys():

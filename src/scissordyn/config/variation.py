@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from scissordyn.config.quantity import LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.config.quantity import FAMILIAR, LEADING_NUMBER, read_quantity, unit_factor
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.study.distribution import (
@@ -61,6 +61,9 @@ CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
 LONGEST = 18
 """Digits of a number of values; Python reads no more than 4300."""
 
+HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")
+"""A range that is written with a hyphen."""
+
 OPTION = re.compile(r"(\d+)\s+values|(log)")
 
 
@@ -87,6 +90,10 @@ def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: 
         return _variation(text, quantity, folder or Path())
     except InputError as error:
         sample = error.type_this or VARY
+        if error.what == "missing unit":
+            sample = f"'{text.strip()} {FAMILIAR.get(quantity.unit, (quantity.unit,))[-1]}'"
+        elif (hyphen := HYPHEN.match(text)) is not None:
+            sample = f"'{hyphen[1]}..{text[hyphen.end() :].strip()}'"
         raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
 
 

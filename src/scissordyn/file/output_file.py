@@ -10,7 +10,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.lock import LOCKS, hold
 
 HDF_MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -37,10 +37,26 @@ BEGINNINGS = {
 """How pictures, films and exported tables begin, by ending; an MP4 after the four bytes of a length."""
 
 
+EXPORTED = dict.fromkeys((".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv")
+DRAWN = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
+FILMED = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
+OTHER_ENDINGS = {**EXPORTED, **DRAWN, **FILMED, ".toml": "", ".py": "", ".zarr": ""}
+"""Endings of files that are no NetCDF, with what makes such a file of a saved run."""
+
+
 def regular_size(path: str | os.PathLike[str]) -> int | None:
     """Size of a regular file [bytes]; None for anything else, such as a device, which may have no end."""
     status = os.stat(path)
     return status.st_size if stat.S_ISREG(status.st_mode) else None
+
+
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` for the name of a file of another kind: what is written is NetCDF, whatever its name."""
+    ending = Path(path).suffix.lower()
+    if ending in OTHER_ENDINGS:
+        then = OTHER_ENDINGS[ending]
+        allowed = "a name that ends in .nc" + (f"; then {then}" if then else "")
+        raise InputError(f"'{path}' for what is written as NetCDF", allowed, command("-o", f"{Path(path).stem}.nc"))
 
 
 def check_target(

@@ -28,6 +28,9 @@ INSIDE = {"joints": "clearance", "guides": "clearance", "drives": "motion"}
 KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
 """Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
 
+OF_LAWS = {"restitution": "damping"}
+"""Keys that a case file has beside a law's name, by the law that they belong to."""
+
 AXES = ("x", "y")
 """The two numbers of a place."""
 
@@ -41,6 +44,10 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
         return [Place((address,), getattr(mechanism, address), own.quantity)]
     found = list(_parts(mechanism, address))
     if not found:
+        kind, _, rest = address.partition(".")
+        if kind in KINDS and rest and "." not in rest:
+            what = f"'{address}': which {kind} is not said"
+            raise InputError(what, f"{kind}.NAME.{rest}, or {kind}.all.{rest}", f"{kind}.all.{rest}")
         name = address.rsplit(".", 1)[0] if "." in address else address
         known = list(dict.fromkeys(each for each, _, _, kind in _named(mechanism) if kind != DRIVE))
         known += [DRIVE] * bool(mechanism.drives) + list(_numbers(mechanism))
@@ -175,7 +182,7 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
 
 def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
     part = getattr(mechanism, field)[index]
-    return name in _fields(getattr(part, INSIDE[field], None) if field in INSIDE else part)
+    return OF_LAWS.get(name, name) in _fields(getattr(part, INSIDE[field], None) if field in INSIDE else part)
 
 
 def _place(mechanism: Mechanism, path: Route, address: str) -> Place:
@@ -190,6 +197,9 @@ def _place(mechanism: Mechanism, path: Route, address: str) -> Place:
         owner = at(mechanism, walked)
         if owner is None:
             raise _not_given(address)
+        if word in OF_LAWS and word not in _fields(owner) and OF_LAWS[str(word)] in _fields(owner):
+            walked = (*walked, OF_LAWS[str(word)])
+            owner = at(mechanism, walked)
         step, quantity = _step(owner, str(word), quantity, address)
         walked = (*walked, step)
     return Place(walked, at(mechanism, walked), quantity)
@@ -210,6 +220,8 @@ def _step(owner: Any, word: str, quantity: Quantity | None, address: str) -> tup
         fields = _fields(owner)
         known, kind, step = tuple(fields), type(owner).__name__, word
         inner = fields[word].quantity if word in fields else None
+    if word not in known and not known:
+        raise InputError(f"'{address}': nothing is called '{word}' inside a number or a text", "an address that ends before it")
     if word not in known:
         raise InputError(f"'{address}': no field '{word}' in {kind}{did_you_mean(word, known)}", ", ".join(known) or "no field")
     return step, inner

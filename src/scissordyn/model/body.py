@@ -52,7 +52,7 @@ class Body:
     name: str
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")]
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
-    points: Mapping[str, Point] = field(default_factory=dict)
+    points: Mapping[str, Point] = field(default_factory=dict, hash=False)
     centre: Annotated[Point, Quantity("m", help="mass centre in the body's frame")] = (0.0, 0.0)
     position: Annotated[Point | None, Quantity("m", help="of the origin of the body's frame at the start")] = None
     angle: Annotated[float | None, Quantity("rad", help="direction at the start")] = None

@@ -87,7 +87,7 @@ def _not_converged(path: Trajectory) -> list[str]:
     return [
         f"the losses of restitution have not converged: {unresolved:.3g} of {lost:.3g} J are those of contacts that follow the "
         f"one before in their joint within {FOLLOWS:g} steps, and change with the step; compare trust = true, or step = "
-        f"{0.25 * path.statistics['step']:.2g}"
+        f'"{0.25 * path.statistics["step"]:.2g} s"'
     ]
 
 

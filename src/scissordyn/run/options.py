@@ -28,6 +28,9 @@ SampleCount = Annotated[
 ]
 
 
+EndTime = Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end of the simulated time")]
+
+
 @dataclass(frozen=True)
 class Options:
     """End, start, accuracy and sampling of a simulation.
@@ -60,7 +63,7 @@ class Options:
         Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it.
     """
 
-    until: Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end of the simulated time")]
+    until: EndTime
     start: StartKind = "concentric"
     samples: SampleCount = EQUALLY_SPACED
     rtol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="relative tolerance")] = 1e-8

@@ -23,7 +23,7 @@ from scissordyn.run.demand import check_samples
 from scissordyn.run.hard_contact import hard_contact_warnings
 from scissordyn.run.ideal_path import IdealPath, deviates, ideal_path
 from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
-from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
+from scissordyn.run.options import AUTO, EQUALLY_SPACED, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.painleve import painleve_warnings
 from scissordyn.run.predictability import compared, predictability
 from scissordyn.run.results import Results, Run
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 
 @checked
 def simulate(
-    mechanism: Mechanism,
+    mechanism: Annotated[Mechanism, Meaning("a mechanism", "read_case('case.toml').mechanism")],
     *,
-    until: float,
+    until: EndTime,
     start: StartKind = Options.start,
     samples: SampleCount = Options.samples,
     rtol: float = Options.rtol,

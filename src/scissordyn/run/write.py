@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
-from scissordyn.file.output_file import check_target, write_file
+from scissordyn.file.output_file import check_name, check_target, write_file
 from scissordyn.model.record import FUNCTION, made_in_python
 from scissordyn.run.configuration import ATTRIBUTE, TITLE
 from scissordyn.run.results import Results, Run
@@ -44,6 +44,7 @@ def write_run(
 
 def _write(path: str | os.PathLike[str], content: Callable[[], bytes | memoryview], replace_broken: bool) -> Path:
     check_target(path, replace_broken=replace_broken)
+    check_name(path)
     # into memory first: when a disk is full the HDF5 library leaves a file that crashes the process as it is closed
     return write_file(path, content())
 

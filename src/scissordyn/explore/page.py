@@ -1,4 +1,4 @@
-"""One open page: what it is told of its session, and what it asks for."""
+"""One open page: the messages that it gets of its session, and what it asks for."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class Session:
 
     @property
     def left(self) -> float | None:
-        """how much longer the present stage takes if it goes on like this [s]; None without one, or where it has not begun."""
+        """How much longer the present stage takes if it goes on like this [s]; None without one, or where it has not begun."""
         if not self.fraction:
             return None
         return (time.monotonic() - self._stage) * (1.0 - self.fraction) / self.fraction

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -160,3 +161,20 @@ def test_what_has_no_internal_forces_is_refused() -> None:
         sd.internal_forces(run, made, places=[1.5])
     with pytest.raises(InputError, match="bar"):
         sd.internal_forces(run, made, bars="rod")
+
+
+TUBE = {"bending_stiffness": 43620.7, "axial_stiffness": 76579776.0}
+
+
+@pytest.mark.parametrize("modes", [2, 6, 8, 24])
+@pytest.mark.parametrize(("load", "within"), [("end", 0.003), ("middle", 0.045), ("weight", 0.007)])
+def test_a_clamped_bar_extends_as_by_its_closed_form(load: str, within: float, modes: int) -> None:
+    """Closed form: F L/(EA), F L/(2 EA) at the middle, m g L/(2 EA); the direction of the drive itself has no strain."""
+    force, body = 1000.0, "bar/1" if load == "middle" else "bar/2"
+    push = sd.Force("push", ("bar", load), (force, 0.0))
+    made = by_modes(*([push] if load != "weight" else []), modes=modes, **TUBE)
+    if load == "weight":
+        made = dataclasses.replace(made, gravity=force, gravity_direction=0.0)
+    run = still(made.driven(speed=0.0))
+    away = float(np.hypot(*run["position"].sel(body=body)[0].values)) - (0.5 if load == "middle" else 1.0)
+    assert away == pytest.approx((1.0 if load == "end" else 0.5) * force / TUBE["axial_stiffness"], rel=within)

@@ -206,7 +206,8 @@ def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[st
             tuple(place - bar.places[0] for place in bar.places),
             sloped,
             mode_count(mechanism, bar),
-            len(sloped) == len(clamped_at) > 0,
+            clamped_at,
+            bar.bending_stiffness / bar.axial_stiffness,
         )
         points = [offsets[name] for name in bar.sections]
         directions, turned = [], np.zeros(shapes.count)

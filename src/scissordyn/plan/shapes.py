@@ -15,8 +15,15 @@ from numpy.polynomial import legendre
 EXTRA = 11
 """Degree of the polynomials of a span beyond the modes that they represent: errors of the kept frequencies below 1e-9."""
 
-STRAINS = 1.5, 2
+STRAINS, FURTHER = 1.5, 2
 """Points of quadrature in a span for each mode that it has, and beyond these: fewer leave axial motions soft."""
+
+STOCKY, FURTHER_OF_STOCKY = 1e-5, 4
+"""EI/(EA L^2) of a clamped bar from which on the change of the strain beside its clamp counts, and the points beyond those for
+modes that resolve it; in thin strips that are bent far so many would lock the bending."""
+
+POSITIVE = 1e-10
+"""Stiffness of a motion, over the largest, below zero by round-off: a translation has none."""
 
 _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 0.75, 0.0, -0.25], [-0.25, -0.25, 0.25, 0.25]])
 """Value and slope at -1 and at 1, as powers of xi."""
@@ -29,9 +36,8 @@ class Shapes:
     places: tuple[float, ...]  # Of the cross-sections [m]
     clamped: tuple[int, ...]  # Cross-sections whose direction is a coordinate
     modes: int
-    # Whether these directions have unit length: there are then as many points of quadrature as axial freedoms, so that the
-    # strain at the points is free where that at the clamp is zero
-    unit: bool = False
+    unit: tuple[int, ...] = ()  # Those of them whose direction has unit length, so that r' has no strain there
+    further: int = FURTHER
 
     @property
     def held(self) -> int:
@@ -127,8 +133,7 @@ class Shapes:
     def quadrature(self) -> tuple[np.ndarray, np.ndarray]:
         """Points [m] and weights [m] for the axial strain."""
         lengths = np.diff(self.places)
-        per_span, further = (1.0, 1) if self.unit else STRAINS
-        counts = [int(per_span * max(1, round(self.modes * float(part)))) + further for part in lengths / lengths.sum()]
+        counts = [int(STRAINS * max(1, round(self.modes * float(part)))) + self.further for part in lengths / lengths.sum()]
         rules = [legendre.leggauss(count) for count in counts]
         points = [first + 0.5 * l * (x + 1.0) for first, l, (x, _) in zip(self.places, lengths, rules, strict=False)]
         return np.concatenate(points), np.concatenate([0.5 * l * w for l, (_, w) in zip(lengths, rules, strict=True)])
@@ -141,7 +146,7 @@ class Shapes:
         little would be left keeps a positive energy: with x the part that is taken away, 1 - x up to x = 1/2, 1/(4 x) beyond.
         """
         points, weights = self.quadrature
-        form = np.zeros((points.size, points.size))
+        form, slopes = np.zeros((2, points.size, points.size))
         for first, last in zip(self.places, self.places[1:], strict=False):
             inside = np.flatnonzero((points > first) & (points < last))
             root = np.sqrt(weights[inside])
@@ -150,11 +155,33 @@ class Shapes:
             for k in range(1, inside.size):
                 slope = legendre.legder(np.eye(inside.size)[k])
                 derived[:, k] = powers[:, : slope.size] @ slope * 2.0 / (last - first)
-            scaled = root[:, None] * np.linalg.solve(powers.T, derived.T).T / root
+            slopes[np.ix_(inside, inside)] = slope_of = np.linalg.solve(powers.T, derived.T).T
+            scaled = root[:, None] * slope_of / root
             parts, vectors = np.linalg.eigh(ratio * scaled.T @ scaled)
             left = np.where(parts <= 0.5, 1.0 - parts, 0.25 / np.maximum(parts, 0.5))
             form[np.ix_(inside, inside)] = root[:, None] * (vectors * left) @ vectors.T * root
-        return form
+        return self._with_strain_at_clamps(form, weights[:, None] * slopes, ratio) if self.unit else form
+
+    def _with_strain_at_clamps(self, form: np.ndarray, slopes: np.ndarray, ratio: float) -> np.ndarray:
+        """The form where unit directions may be strained, by the strains a that make the energy least.
+
+        With l the slope of a direction's shape the strain is g = e + a l. The bending form has g'^2 - 2 a e' l' - a^2 l'^2 in
+        place of g'^2. Where the points do not resolve e' and a motion would be left without stiffness, that is not made up for.
+        """
+        points, weights = self.quadrature
+        rows = [len(self.places) + self.clamped.index(k) for k in self.unit]
+        tables = self.at(points, 1), self.at(points, 2)
+        first, second = (table[:, rows] for table in tables)
+        free = np.setdiff1d(np.arange(self.count), rows)
+        moved = tables[0][:, free]
+        for part in (ratio, 0.0):
+            coupled = form @ first + part * slopes.T @ second
+            own = first.T @ form @ first + part * second.T @ (weights[:, None] * second)
+            relaxed = form - coupled @ np.linalg.solve(own, coupled.T)
+            stiffness = np.linalg.eigvalsh(moved.T @ relaxed @ moved + ratio * self.bending[np.ix_(free, free)])
+            if stiffness[0] > -POSITIVE * stiffness[-1]:
+                break
+        return np.asarray(relaxed)
 
     def at(self, places: np.ndarray, derivative: int = 0) -> np.ndarray:
         """The shapes, or a derivative of them along the bar, at some places, shape (places, count); not to be written to."""
@@ -178,6 +205,9 @@ def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np
 
 
 @lru_cache(256)
-def shapes_of(places: tuple[float, ...], clamped: tuple[int, ...], modes: int, unit: bool = False) -> Shapes:
+def shapes_of(
+    places: tuple[float, ...], clamped: tuple[int, ...], modes: int, unit: tuple[int, ...] = (), ratio: float = 0.0
+) -> Shapes:
     """The shapes of bars of these lengths, counted from the first cross-section."""
-    return Shapes(places, clamped, modes, unit)
+    stocky = unit and ratio > STOCKY * places[-1] ** 2
+    return Shapes(places, clamped, modes, unit, FURTHER_OF_STOCKY if stocky else FURTHER)

@@ -1,7 +1,5 @@
 """A law of the user's own in a whole run."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -36,10 +34,7 @@ def test_own_function_is_recorded_but_not_executed(array, tmp_path):
     run = sd.simulate(array.with_clearance("A", own), until=0.001, samples=11)
     with pytest.warns(UserWarning, match=r"cannot be run again .* give the function as 'mine\.py:foundation'"):
         loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
-    assert (
-        "written by a user"
-        in json.loads(loaded.attrs["configuration"])["mechanism"]["joints"][1]["clearance"]["stiffness"]["function"]["source"]
-    )
+    assert "written by a user" in loaded.attrs["configuration"]
     with pytest.raises(sd.InputError, match=r"mine\.py:foundation"):
         replay(loaded)
 

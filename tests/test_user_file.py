@@ -12,9 +12,7 @@ import scissordyn as sd
 from scissordyn.component.user import component_class
 from scissordyn.control.user import UserController
 from scissordyn.errors import InputError
-from scissordyn.model.description import from_plain
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
+from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.study.description import OwnMeasure
 
 NAMED: dict[str, Callable[[str], Any]] = {
@@ -59,6 +57,6 @@ def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
 def test_a_controller_that_is_not_in_a_file() -> None:
     """Contract: a run with a controller made in Python asks for a controller in a file, not for a law."""
     controller = UserController(lambda *signals: 0.0)
-    plain = to_plain(sd.four_bar().controlled(controller, speed=1.0))
-    with pytest.raises(InputError, match=r"as a controller; .* give the controller as 'mine.py:<lambda>'"):
-        from_plain(plain, Mechanism)
+    text = write_configuration(sd.four_bar().controlled(controller, speed=1.0))
+    with pytest.raises(InputError, match=r"as a controller, which was in no file; .* the controller as 'mine.py:<lambda>'"):
+        read_mechanism(text)

@@ -1,6 +1,5 @@
 """Contact statistics and deviations count what the table of contacts says."""
 
-import json
 import math
 
 import numpy as np
@@ -10,9 +9,10 @@ from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import QUANTILES, contact_spans, contact_statistics
 from scissordyn.analysis.deviation import deviation
 from scissordyn.errors import InputError
+from scissordyn.model.body import bar, point_mass
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import kind_of, to_plain
+from scissordyn.run.configuration import write_configuration
 from scissordyn.run.simulate import simulate
 
 from .made_up import BODIES, CLEARANCE, made_up_run
@@ -123,10 +123,11 @@ def test_contact_arc_is_the_bearing_s() -> None:
     run = made_up_run([(0.0, math.nan)])
     assert float(contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
     joints = [Revolute("A", ("bar", "end"), ("slider", "centre")), Revolute("O", ("bar", "start"), ("ground", "origin"))]
-    described = {"kind": kind_of(Mechanism), "joints": to_plain(joints)}
+    bodies = [bar("bar", length=1.0, mass=1.0), point_mass("slider", mass=1.0)]
+    text = write_configuration(Mechanism(bodies, joints, ground=(("origin", (0.0, 0.0)),)))
     turning = run["angle"].copy()
     turning.loc[{"body": "slider"}] = run["time"].values
-    turned = run.assign(angle=turning).assign_attrs(configuration=json.dumps({"mechanism": described}))
+    turned = run.assign(angle=turning).assign_attrs(configuration=text)
     found = contact_statistics(turned)
     assert found.attrs["arc_frame"] == "bearing"
     assert float(found.sel(joint="A")["contact_arc"]) == pytest.approx(0.0, abs=1e-12)

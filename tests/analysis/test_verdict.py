@@ -1,6 +1,5 @@
 """The classifier names made-up motions of every kind, says why, and where it does not know."""
 
-import json
 import math
 
 import numpy as np
@@ -11,10 +10,11 @@ from scissordyn.analysis.classify import classify
 from scissordyn.analysis.consensus import consensus
 from scissordyn.analysis.verdict import classify_samples
 from scissordyn.errors import InputError
+from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import kind_of, to_plain
+from scissordyn.run.configuration import write_configuration
 
 from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
 
@@ -135,7 +135,7 @@ def test_periodic_runs() -> None:
 def test_cycles() -> None:
     """Closed form: the cycles of a long periodic run, whose clearance stands in its configuration."""
     joints = [Revolute("A", ("a", "p"), ("b", "p"), Clearance(CLEARANCE)), Revolute("O", ("a", "q"), ("b", "q"))]
-    described = {"kind": kind_of(Mechanism), "joints": to_plain(joints)}
+    bodies = [Body(name, 1.0, 1.0, points={"p": (0.0, 0.0), "q": (1.0, 0.0)}) for name in "ab"]
     map_ = 0.5 * henon(400)
     cycles = xr.Dataset(
         {
@@ -143,7 +143,7 @@ def test_cycles() -> None:
             "contact_fraction": (("cycle", "joint"), np.full((400, 1), 0.5)),
         },
         coords={"time": ("cycle", np.arange(400.0)), "joint": ["A"], "axis": ["x", "y"]},
-        attrs={"configuration": json.dumps({"mechanism": described})},
+        attrs={"configuration": write_configuration(Mechanism(bodies, joints))},
     )
     found = classify(cycles)
     assert found.kind == "irregular"

@@ -17,7 +17,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
-from instances import OTHERWISE, TABLES
+from instances import OTHERWISE, PLUGINS, TABLES
 
 import scissordyn as sd
 from scissordyn.annotation import plain_hint
@@ -30,7 +30,6 @@ from scissordyn.config.table import instance
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import METHODS
-from scissordyn.model.description import PLUGINS
 from scissordyn.model.record import to_plain
 from scissordyn.plugin.short_form import ShortForm
 from scissordyn.run.options import Options

@@ -17,6 +17,7 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.fmu import pack
 from scissordyn.integrate.history import make_history
 from scissordyn.run import driver
+from scissordyn.run.configuration import read_mechanism
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
@@ -225,7 +226,9 @@ def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
         pack.fmu(mechanism, sd.Options(until=until))
     assert "\n" not in str(error.value)
     with zipfile.ZipFile(io.BytesIO(pack.fmu(mechanism, sd.Options(until=until), sources_only=True))) as archive:
-        assert set(archive.namelist()) == {"modelDescription.xml", "sources/model.c", "sources/buildDescription.xml"}
+        names = {"modelDescription.xml", "resources/case.toml", "sources/model.c", "sources/buildDescription.xml"}
+        assert set(archive.namelist()) == names
+        assert read_mechanism(archive.read("resources/case.toml").decode()) == mechanism
         assert "fmi3DoStep" in archive.read("sources/model.c").decode()
 
 

@@ -182,9 +182,9 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
     keeper = opened(checkpoint, clearance_array, options)
     compute(plan(clearance_array), options, keeper=keeper)
     assert opened(checkpoint, clearance_array, options).parts.keys() == {"run"}
-    assert "configuration.options.until = 0.01 there, 0.02 here" in refused(clearance_array, Options(0.02))
+    assert 'configuration.run.until = "10 ms" there, "20 ms" here' in refused(clearance_array, Options(0.02))
     other = clearance_array.replace("A.clearance", 4e-4)
-    assert "configuration.mechanism.joints[1].clearance.clearance = 0.0005 there, 0.0004 here" in refused(other, options)
+    assert 'configuration.clearance[0].clearance = "0.5 mm" there, "0.4 mm" here' in refused(other, options)
     whole = load(checkpoint.path)
     save(whole.assign_attrs(versions=json.dumps({**json.loads(whole.attrs["versions"]), "sources": "0"})), checkpoint.path)
     assert 'versions.sources = "0" there' in refused(clearance_array, options)
@@ -253,7 +253,7 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
     keeper = opened(checkpoint, arms[0], options)
     compute(plan(arms[0]), options, keeper=keeper)
     assert opened(checkpoint, arms[0], options).parts
-    with pytest.raises(InputError, match=r"is of another run: configuration\.mechanism\.components\[0\]\.digest"):
+    with pytest.raises(InputError, match=r"is of another run: configuration\.code\.class"):
         opened(checkpoint, arms[1], options)
 
 

@@ -14,7 +14,6 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.study import study as command
-from scissordyn.model.description import Description
 from scissordyn.model.record import to_plain
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design
@@ -183,7 +182,7 @@ def test_going_on(tmp_path: Path) -> None:
     assert part.study == whole.study
     xr.testing.assert_identical(part.dataset.drop_attrs(deep=False), whole.dataset.drop_attrs(deep=False))
     opened = sd.open_study(tmp_path / "part.db")
-    assert isinstance(opened.study.mechanism, Description)
+    assert isinstance(opened.study.mechanism, str)
     assert opened.counts["complete"] == 6
     with pytest.raises(sd.InputError, match=r"type: sd\.open_study\('study\.db', measures=\{'peak'"):
         opened.resume()

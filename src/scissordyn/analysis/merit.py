@@ -93,7 +93,7 @@ def _driven_body(run: xr.Dataset) -> str:
     """The body of the first drive or, without one, of the first actuator."""
     mechanism = read_configuration(run).mechanism
     bodies = [drive.body for drive in mechanism.drives]
-    bodies += [component.body for component in mechanism.components if component.kind is Actuator]
+    bodies += [component.body for component in mechanism.components if isinstance(component, Actuator)]
     if not bodies:
         raise InputError("a run without a drive or an actuator", "a mechanism that is driven() or controlled()")
     return str(bodies[0])
@@ -112,7 +112,7 @@ def _torque(run: xr.Dataset, body: str) -> np.ndarray:
 def _own(run: xr.Dataset, body: str) -> np.ndarray:
     """Which actuators act on a body."""
     components = read_configuration(run).mechanism.components
-    names = [component.name for component in components if "body" in component.values and component.body == body]
+    names = [component.name for component in components if getattr(component, "body", None) == body]
     return np.isin(run["actuator"].values, names)
 
 

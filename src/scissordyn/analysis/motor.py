@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -106,8 +107,9 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
         (Motor, "motor_torque", "motor", "motor_peak_torque"),
     ):
         names = run[along].values.astype(str).tolist() if variable in run else []
-        for component in mechanism.components:
-            if component.kind is kind and component.name in names:
+        components: tuple[Any, ...] = mechanism.components
+        for component in components:
+            if isinstance(component, kind) and component.name in names:
                 k = names.index(component.name)
                 sources[str(component.name)] = (
                     str(component.body),

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from scissordyn.config.quantity import written
-from scissordyn.errors import InputError
-from scissordyn.model.description import Description
 from scissordyn.model.walk import declared
 from scissordyn.run.configuration import Configuration
 
@@ -17,7 +15,7 @@ def differences(one: Any, two: Any, place: str = "", unit: str = "") -> Iterator
     """Entries in which two descriptions differ, with their address."""
     parts = [None if part is None else list(part) for part in (_parts(one, unit), _parts(two, unit))]
     left, right = ({name: (value, of) for name, value, of in part or ()} for part in parts)
-    if parts[0] is None or parts[1] is None or _kind(one) != _kind(two) or (isinstance(one, tuple) and len(one) != len(two)):
+    if parts[0] is None or parts[1] is None or type(one) is not type(two) or (isinstance(one, tuple) and len(one) != len(two)):
         if one != two:
             yield place, *_texts(one, two, unit)
         return
@@ -26,34 +24,19 @@ def differences(one: Any, two: Any, place: str = "", unit: str = "") -> Iterator
         yield from differences(value, other, f"{place}.{name}" if place else name, of)
 
 
-def _kind(value: Any) -> Any:
-    """The class of a value, or that of what a file describes."""
-    return value.kind if isinstance(value, Description) else type(value)
-
-
-def _field(value: Any, name: str) -> Any:
-    if not isinstance(value, Description):
-        return getattr(value, name, None)
-    try:
-        return getattr(value, name)
-    except InputError:  # the file leaves out what has no default
-        return None
-
-
 def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
     """Name, value and unit of what a value is made of; None for what is one thing."""
     if isinstance(value, Mapping):
         return ((str(key), part, unit) for key, part in value.items())
     if isinstance(value, tuple):
-        return ((str(_field(part, "name") or k), part, unit) for k, part in enumerate(value))
-    kind = _kind(value)
+        return ((str(getattr(part, "name", None) or k), part, unit) for k, part in enumerate(value))
+    kind = type(value)
     if not dataclasses.is_dataclass(kind):
         return None
-    # what a run says of its mechanism is there twice: as it is read, and plain
     return (
-        (name, _field(value, name), field.quantity.unit if field.quantity is not None else "")
+        (name, getattr(value, name), field.quantity.unit if field.quantity is not None else "")
         for name, field in declared(kind).items()
-        if (kind, name) != (Configuration, "plain")
+        if (kind, name) != (Configuration, "text")
     )
 
 
@@ -74,6 +57,6 @@ def _short(value: Any, unit: str, digits: int) -> str:
         return f"{value:.{digits}g} {unit if unit != '1' else ''}".rstrip()
     if isinstance(value, tuple | Mapping):
         return "1 entry" if len(value) == 1 else f"{len(value)} entries"
-    if dataclasses.is_dataclass(_kind(value)):
-        return str(_kind(value).__name__)
+    if dataclasses.is_dataclass(type(value)):
+        return str(type(value).__name__)
     return "-" if value is None else str(value)

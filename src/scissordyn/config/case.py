@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from scissordyn.component.place import Point
@@ -51,6 +52,13 @@ def _read_controls(given: Any, context: Context) -> list[ControlTable]:
     return read_list(given, ControlTable, context) if isinstance(given, list) else [ControlTable.read(given, context)]
 
 
+@reader(lambda: {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}})
+def _read_values(given: Any, _: Context) -> Mapping[str, Any]:
+    if not isinstance(given, Mapping) or not all(isinstance(value, str | int | float) for value in given.values()):
+        raise InputError("not a table of texts and numbers", "what scissordyn writes there")
+    return MappingProxyType(dict(given))
+
+
 class _CaseTable(Table):
     """A whole case file, apart from the components."""
 
@@ -74,6 +82,9 @@ class _CaseTable(Table):
     ] = ()
     panels: Annotated[Sequence[Annotated[Any, PanelsTable.reader()]], About("a panel on each of some bars")] = ()
     bending: Annotated[Sequence[Annotated[Any, BendingTable.reader()]], About("bars that bend; one table for each kind")] = ()
+    code: Annotated[
+        Mapping[str, Any], _read_values, About("digests of the files of your own that the case was written with")
+    ] = MappingProxyType({})
     run: Annotated[
         Options,
         described(Options, until="50 ms", step="0.1 ms"),
@@ -81,7 +92,11 @@ class _CaseTable(Table):
     ]
 
     def case(self) -> Case:
-        """The case of the file; an `InputError` with the place in the file if its tables are inconsistent."""
+        """The case of the file."""
+        return Case(self.mechanism(), self.run)
+
+    def mechanism(self) -> Mechanism:
+        """The mechanism of the file; an `InputError` with the place in the file if its tables are inconsistent."""
         with placed("structure"):
             base = self.structure.fields()
         mechanism = assembled(base, {name: getattr(self, name) for name in PARTS})
@@ -103,8 +118,8 @@ class _CaseTable(Table):
                 mechanism = mechanism.driven(table.motion(), body=table.body)
         for index, control in enumerate(self.control):
             with placed("control", index):
-                mechanism = control.applied(mechanism, until=self.run.until)
-        return Case(mechanism, self.run)
+                mechanism = control.applied(mechanism, until=self.run.until if self.run else 0.0)
+        return mechanism
 
     def _with_clearances(self, mechanism: Mechanism) -> Mechanism:
         """The mechanism with every [[clearance]] and [[guide_clearance]], in order: a later table replaces an earlier one."""
@@ -127,3 +142,14 @@ CaseTable = made_table(
     {section: (Sequence[Annotated[Any, PARTS[section].reader]], ()) for section in (*COMPONENT_SECTIONS, "component")},
 )
 """A whole case file."""
+
+
+RecordTable = made_table(
+    "RecordTable",
+    CaseTable,
+    {
+        "run": (Annotated[Options | None, CaseTable.declared_keys()["run"].reader], None),
+        "diagram": (Annotated[Mapping[str, Any], _read_values], MappingProxyType({})),
+    },
+)
+"""What a run carries: a case file without [run] perhaps, and with further entries of a diagram."""

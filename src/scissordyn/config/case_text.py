@@ -21,8 +21,10 @@ from scissordyn.component.time_function import (
     Trapezoidal,
 )
 from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.code import Code, RecordedCode
 from scissordyn.config.part import COMPONENT_SECTIONS, BodyTable
 from scissordyn.config.quantity import exact
+from scissordyn.config.shape import Context
 from scissordyn.config.table import instance
 from scissordyn.config.time_function import powers
 from scissordyn.control.controller import Controller
@@ -38,14 +40,21 @@ from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.track import Track
 from scissordyn.model.walk import Declared, declared, given
 from scissordyn.plugin.element import Part
-from scissordyn.plugin.origin import origin_of
 from scissordyn.plugin.short_form import ShortForm
-from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, quantities
 
 BEGINNING = "# A case of scissordyn, written by write_case."
 """The first line, by which a file is known to be replaceable."""
+
+RECORD = "# A case of scissordyn, as it was computed."
+
+CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+
+SURROGATE = "[\ud800-\udfff]"
+
+NO_CODE = Code()
+"""For tables in which no class of the user's can be."""
 
 UNTIL = 0.05
 """End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints."""
@@ -77,42 +86,63 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')")
     options = run or (described.run if isinstance(described, Case) else Options(UNTIL))
-    text = "\n".join([BEGINNING, *_tables(mechanism, options, folder), ""])
-    _check(text, mechanism, options, folder)
+    code = Code(folder)
+    text = "\n".join([BEGINNING, *_tables(mechanism, code), *_run(options), ""])
+    if half := re.search(f'"([^"]*{SURROGATE}[^"]*)"', text):
+        raise InputError(f"the name {half[1]!r}, which has half a surrogate pair", "text that UTF-8 can hold")
+    _check(text, mechanism, options, {"folder": folder or Path()})
     return text
 
 
-def _tables(mechanism: Mechanism, options: Options, folder: Path | None) -> list[str]:
-    """All tables in the order of a case file."""
+def record_text(mechanism: Mechanism, options: Options | None = None, further: Mapping[str, Any] | None = None) -> str:
+    """What a run carries: the case file of its mechanism and options, which also names what a case file of a user's cannot."""
+    code = RecordedCode()
+    lines = [RECORD, *_tables(mechanism, code)]
+    if code.noted:
+        lines += _table("[code]", {_string(name): _string(digest) for name, digest in code.noted.items()})
+        lines += [f"# {CONTROL.sub('?', line)}" for source in code.sources for line in source.splitlines()]
+    lines += [] if options is None else _run(options)
+    lines += [] if further is None else _table("[diagram]", {_string(key): _plain(value) for key, value in further.items()})
+    return re.sub(SURROGATE, lambda half: f"\\\\u{ord(half[0]):04x}", "\n".join([*lines, ""]))
+
+
+def _plain(value: Any) -> str:
+    return _string(value) if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _run(options: Options) -> list[str]:
+    return _table("[run]", {"until": _quantity((options.until,), "s")} | _fields(options, NO_CODE))
+
+
+def _tables(mechanism: Mechanism, code: Code) -> list[str]:
+    """All tables but for [run], in the order of a case file."""
     fields, structure = declared(Mechanism), {"kind": '"mechanism"'}
     for name in ("gravity", "gravity_direction", "input_body", "output_body", "source"):
         value = getattr(mechanism, name)
         if value not in (None, ""):
-            structure[name] = _value(value, fields[name], Mechanism, folder)
+            structure[name] = _value(value, fields[name], Mechanism, code)
     lines = _table("[structure]", structure)
     lines += _list("ground", ({"name": _string(name), "position": _quantity(place, "m")} for name, place in mechanism.ground))
-    lines += _list("body", (_body(body) for body in mechanism.bodies))
+    lines += _list("body", (_body(body, code) for body in mechanism.bodies))
     for section, parts in (("joint", mechanism.joints), ("guide", mechanism.guides)):
-        lines += _list(section, (_fields(dataclasses.replace(part, clearance=None), folder) for part in parts))
-    lines += _list("weld", (_fields(part, folder) for part in mechanism.welds))
-    lines += _list("track", (_track(track) for track in mechanism.tracks))
-    lines += _list("rod", (_fields(part, folder) for part in mechanism.rods))
-    lines += _list("latch", (_fields(part, folder) for part in mechanism.latches))
-    lines += _components(mechanism, folder)
+        lines += _list(section, (_fields(dataclasses.replace(part, clearance=None), code) for part in parts))
+    lines += _list("weld", (_fields(part, code) for part in mechanism.welds))
+    lines += _list("track", (_track(track, code) for track in mechanism.tracks))
+    lines += _list("rod", (_fields(part, code) for part in mechanism.rods))
+    lines += _list("latch", (_fields(part, code) for part in mechanism.latches))
+    lines += _components(mechanism, code)
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
     names = [joint.name for joint in mechanism.joints]
     if len(loose) == len(names) > 1 and "all" not in names and len({repr(each) for _, each in loose}) == 1:
         loose = [("all", loose[0][1])]
-    lines += _list("clearance", ({"joint": _string(name), **_fields(gap, folder)} for name, gap in loose))
+    lines += _list("clearance", ({"joint": _string(name), **_fields(gap, code)} for name, gap in loose))
     channels = [(guide.name, guide.clearance) for guide in mechanism.guides if guide.clearance is not None]
-    lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, folder)} for name, gap in channels))
+    lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, code)} for name, gap in channels))
     drives = ({"body": _string(drive.body)} | _time_function(drive.motion, "rad") for drive in mechanism.drives)
-    lines += _list("drive", drives)
-    until = {"until": _quantity((options.until,), "s")}
-    return lines + _table("[run]", until | _fields(options, folder))
+    return lines + _list("drive", drives)
 
 
-def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
+def _components(mechanism: Mechanism, code: Code) -> list[str]:
     """The components: in tables of their kind as long as that keeps their order, then in [[component]] tables."""
     components: tuple[Any, ...] = mechanism.components
     place = {section: at for at, section in enumerate(COMPONENT_SECTIONS) if section not in ("rod", "latch")}
@@ -122,14 +152,14 @@ def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
     for part in components:
         section, own = part.declaration.section, type(part).__module__.startswith("scissordyn.")
         here = place.get(section, -1) if own else -1
-        entries = _fields(part, folder)
+        entries = _fields(part, code)
         if here >= max(last, 0) and not others:
             listed.setdefault(section, []).append(entries)
             last = here
         elif own:
             others.append({"type": _string(section), **entries})
         else:
-            others.append({"type": _string(_class(part, f"component '{part.name}'", folder)), **entries})
+            others.append({"type": _string(code.of_class(part, f"component '{part.name}'")), **entries})
     lines = [line for section in place for line in _list(section, listed.get(section, []))]
     return lines + _list("component", others)
 
@@ -142,9 +172,9 @@ def _table(heading: str, entries: Entries) -> list[str]:
     return ["", heading, *(f"{key} = {value}" for key, value in entries.items())]
 
 
-def _body(body: Body) -> Entries:
+def _body(body: Body, code: Code) -> Entries:
     """A body; a straight bar by its length where that gives the same one."""
-    entries = _fields(body, None)
+    entries = _fields(body, code)
     if body.inertia is None or "end" not in body.points:
         return entries
     length, shown = body.points["end"][0], dict(entries)
@@ -158,28 +188,30 @@ def _body(body: Body) -> Entries:
         if repr(table.body()) == repr(body):
             more = {"length": _quantity((length,), "m")}
             more |= {} if given is None else {"inertia": entries["inertia"]}
-            more |= {"points": _points(own)} if own else {}
+            more |= {"points": _points(own, code)} if own else {}
             return {"name": shown.pop("name"), "mass": shown.pop("mass"), **more, **shown}
     return entries
 
 
-def _track(track: Track) -> Entries:
-    entries = _fields(track, None)
+def _track(track: Track, code: Code) -> Entries:
+    entries = _fields(track, code)
     if isinstance(track.point, str) and "," in track.point:
+        if code.recorded:
+            return entries | {"point": f"[{_string(track.point)}]"}
         raise InputError(f"tracked point '{track.name}' at the point '{track.point}'", "names without a comma")
     return entries
 
 
-def _fields(described: Any, folder: Path | None, names: Container[str] | None = None) -> Entries:
+def _fields(described: Any, code: Code, names: Container[str] | None = None) -> Entries:
     """The fields of a description as keys; those with their default are left out, and None, which a file says in that way."""
     return {
-        field.name: _value(value, field, type(described), folder)
+        field.name: _value(value, field, type(described), code)
         for field, value in given(described)
         if value is not None and (names is None or field.name in names)
     }
 
 
-def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
+def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
     """A field as TOML."""
     unit = "1" if field.quantity is None else field.quantity.unit
     pairs = next((extra for extra in field.extras if isinstance(extra, Pairs)), None)
@@ -195,20 +227,20 @@ def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
     if isinstance(value, TimeFunction):
         return _inline(_time_function(value, VALUE_UNITS.get(field.name, "1")))
     if isinstance(value, Mapping):
-        return _points(value)
+        return _points(value, code)
     if isinstance(value, Material):
         known = MATERIALS.get(value.name)
-        return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, folder))
+        return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, code))
     if isinstance(value, Oil):
-        return _string(value.name) if OILS.get(value.name) == value else _inline(_fields(value, folder))
+        return _string(value.name) if OILS.get(value.name) == value else _inline(_fields(value, code))
     if isinstance(value, Lubrication):
-        return _inline(_fields(value, folder))
+        return _inline(_fields(value, code))
     if isinstance(value, ShortForm):
-        return _user(value, folder)
+        return _user(value, code)
     if isinstance(value, Part):
-        return _named(value, "name" if isinstance(value, Controller) else "law", folder)
+        return _named(value, "name" if isinstance(value, Controller) else "law", code)
     if field.hint in (BodyPoint, BodyPoint | None):
-        return _body_point(value)
+        return _body_point(value, code)
     if field.hint == tuple[str, ...]:
         return "[" + ", ".join(map(_string, value)) + "]"
     if field.hint == tuple[float, ...]:
@@ -222,54 +254,22 @@ def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
     raise InputError(f"{field.name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
 
 
-def _named(described: Any, key: str, folder: Path | None) -> str:
+def _named(described: Any, key: str, code: Code) -> str:
     """A law or a controller: by name alone if its parameters are the defaults."""
-    entries, ours = _fields(described, folder), type(described).__module__.startswith("scissordyn.")
-    name = _string(described.name if ours else _class(described, described.slot.title, folder))
+    entries, ours = _fields(described, code), type(described).__module__.startswith("scissordyn.")
+    name = _string(described.name if ours else code.of_class(described, described.slot.title))
     return _inline({key: name, **entries}) if entries else name
 
 
-def _class(part: Any, what: str, folder: Path | None) -> str:
-    """The class of a part of the user's, by its file."""
-    origin = origin_of(type(part))
-    if origin is None:
-        name = type(part).__name__
-        raise InputError(
-            f"{what} of the class '{name}', which was made in Python",
-            "a class of the package, or of a file: put it in one and import it from there",
-            f"from mine import {name}",
-        )
-    return _reference(*origin, folder)
-
-
-def _user(described: Any, folder: Path | None) -> str:
-    """A law or a controller in a file of the user's."""
-    if not isinstance(described.function, str):
-        name = getattr(described.function, "__name__", repr(described.function))
-        raise InputError(
-            f"the Python function '{name}' in a case file",
-            "a function in a file",
-            f"{type(described).__name__}('my_laws.py:{name}')",
-        )
-    path, name = split_reference(described.slot.title, described.function)
-    reference = _string(_reference(f"{path}:{name}", described.digest, folder))
+def _user(described: Any, code: Code) -> str:
+    """A law or a controller that is a function of the user's."""
+    reference = _string(code.of_function(described))
     constants = "[" + ", ".join(_quantity((number,), "1") for number in described.constants) + "]"
     key = "name" if isinstance(described, UserController) else "law"
     entries = {key: reference} | ({"constants": constants} if described.constants else {})
     if isinstance(described, UserController):
-        entries |= _fields(described, folder, ("delay", "recorded"))
+        entries |= _fields(described, code, ("delay", "recorded"))
     return _inline(entries) if len(entries) > 1 else reference
-
-
-def _reference(origin: str, digest: str, folder: Path | None) -> str:
-    """A function or class in a file, named from the folder of the case file if it lies there."""
-    file, _, name = origin.rpartition(":")
-    path = Path(file)
-    if file_digest(path) != digest:
-        raise InputError(f"'{path}' has changed since '{name}' was described", "the same file, or a new description")
-    if folder is not None and path.is_relative_to(folder.resolve()):
-        path = path.relative_to(folder.resolve())
-    return f"{path.as_posix()}:{name}"
 
 
 def _time_function(function: TimeFunction, unit: str) -> Entries:
@@ -295,15 +295,17 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
             return {"table": _inline({"time": _quantity(times, "s"), TABULATED[unit]: column})}
 
 
-def _points(points: Mapping[str, Point]) -> str:
+def _points(points: Mapping[str, Point], code: Code) -> str:
     for name in points:
-        if "." in name:
+        if "." in name and not code.recorded:
             raise InputError(f"a point called '{name}'", "names without a dot, which separates body and point")
     return _inline({name: _quantity(place, "m") for name, place in points.items()})
 
 
-def _body_point(place: BodyPoint) -> str:
+def _body_point(place: BodyPoint, code: Code) -> str:
     body, point = place
+    if "." in point and code.recorded:
+        return f"[{_string(body)}, {_string(point)}]"
     if "." in point:
         raise InputError(f"a point called '{point}'", "names without a dot, which separates body and point")
     return _string(f"{body}.{point}")
@@ -316,10 +318,6 @@ def _inline(entries: Mapping[str, str]) -> str:
 
 def _string(text: str) -> str:
     """A text as a basic string of TOML."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        raise InputError(f"the name {text!r}, which has half a surrogate pair", "text that UTF-8 can hold") from None
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -329,9 +327,9 @@ def _quantity(values: Iterable[float], unit: str) -> str:
     return ", ".join(map(repr, numbers)) if unit == "1" else _string(exact(numbers, unit))
 
 
-def _check(text: str, mechanism: Mechanism, options: Options, folder: Path | None) -> None:
+def _check(text: str, mechanism: Mechanism, options: Options, context: Context) -> None:
     """Raise `InputError` unless the text describes the mechanism and the options exactly."""
-    read = instance(CaseTable, tomllib.loads(text), {"folder": folder or Path()}).case()
+    read = instance(CaseTable, tomllib.loads(text), context).case()
     for there, here in ((read.mechanism, mechanism), (read.run, options)):
         one, other = _normal(to_plain(there)), _normal(to_plain(here))
         if one != other:

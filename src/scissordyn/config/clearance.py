@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from scissordyn.component.place import Point
@@ -28,7 +27,7 @@ def _read_damping(given: Any, context: Context) -> Any:
     """A damping law, with the restitution coefficient of the table."""
     restitution = context["values"]["restitution"]
     further = {} if restitution is None else {"restitution": restitution}
-    return read_law(given, "damping", context.get("folder", Path()), **further)
+    return read_law(given, "damping", context, **further)
 
 
 @reader(lambda: {"type": "array", "items": {"type": "string", "pattern": numbers_pattern("m", 2)}})

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
+from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.law import named_tables
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.shape import About, Context, Shape, reader
@@ -19,7 +19,6 @@ from scissordyn.control.controller import Controller
 from scissordyn.control.user import UserController
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plugin.element import element_class
 from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import Quantity, quantities
 
@@ -52,12 +51,16 @@ def _read_controller(given: Any, context: Context) -> Controller:
     known = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
     if not isinstance(name, str):
         raise InputError("no name of a controller", known, sample)
+    own: Any
     own, found = CONTROLLERS.get(name), name
-    if ".py:" in name:
-        own, found = element_class("controller", name, context.get("folder", Path()))
+    code = code_of(context)
+    if code.names(name):
+        own, found = code.element("controller", name, parameters)
         if own is None:
             table = _UserTable.read(parameters, context)
             return UserController(found, tuple(map(float, table.constants)), delay=table.delay, recorded=table.recorded)
+    if isinstance(own, AbsentPart):
+        return own  # type: ignore[return-value]
     if own is None:
         raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
     made: Controller = build(own, parameters, context)

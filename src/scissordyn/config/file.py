@@ -14,6 +14,7 @@ from scissordyn.config.address import addressed, sorted_changes
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.case_text import BEGINNING, case_text
 from scissordyn.config.change import changed
+from scissordyn.config.code import Code
 from scissordyn.config.line import Place, address, line_of, place_of_name
 from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
@@ -71,7 +72,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
             what, "a case file, as the one that it names", command("scissordyn", "study", path, "-o", f"{path.stem}.db")
         )
     try:
-        case = instance(CaseTable, tree, {"folder": path.parent}).case()
+        case = instance(CaseTable, tree, {"folder": path.parent, "code": _code(tree, path.parent)}).case()
         return replace(case, mechanism=addressed(case.mechanism, of_parts)) if of_parts else case
     except PlacedError as error:
         raise in_file(error, path, text, tree, written) from None
@@ -116,6 +117,11 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     check_target(path, sample=SAMPLE, beginning=BEGINNING.encode())
     text = case_text(described, run, folder=Path(path).absolute().parent)
     return write_file(path, text.encode(), sample=SAMPLE)
+
+
+def _code(tree: dict[str, Any], folder: Path) -> Code:
+    digests = tree.get("code", {})
+    return Code(folder, digests if isinstance(digests, dict) else {})
 
 
 def in_file(error: PlacedError, path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]) -> InputError:

@@ -8,12 +8,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.shape import Context, Reader, Shape, reader
 from scissordyn.config.table import build, filled_table, toml, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.material import Material
-from scissordyn.plugin.element import element_class
 from scissordyn.units import Quantity
 
 USER_FILE = "a class or function in a file as my_laws.py:soft"
@@ -25,7 +25,7 @@ USUAL = {"stiffness": "liu", "damping": "flores", "friction": "none"}
 """A law of each kind, to be suggested: the default of a clearance joint."""
 
 
-def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
+def read_law(given: Any, kind: str, context: Context, **shorthand: Any) -> Any:
     """A law from the value in a case file."""
     known = catalogue.BY_KIND[kind]
     sample = f'{kind} = "{USUAL[kind]}"'
@@ -37,8 +37,13 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     if twice:
         raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
     parameters.update(shorthand)
-    own, _ = element_class(kind, name, folder) if ".py:" in name else (known.get(name), name)
-    if own is None and ".py:" in name:
+    own: Any
+    code, own, reference = code_of(context), known.get(name), name
+    if of_user := code.names(name):
+        own, reference = code.element(kind, name, parameters)
+    if isinstance(own, AbsentPart):
+        return own
+    if own is None and of_user:
         constants = parameters.pop("constants", [])
         if parameters:
             raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "constants", "constants = [1e9, 1.5]")
@@ -46,7 +51,7 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
             raise InputError(
                 f"constants = {toml(constants)} for '{name}'", "a list of plain numbers in SI units", "constants = [1e9]"
             )
-        return catalogue.from_file(name, kind, folder, constants=tuple(map(float, constants)))
+        return catalogue.from_file(reference, kind, Path(), constants=tuple(map(float, constants)))
     if own is None:
         near = get_close_matches(name, known, n=1, cutoff=0.5)
         raise InputError(
@@ -79,7 +84,7 @@ def law_of(kind: str) -> Reader:
 
     @reader(lambda: law_shape(kind))
     def read(given: Any, context: Context) -> Any:
-        return read_law(given, kind, context.get("folder", Path()))
+        return read_law(given, kind, context)
 
     return read
 

@@ -15,6 +15,7 @@ from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
+from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.control import CONTROLLER
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.shape import About, Context, Reader, Shape, reader
@@ -58,7 +59,7 @@ def _read_points(given: Any, context: Context) -> dict[str, Point]:
     read, points = pair("m").read, dict[str, Point]()
     for name, place in given.items():
         with located(f"point '{name}'"):
-            if "." in name:
+            if "." in name and not code_of(context).recorded:
                 raise InputError("a dot in the name", "names without a dot, which separates body and point")
             points[name] = read(place, context)
     return points
@@ -66,6 +67,8 @@ def _read_points(given: Any, context: Context) -> dict[str, Point]:
 
 @reader(lambda: {"type": "string", "pattern": r"^.+\..+$"})
 def _read_body_point(given: Any, context: Context) -> BodyPoint:
+    if isinstance(given, list) and len(given) == 2 and all(isinstance(name, str) for name in given):  # a name with a dot
+        return given[0], given[1]
     try:
         return body_point(given if isinstance(given, str) else "")
     except MismatchError:
@@ -297,8 +300,11 @@ def _any_component() -> Shape:
 def _read_user_component(given: Any, context: Context) -> Any:
     keys = dict(given) if isinstance(given, Mapping) else {}
     table = UserComponentTable.read({"type": keys.pop("type")} if "type" in keys else keys, context)
-    folder = context.get("folder", Path())
-    return component_part(table.type, folder).reader.read(keys, context)
+    code = code_of(context)
+    if not code.names(table.type):
+        return component_part(table.type, Path()).reader.read(keys, context)
+    kind = code.component(table.type, keys)
+    return kind if isinstance(kind, AbsentPart) else _component_part(kind).reader.read(keys, context)
 
 
 def component_part(type: str, folder: Path) -> Part:
@@ -328,20 +334,30 @@ _GUIDE: Hints = (
 )
 
 
+@reader(lambda: {"type": "string"})
+def _read_place(given: Any, context: Context) -> str | Point:
+    if isinstance(given, list) and len(given) == 1 and isinstance(given[0], str):  # a name with a comma
+        return given[0]
+    if not isinstance(given, str):
+        raise InputError("not a point", 'the name of a point, or a place as "1.2, 0 m"', 'point = "end"')
+    return given if "," not in given else pair("m").read(given, context)
+
+
 class TrackTable(Table):
     """A tracked point."""
 
     name: Annotated[str, About("name of the tracked point", examples=["tip"])]
     body: Annotated[str, About("the body", examples=["rod"])]
-    point: Annotated[str, About('a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])]
+    point: Annotated[
+        str | Point, _read_place, About('a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])
+    ]
     tolerance: Annotated[float | None, quantities(Track)["tolerance"]] = None
 
 
 @reader(lambda: TrackTable)
 def _read_track(given: Any, context: Context) -> Track:
     table = TrackTable.read(given, context)
-    place = table.point if "," not in table.point else pair("m").read(table.point, context)
-    return Track(table.name, table.body, place, table.tolerance)
+    return Track(table.name, table.body, table.point, table.tolerance)
 
 
 PARTS: Mapping[str, Part] = {
@@ -391,5 +407,6 @@ def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechan
     """A mechanism from its structure and the further parts of the file."""
     fields = {"bodies": (), "ground": (), **base}
     for name, part in PARTS.items():
-        fields[part.fills] = (*fields.get(part.fills, ()), *parts[name])
+        there = (item for item in parts[name] if not isinstance(item, AbsentPart))
+        fields[part.fills] = (*fields.get(part.fills, ()), *there)
     return Mechanism(**fields)

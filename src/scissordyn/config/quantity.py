@@ -215,7 +215,7 @@ def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str
     if not unit:
         raise InputError("missing unit", wanted, f"{numbers[0]} {target}" if len(numbers) == 1 else sample)
     try:
-        factor = unit_factor(unit, target)
+        factor = 1.0 if unit == target else unit_factor(unit, target)
     except InputError as error:
         raise InputError(error.what, wanted, sample) from None
     return tuple(float(number) * factor for number in numbers)
@@ -233,6 +233,13 @@ def written(value: float, unit: str) -> str:
     return f"{scaled:.12g} {name}"
 
 
+def si_value(text: str) -> float:
+    """A number of `exact` in SI units."""
+    number, unit = LEADING_NUMBER.fullmatch(text).groups()  # type: ignore[union-attr]
+    target = next((target for target, names in FAMILIAR.items() if unit.strip() in names), None)
+    return float(number) * (unit_factor(unit.strip(), target) if target else 1.0)
+
+
 SHORT = 12
 """Digits up to which a number is written in mm in place of m and the like; full digits stay in SI."""
 
@@ -242,7 +249,7 @@ def exact(values: Iterable[float], unit: str) -> str:
     numbers = tuple(map(float, values))
     candidates = []
     for name in dict.fromkeys((*FAMILIAR.get(unit, ()), unit)):
-        factor = unit_factor(name, unit)
+        factor = 1.0 if name == unit else unit_factor(name, unit)
         digits = [_digits(number, factor) for number in numbers]
         longest = max(len(text or "") for text in digits)
         if None not in digits and (name == unit or unit not in FAMILIAR.get(unit, ()) or longest <= SHORT):

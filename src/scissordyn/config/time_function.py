@@ -16,6 +16,7 @@ from scissordyn.component.time_function import (
     TimeFunction,
     Trapezoidal,
 )
+from scissordyn.config.code import code_of
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
 from scissordyn.config.shape import About, Context, Reader, Shape, reader
 from scissordyn.config.table import Hints, Table, described, located, toml
@@ -92,6 +93,8 @@ def _tables(name: str) -> Shape:
 def _table_reader(name: str) -> Reader:
     @reader(lambda: _tables(name))
     def read(given: Any, context: Context) -> Tabulated:
+        if isinstance(given, str) and code_of(context).recorded:
+            raise InputError("the name of a file in a run", "the numbers themselves", TABULATED[name][2])
         return read_tabulated(given, context.get("folder", Path()), name)
 
     return read

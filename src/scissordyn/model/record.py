@@ -42,7 +42,7 @@ def to_plain(described: Any) -> Any:
         return _headed(kind) | values
     if callable(described):
         name = getattr(described, "__name__", repr(described))
-        return {KIND: FUNCTION, "name": name, "source": _source(described), DIGEST: _function_digest(described)}
+        return {KIND: FUNCTION, "name": name, "source": source_of(described), DIGEST: code_digest(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
 
 
@@ -54,18 +54,7 @@ def _headed(described: Any) -> dict[str, Any]:
     if origin is not None:
         return {KIND: origin[0], DIGEST: origin[1]}
     code = [*described.declaration.kernels.values(), described.parameters]
-    return {KIND: CLASS, CLASS: described.__qualname__, DIGEST: _function_digest(code)}
-
-
-def made_in_python(plain: Any) -> list[str]:
-    """Functions and classes that are in no file, in the order of the data, as messages name them: "function 'soft'"."""
-    if isinstance(plain, list):
-        return [name for item in plain for name in made_in_python(item)]
-    if not isinstance(plain, dict):
-        return []
-    kind = plain.get(KIND)
-    own = [f"{kind} '{plain.get('name' if kind == FUNCTION else CLASS)}'"] if kind in (FUNCTION, CLASS) else []
-    return [*own, *(name for value in plain.values() for name in made_in_python(value))]
+    return {KIND: CLASS, CLASS: described.__qualname__, DIGEST: code_digest(code)}
 
 
 def first_difference(one: Any, other: Any, place: str = "") -> tuple[str, Any, Any]:
@@ -92,7 +81,7 @@ def kind_of(described: type) -> str:
     return f"{described.__module__}.{described.__qualname__}".removeprefix(f"{PACKAGE}.")
 
 
-def _source(function: Any) -> str:
+def source_of(function: Any) -> str:
     """Source text of a function, for the reader of a saved run; empty where there is none."""
     try:
         return inspect.getsource(function)
@@ -100,7 +89,7 @@ def _source(function: Any) -> str:
         return ""
 
 
-def _function_digest(function: Any) -> str:
+def code_digest(function: Any) -> str:
     """A digest of what a Python function computes: its byte code, and the constants and functions that it refers to."""
     digest = hashlib.sha256()
     for part in _parts(function, set()):

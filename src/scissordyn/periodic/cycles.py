@@ -13,7 +13,6 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
 from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
 from scissordyn.plan.acting import friction_states
 from scissordyn.plan.plan import Plan
@@ -112,7 +111,8 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     before = number_attribute(run, "period")
     if not math.isclose(before, period, rel_tol=1e-12):
         raise InputError(f"start = cycles of {before:g} s for cycles of {period:g} s", "the same period")
-    if read_configuration(run).plain != to_plain(mechanism):
+    configuration = read_configuration(run)
+    if configuration.text != write_configuration(mechanism, configuration.options):
         raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 

@@ -115,7 +115,7 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
     except InputError as error:
         raise OtherDiagramError(error.what, error.allowed, error.type_this) from None
     differs = [key for key, value in wanted.diagram.items() if there.diagram.get(key) != value]
-    differs += ["mechanism"] if wanted.plain != there.plain else []
+    differs += ["mechanism"] if wanted.mechanism_text != there.mechanism_text else []
     differs += [
         str(name)
         for name, variable in blank.variables.items()

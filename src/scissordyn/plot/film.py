@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -59,7 +59,7 @@ def film(
     chosen = films[int(np.argmin(run["film_least_thickness"].values))] if joint is None else names_of(joint)[0]
     if chosen not in films:
         raise InputError(f"joint '{chosen}'{did_you_mean(chosen, films)}", "a lubricated joint: " + ", ".join(films))
-    described = {joint.name: joint for joint in read_configuration(run).mechanism.joints}
+    described: dict[str, Any] = {joint.name: joint for joint in read_configuration(run).mechanism.joints}
     rough, time = float(described[chosen].clearance.lubrication.roughness), time_scale(run)
     here, x = run.sel(film=chosen), time.factor * run["time"].values
     drawn = panels(axes, 3, size=(8.0, 7.0))

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import time as clocks
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -190,8 +191,8 @@ def _refused(path: str | os.PathLike[str], why: str) -> InputError:
 def _difference(there: Any, here: str, name: str) -> str:
     """The first place at which two JSON texts differ."""
     try:
-        one, other = json.loads(there), json.loads(here)
-    except (TypeError, ValueError):
+        one, other = (json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (there, here))
+    except (AttributeError, TypeError, ValueError):
         return f"its {name} cannot be read"
     if one == other:
         return f"its {name} is written otherwise"

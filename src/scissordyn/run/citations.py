@@ -14,9 +14,9 @@ from scissordyn.bibliography.reference import Reference, bibliography, reference
 from scissordyn.component.film.film import Film
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import Oil
-from scissordyn.model.description import Description, UserPart
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.element import Part
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.options import TIME_STEPPING
@@ -74,7 +74,7 @@ def citations(run: xr.Dataset) -> Citations:
     configuration = read_configuration(run)
     found: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
     without: list[str] = []
-    for use, source in _sources(configuration.mechanism):
+    for use, source in _sources((configuration.mechanism, configuration.absent)):
         named = references(source)
         for reference in named:
             _add(found, reference, use)
@@ -98,21 +98,21 @@ def _package(run: xr.Dataset) -> Reference:
 
 
 def _sources(value: Any) -> Iterator[tuple[str, str]]:
-    """What a description is made of, each with what it says of its source."""
-    if isinstance(value, UserPart):
+    """What a mechanism is made of, each with what it says of its source."""
+    if hasattr(value, "place") and hasattr(value, "file"):
         yield f"{value.place} {value.name} of {value.file or 'Python'}", "the user"
-    elif isinstance(value, Description):
-        yield from _own(value)
-        for inner in value.values.values():
-            yield from _sources(inner)
+    elif is_described(value):
+        yield from _source(value)
+        for name in declared(type(value)):
+            yield from _sources(getattr(value, name))
     elif isinstance(value, Mapping | tuple):
         for inner in value.values() if isinstance(value, Mapping) else value:
             yield from _sources(inner)
 
 
-def _own(described: Description) -> Iterator[tuple[str, str]]:
+def _source(described: Any) -> Iterator[tuple[str, str]]:
     """The source of one part of a mechanism."""
-    kind = described.kind
+    kind = type(described)
     if kind is Mechanism:
         yield "mechanism", described.source
     elif issubclass(kind, Part):

@@ -314,7 +314,7 @@ def actuator_limits(run: Run) -> dict[str, float]:
 def _limits(described: Any) -> dict[str, float]:
     found = {}
     for part in () if described is None else described.components:
-        kind = getattr(part, "kind", None)
+        kind = type(part)
         if kind not in (Actuator, Motor):
             continue
         try:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
+import tomllib
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 from scissordyn.file.output_file import check_name, check_target, write_file
-from scissordyn.model.record import FUNCTION, made_in_python
 from scissordyn.run.configuration import ATTRIBUTE, TITLE
 from scissordyn.run.results import Results, Run
 
@@ -28,11 +27,11 @@ def write_run(
     """Write the content of a file, also where Ctrl-C comes meanwhile; a warning says if it cannot be run again."""
     lost = _without_file(run)
     if lost:
-        name = lost[0].rpartition(".")[2].rpartition("'")[0].rpartition("'")[2]
-        how = "give the function as" if lost[0].startswith(FUNCTION) else "import the class from there or give it as"
+        kind, _, name = lost[0].partition(" ")
+        how = "give the function as" if kind == "function" else "import the class from there or give it as"
         warnings.warn(
-            f"the saved run cannot be run again from '{path}': its {lost[0]} is in no file; put it in one and {how} "
-            f"'mine.py:{name}'",
+            f"the saved run cannot be run again from '{path}': its {kind} '{name}' is in no file; put it in one and {how} "
+            f"'mine.py:{name.rpartition('.')[2]}'",
             stacklevel=3,
         )
     try:
@@ -55,6 +54,7 @@ def _without_file(run: Run) -> list[str]:
     if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
         return []
     try:
-        return made_in_python(json.loads(text))
+        code = tomllib.loads(text).get("code", {})
+        return [name for name in code if name.startswith(("class ", "function "))] if isinstance(code, dict) else []
     except (ValueError, RecursionError):
         return []

@@ -8,11 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.errors import whole_number
-from scissordyn.model.description import from_plain as described
-from scissordyn.model.description import parse
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
-from scissordyn.run.configuration import Configuration
+from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.run.options import Options
 
 PILOT = 8
@@ -33,19 +30,24 @@ class Accurate:
 
     def to_plain(self) -> dict[str, Any]:
         """As plain data for JSON."""
-        variants = {"variants": [to_plain(each) for each in self.variants]} if self.variants else {}
-        return {"mechanism": to_plain(self.mechanism), "options": to_plain(self.options), "points": self.points, **variants}
+        variants = {"variants": [mechanism_text(variant) for variant in self.variants]} if self.variants else {}
+        text = mechanism_text(self.mechanism)
+        return {"mechanism": text, "options": self.options.keywords, "points": self.points, **variants}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], *, allow_code: Sequence[Path] = (), reading: bool = False) -> Accurate:
         """What `to_plain` wrote; see `Study.from_plain`."""
         mechanism, *variants = (
-            read_mechanism(each, allow_code, reading=reading) for each in (plain["mechanism"], *plain.get("variants", ()))
+            text if reading else read_mechanism(text, allow_code) for text in (plain["mechanism"], *plain.get("variants", ()))
         )
-        return cls(mechanism, described(plain["options"], Options), plain["points"], tuple(variants))
+        return cls(mechanism, read_options(plain["options"]), plain["points"], tuple(variants))
 
 
-def read_mechanism(plain: Any, allow_code: Sequence[Path] = (), *, reading: bool = False) -> Mechanism:
-    """A mechanism of plain data, or its description if it is only read."""
-    read: Any = parse(plain, Mechanism)
-    return read if reading else Configuration(read, plain).build_mechanism(allow_code)
+def mechanism_text(mechanism: Mechanism | str) -> str:
+    """What a study keeps of a mechanism: a case file, as it is where the study is only read."""
+    return write_configuration(mechanism) if isinstance(mechanism, Mechanism) else mechanism
+
+
+def read_options(plain: Mapping[str, Any]) -> Options:
+    """The options of a study's runs, also of one of an earlier version, which named their class."""
+    return Options(**{name: value for name, value in plain.items() if name != "kind"})

@@ -16,15 +16,13 @@ from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.address import number
-from scissordyn.model.description import Description
-from scissordyn.model.description import from_plain as described
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
+from scissordyn.run.configuration import read_mechanism
 from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.options import Options
-from scissordyn.study.accurate import Accurate, read_mechanism
+from scissordyn.study.accurate import Accurate, mechanism_text, read_options
 from scissordyn.study.design import Design, design_size, design_values, sobol_dimensions
 from scissordyn.study.factor import Factor as Factor
 from scissordyn.study.factor import Sampling as Sampling
@@ -116,7 +114,7 @@ class Study:
     Parameters
     ----------
     mechanism : Mechanism
-        Of a study that is only read, its `Description`: nothing is executed to read one.
+        Of a study that is only read, the text of its case file: nothing is executed to read one.
     options : Options
     factors : tuple of Factor
     design : Design
@@ -183,7 +181,7 @@ class Study:
                     f"{did_you_mean(requirement.measure, known)}",
                     ", ".join(known),
                 )
-        if not isinstance(self.mechanism, Description):
+        if isinstance(self.mechanism, Mechanism):
             for mechanism in self.variants or (self.mechanism,):
                 self._check_mechanism(mechanism)
             check_variants(self)
@@ -321,8 +319,8 @@ class Study:
     def to_plain(self) -> dict[str, Any]:
         """The study as plain data for JSON."""
         return {
-            "mechanism": plain_description(self.mechanism),
-            "options": plain_description(self.options),
+            "mechanism": mechanism_text(self.mechanism),
+            "options": self.options.keywords,
             "factors": [plain_factor(factor) for factor in self.factors],
             "design": {"kind": self.design.kind, "points": self.design.points, "seed": self.design.seed},
             "measures": list(self.measures),
@@ -335,7 +333,7 @@ class Study:
             "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
             "responses": [vars(response).copy() for response in self.responses],
             **({} if self.accurate is None else {"accurate": self.accurate.to_plain()}),
-            **({"variants": [plain_description(each) for each in self.variants]} if self.variants else {}),
+            **({"variants": [mechanism_text(variant) for variant in self.variants]} if self.variants else {}),
         }
 
     @classmethod
@@ -357,7 +355,7 @@ class Study:
         own_measures : sequence of OwnMeasure
             The functions that are no file's.
         reading : bool
-            No case will be computed: the mechanism is left as a `Description`, and nothing of the user is executed.
+            No case will be computed: the mechanism is left as the text of its case file, and nothing of the user is executed.
 
         Raises
         ------
@@ -365,7 +363,7 @@ class Study:
             If a function of the user is neither given nor in an allowed file, or the file has changed since then.
         """
         mechanism, *variants = (
-            read_mechanism(each, allow_code, reading=reading) for each in (plain["mechanism"], *plain.get("variants", ()))
+            text if reading else read_mechanism(text, allow_code) for text in (plain["mechanism"], *plain.get("variants", ()))
         )
         given = {own.name: own for own in own_measures}
         own = []
@@ -399,7 +397,7 @@ class Study:
             own.append(OwnMeasure(**each))
         return cls(
             mechanism,
-            described(plain["options"], Options),
+            read_options(plain["options"]),
             tuple(read_factor(each) for each in plain["factors"]),
             Design(**plain["design"]),
             tuple(plain["measures"]),

@@ -16,6 +16,7 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.description import build_description, model_description
 from scissordyn.exchange.fmu.source import Source
 from scissordyn.plan.plan import plan
+from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import make_driver
 
@@ -62,6 +63,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description)
+        archive.writestr("resources/case.toml", write_configuration(mechanism))
         archive.writestr("sources/model.c", source.text)
         archive.writestr("sources/buildDescription.xml", build_description(identifier))
         if not sources_only:

@@ -173,3 +173,51 @@ def test_a_urdf_with_a_mesh_to_look_at_and_a_loop():
     mechanism, notes = sd.read_mjcf(text)
     assert [body.name for body in mechanism.bodies] == ["arm"]
     assert "1 <constraint_joint> left out: 'closure'" in notes
+
+
+SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>
+<default><geom contype="0" conaffinity="0"/></default><worldbody><body name="cart" pos="0 0 1">
+<joint name="s" type="slide" axis="1 0 {tilt}" stiffness="40" springref="0.1" damping="0.5" {limits}/>
+<geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.02" mass="1"/><body name="arm" pos="0.1 0 0">
+<joint name="p" type="hinge" axis="0 1 0" frictionloss="{friction}"/>
+<geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.02" mass="1"/></body></body></worldbody>
+<keyframe><key name="start" qpos="0.05 0.2"/></keyframe></mujoco>"""
+
+
+def followed(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Mass centres every 0.1 s, here and by MuJoCo."""
+    run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    rows = []
+    for step in range(5001):
+        if step % 1000 == 0:
+            mujoco.mj_kinematics(model, data)
+            rows.append(data.xipos[1:, [0, 2]].copy())
+        mujoco.mj_step(model, data)
+    return run["position"].values, np.array(rows)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.5])
+def test_spring_and_damping_of_a_slide(tilt):
+    """Cross-check: MuJoCo integrates the same model, level and inclined."""
+    here, there = followed(SLIDING.format(tilt=tilt, limits="", friction=0))
+    assert np.max(abs(here - there)) < 1e-9
+
+
+def test_dry_friction_of_a_hinge_is_a_clutch_that_slips():
+    """Cross-check: MuJoCo's friction is a soft constraint, the clutch yields within a milliradian."""
+    rubbing, there = followed(SLIDING.format(tilt=0, limits="", friction=0.3))
+    free, _ = followed(SLIDING.format(tilt=0, limits="", friction=0))
+    assert np.max(abs(rubbing - there)) < 1.5e-3
+    assert np.max(abs(free - there)) > 1.5e-2
+
+
+def test_limits_of_a_slide_on_the_ground_are_end_stops():
+    """Limit: the cart stays within the range of its slide; 0.26 m without it."""
+    text = SLIDING.format(tilt=0, limits='limited="true" range="-0.05 0.12"', friction=0)
+    mechanism, notes = sd.read_mjcf(text)
+    travel = sd.simulate(mechanism, until=0.5, samples=200)["position"].sel(body="cart", axis="x").values - 0.05
+    assert any("limits of joint 's': end stops" in note for note in notes)
+    assert 0.12 < travel.max() < 0.122

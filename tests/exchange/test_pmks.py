@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -133,7 +134,10 @@ def test_angles_of_a_revolution_are_those_of_the_closed_form(name):
     assert mechanism.drives[0].body == "AB"
     run = sd.simulate(mechanism, until=2.0, samples=181)
     sign = -1.0 if name == "double crank" else 1.0
+    assert run.attrs["status"] == "complete"
     angles = mechanism.body("AB").angle + sign * 30 * RPM * run["time"].values
+    if name == "crossed":  # its input locks, and swings between
+        angles = run["angle"].sel(body="AB").values
     form = _Closed(places, angles)
     closed(form, *slides.values() or (0.0,))
     for bar, pins in bars.items():
@@ -230,3 +234,65 @@ def test_a_link_without_masses_says_what_is_assumed():
     mechanism, notes = sd.read_pmks(links.link(joints, [links.bar("AB", "AB", 0.0, 0.0, (0, 0))]), linear_density=3.0)
     assert (mechanism.body("AB").mass, mechanism.body("AB").inertia) == (6.0, 2.0)
     assert any("no mass in the drawing" in note for note in notes)
+
+
+EARLIER_PINS = (
+    "A 1.4 0.485 t t|B 1.67 0.99 f f|C 0.255 1.035 f f|D 0.285 0.055 t f|E 0.195 2.54 f f|F -0.98 2.57 f f|G 0.05 0.2 t f"
+)
+
+
+def earlier(speed="10,false,false,m", force="F1,GF,-1.712,4.26,-1.712,0.508,t,true,0,100"):
+    """A six-bar in the earlier form of links: pins, bars of 1 kg and 1 kg m^2, a force on one of them."""
+    pins = [pin.split() for pin in EARLIER_PINS.split("|")]
+    joints = "".join(f"{pin},{x},{y},,R,{fixed},0,0.1,{driven},%0A" for pin, x, y, fixed, driven in pins)
+    bars = "".join(f"{bar},1,1,0,0,{'%7C'.join(bar)},,l,0,0,0,0,0,0,0,0%0A" for bar in ("AB", "CB", "EF", "DCE", "GF"))
+    return f"https://pmksplus.mech.website/?j={joints}&l={bars}&f={force}%0A&pp=&tp=&s={speed}"
+
+
+def test_a_link_of_the_earlier_form_has_the_forces_that_pmks_shows():
+    """Published numbers: static reactions at A to G and the torque of the input, as PMKS+ shows them for this linkage."""
+    mechanism, notes = sd.read_pmks(earlier())
+    assert mechanism.drives[0].body == "AB"
+    assert mechanism.drives[0].motion.speed == pytest.approx(10.0 * RPM)
+    held = dataclasses.replace(mechanism, drives=()).driven(speed=0.0, body="AB")
+    run = sd.simulate(held, until=1e-3, samples=2).isel(time=0)
+    shown = [(190.6448, 6.0629)] * 3 + [(115.4646, 4.1434)] + [(75.1802, 1.9195)] * 2 + [(75.1802, 101.9195)]
+    assert abs(run["reaction"].sel(joint=list("ABCDEFG")).values) == pytest.approx(np.array(shown), abs=6e-5)
+    assert abs(float(run["drive_torque"])) == pytest.approx(97.9126, abs=6e-5)
+    assert {"friction of 7 joints: left out", "outlines of links: left out"} <= set(notes)
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        (earlier().replace("B,1.67,0.99,,R", "B,1.67,0.99,,P"), "joint 'B', which slides"),
+        (earlier(speed="10,false,false,furlong"), "unit 'furlong'"),
+        (earlier().replace("1.67", "x"), "'x' in the link"),
+        (earlier(force="F1,GF,1,1,1,1,t,true,0,100"), "without direction"),
+        (earlier().partition("&l=")[0], "without links"),
+    ],
+)
+def test_a_damaged_link_of_the_earlier_form_is_one_line(address, said):
+    """Contract: the error names what came."""
+    with pytest.raises(InputError, match=said) as error:
+        sd.read_pmks(address)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("clockwise", ["false", "true"])
+def test_an_input_that_locks_reverses_before(clockwise):
+    """Closed form: a rocker of 3 m over 4 m locks with coupler and follower, 1.5 and 2 m, in line; it swings short of that."""
+    joints = "A,0,0,,R,t,0,0,t,%0AB,{},{},,R,f,0,0,f,%0AC,{},{},,R,f,0,0,f,%0AD,4,0,,R,t,0,0,f,%0A"
+    b = 3.0 * complex(math.cos(0.5), math.sin(0.5))
+    c = crossing(b, 4.0 + 0.0j, 1.5, 2.0, 1)
+    bars = "".join(f"{bar},1,1,0,0,{'%7C'.join(bar)},,l%0A" for bar in ("AB", "BC", "CD"))
+    link = f"https://x/?j={joints.format(b.real, b.imag, c.real, c.imag)}&l={bars}&s=10,{clockwise},false,m"
+    mechanism, notes = sd.read_pmks(link)
+    lock = math.acos((3.0**2 + 4.0**2 - 3.5**2) / 24.0)
+    assert any(f"locks at {-math.degrees(lock):.5g}" in note for note in notes)
+    run = sd.simulate(mechanism, until=12.0, samples=400)
+    assert run.attrs["status"] == "complete"
+    turned, speed = run["angle"].sel(body="AB").values, run["angular_velocity"].sel(body="AB").values
+    assert np.max(np.abs(turned)) == pytest.approx(0.98 * lock, rel=1e-3)
+    assert np.sign(speed[0]) == (-1.0 if clockwise == "true" else 1.0)
+    assert np.max(np.abs(speed)) == pytest.approx(10.0 * RPM, rel=1e-3)

@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 
 from scissordyn.component.angle_stop import AngleStop
+from scissordyn.component.bushing import Bushing
+from scissordyn.component.clutch import Clutch
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.component.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, plain_name
 from scissordyn.exchange.unused import unused, without_pictures
@@ -244,7 +247,7 @@ class _Reader:
         elif not hinges:
             self.notes.append(f"body '{self.names[index]}' slides in two directions: here it also rotates")
         for j in joints_of_body:
-            self._joint_left_out(j, taken=j in hinges and self._hinge(j, index, parent))
+            self._joint_left_out(j, taken=self._hinge(j, index, parent) if j in hinges else self._slide(j, index, parent))
 
     def _hinge(self, j: int, index: int, parent: int) -> bool:
         """Spring, damping and limits of a hinge, as parts of the mechanism."""
@@ -265,6 +268,12 @@ class _Reader:
             self.components.append(
                 TorsionSpring(f"spring of {plain_name(name, ())}", *ends, stiffness=stiffness, free_angle=rest, damping=damping)
             )
+        friction = float(model.dof_frictionloss[int(model.jnt_dofadr[j])])
+        if friction:
+            self.components.append(Clutch(f"dry friction of {plain_name(name, ())}", ends[0], friction, ends[1]))
+            self.notes.append(
+                f"dry friction of joint '{name}': a clutch of {friction:g} N m that slips, with linings that yield"
+            )
         if model.jnt_limited[j]:
             low, high = model.jnt_range[j].tolist()
             if not low < q < high:
@@ -276,14 +285,46 @@ class _Reader:
             self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that an angle_stop has")
         return True
 
+    def _slide(self, j: int, index: int, parent: int) -> bool:
+        """Spring and damping of a slide as a bushing along its line, limits on the ground as end stops."""
+        model, name = self.model, plain_name(self._name("mjOBJ_JOINT", j) or f"joint {j}", ())
+        along, slot = self.data.xaxis[j], int(model.jnt_qposadr[j])
+        x, y = self._flat(along)
+        q, rest = float(self.data.qpos[slot]), float(model.qpos_spring[slot])
+        place = self.data.xanchor[j] + (q - float(model.qpos0[slot])) * along  # MuJoCo's anchor is that before the joint moves
+        stiffness = float(np.ravel(model.jnt_stiffness[j])[0])
+        damping = float(np.ravel(model.dof_damping[int(model.jnt_dofadr[j])])[0])
+        if stiffness or damping:
+            turned = math.atan2(y, x) - self._angle(parent)
+            cos, sin = math.cos(turned), math.sin(turned)
+            ends = self._at(parent, place + (rest - q) * along, f"rest of {name}"), self._at(index, place, name)
+            part = {"x": cos**2, "y": sin**2, "xy": cos * sin}
+            numbers: dict[str, Any] = {f"stiffness_{axis}": stiffness * share for axis, share in part.items()}
+            numbers |= {f"damping_{axis}": damping * share for axis, share in part.items()}
+            self.components.append(Bushing(f"spring of {name}", *ends, **numbers))
+        if not model.jnt_limited[j] or parent:
+            return False
+        low, high = model.jnt_range[j].tolist()
+        if not low < q < high:
+            self.notes.append(f"limits of joint '{name}': left out; it starts at {q:g} m, they are {low:g} and {high:g}")
+            return True
+        point = self._at(index, place, name)
+        reached = float(self.basis[0] @ place) * x + float(self.basis[1] @ place) * y
+        for label, direction, limit in (
+            ("upper", math.atan2(y, x), reached + high - q),
+            ("lower", math.atan2(-y, -x), q - low - reached),
+        ):
+            self.components.append(TravelStop(f"{label} limit of {name}", point, direction, limit))
+        self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that a travel_stop has")
+        return True
+
     def _joint_left_out(self, j: int, *, taken: bool) -> None:
         model, name = self.model, self._name("mjOBJ_JOINT", j) or f"joint {j}"
         dof = int(model.jnt_dofadr[j])
+        hinge = model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_HINGE
         reasons = {
             "limits": not taken and bool(model.jnt_limited[j]),
-            "a spring": not taken and float(np.ravel(model.jnt_stiffness[j])[0]) != 0.0,
-            "damping": not taken and float(np.ravel(model.dof_damping[dof])[0]) != 0.0,
-            "dry friction": float(model.dof_frictionloss[dof]) != 0.0,
+            "dry friction": not hinge and float(model.dof_frictionloss[dof]) != 0.0,
             "rotor inertia": float(model.dof_armature[dof]) != 0.0,
         }
         self.notes += [f"{what} of joint '{name}': left out" for what, there in reasons.items() if there]

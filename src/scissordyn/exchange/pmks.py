@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from urllib.parse import unquote
 
 from scissordyn.component.place import GROUND, Point
-from scissordyn.component.time_function import ConstantSpeed
+from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import (
     LINEAR_DENSITY,
@@ -29,6 +29,9 @@ from scissordyn.exchange.drawing import (
     uniform,
     with_point_mass,
 )
+from scissordyn.exchange.pmks_earlier import Earlier, is_earlier, read_earlier
+from scissordyn.model.drive import Drive
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import rpm
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
@@ -43,6 +46,9 @@ CLOCKWISE, GRAVITY = 0, 1
 
 LENGTHS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
 """Length in m, mass in kg and force in N of each unit of length; masses of drawings in inches are pounds."""
+
+SWING = 0.98
+"""Part of the way between two locking positions that an input takes."""
 
 LINKS = {"Y": True, "A": True, "M": True, "G": True, "N": False, "a": False, "m": False, "g": False} | {
     str(digit): digit < 4 for digit in range(8)
@@ -98,8 +104,10 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     InputError
         If it is not such a link, is damaged, or has what only a later version writes.
     """
-    sections = _sections(link)
     notes: list[str] = []
+    if is_earlier(link):
+        return _earlier(read_earlier(unquote(link.strip()) if "%3D" in link else link.strip(), notes), linear_density, notes)
+    sections = _sections(link)
     scale, mass_unit, force_unit = _units(sections[3], notes)
     speed = _integer(sections[2].split(",")[0], "input speed")
     flags = _unsigned(sections[0], "settings")
@@ -147,7 +155,44 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     drawing = _with_loads(drawing, forces, names, scale, force_unit)
     if not drawing.gravity:
         notes.append("gravity: the link does not ask for it, and it is 0; set structure.gravity")
-    return Imported(assembled(drawing), tuple(notes))
+    return Imported(_reversing(assembled(drawing), notes), tuple(notes))
+
+
+def _earlier(read: Earlier, density: float, notes: list[str]) -> Imported:
+    """The mechanism of a link of the earlier form."""
+    lengths = {name: row for name, *row in LENGTHS}
+    if read.unit not in lengths:
+        raise InputError(f"unit '{read.unit}' of the link", ", ".join(lengths), SAMPLE)
+    scale, kilogram, newton = lengths[read.unit]
+    pins = {pin: (scale * x, scale * y) for pin, (x, y) in read.pins.items()}
+    bars = {}
+    for name, (mass, inertia, (x, y), on) in read.bars.items():
+        if unknown := [pin for pin in on if pin not in pins]:
+            raise InputError(f"link '{name}' through '{unknown[0]}'", "joints of the link", SAMPLE)
+        link = _Link("Y", False, name, kilogram * mass, kilogram * scale**2 * inertia, (scale * x, scale * y), on)
+        bars[name] = _bar(name, link, on, pins, density, notes)
+    notes.append(f"units: lengths in {read.unit}, masses, inertias and forces as PMKS+ shows them beside it")
+    joints = {pin: _Joint(pin, 0, place, 0.0, (), 0.0) for pin, place in pins.items()}
+    for pin in joints:
+        flags = (pin in read.inputs) << INPUT | (pin in read.fixed) << GROUNDED
+        joints[pin] = replace(joints[pin], flags=flags)
+    loads = []
+    for name, bar, place, force, follows in read.forces:
+        if bar not in bars:
+            raise InputError(f"force '{name}' on '{bar}'", "a force on a link", SAMPLE)
+        point = plain_name(f"point of {name}", pins)
+        pins[point] = scale * place[0], scale * place[1]
+        bars[bar] = replace(bars[bar], pins=(*bars[bar].pins, point))
+        loads.append(Load(plain_name(name, ()), bar, pins[point], (newton * force[0], newton * force[1]), follows))
+    drawing = Drawing(
+        pins=pins,
+        fixed=read.fixed,
+        bars=tuple(bars.values()),
+        drives=_drives(joints, bars, rpm(read.speed), notes),
+        loads=tuple(loads),
+        gravity=9.81 if read.gravity else 0.0,
+    )
+    return Imported(_reversing(assembled(drawing), notes), tuple(notes))
 
 
 def _sections(link: str) -> list[str]:
@@ -304,6 +349,31 @@ def _drives(joints: dict[str, _Joint], bars: dict[str, DrawnBar], speed: float, 
     if not driven:
         notes.append("no input turns a link: the mechanism moves freely")
     return driven
+
+
+def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
+    """The mechanism with an input that oscillates between the positions at which it locks, where PMKS+ reverses it."""
+    from scissordyn.plan.plan import plan
+    from scissordyn.run.ideal import motion_range
+
+    if len(mechanism.drives) != 1 or not isinstance(mechanism.drives[0].motion, ConstantSpeed):
+        return mechanism
+    body, speed = mechanism.drives[0].body, mechanism.drives[0].motion.speed
+    try:
+        low, high, _ = motion_range(plan(mechanism))
+    except InputError:  # what cannot be assembled is said where the mechanism is used
+        return mechanism
+    if not speed or not (math.isfinite(low) and math.isfinite(high)):
+        return mechanism
+    mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
+    amplitude = max(SWING * 0.5 * (high - low), abs(first - mean))
+    phase = math.asin((first - mean) / amplitude)
+    swing = Harmonic(mean, amplitude, abs(speed) / amplitude, phase if speed > 0.0 else math.pi - phase)
+    notes.append(
+        f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
+        "it oscillates harmonically, with the speed of the link in the middle, and turns a hundredth of the way before each"
+    )
+    return replace(mechanism, drives=(Drive(body, swing),))
 
 
 def _with_loads(drawing: Drawing, forces: list[list[str]], names: dict[str, str], scale: float, unit: float) -> Drawing:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Mapping
 
 PLACE = "name pos quat euler axisangle xyaxes zaxis class"
 
@@ -69,6 +70,11 @@ def unused(root: ET.Element) -> list[str]:
         lines.append(f"{len(names)} <{tag}> left out{': ' + titles if titles else ''}")
     lines += [f"attribute '{key}' of {count} <{tag}>: left out" for (tag, key), count in attributes.items()]
     return lines
+
+
+def fields_left_out(fields: Mapping[str, object]) -> list[str]:
+    """A line for each field of a link or a table that says something and that the import does not use."""
+    return [f"{name}: left out" for name, value in fields.items() if value]
 
 
 def without_pictures(root: ET.Element) -> ET.Element:

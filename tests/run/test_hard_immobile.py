@@ -18,6 +18,7 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
+from scissordyn.run.summary import joint_summaries, summary_of
 from scissordyn.run.trajectory import make_driver, model_failure
 
 GAP, PUSH = 1e-3, 5.0
@@ -135,3 +136,18 @@ def test_a_run_with_many_unsolved_steps_has_failed() -> None:
     for unsolved, failed in ((1, False), (100, True)):
         driver.stepping.content.counts[solver.UNSOLVED] = unsolved
         assert bool(model_failure(driver)) is failed
+
+
+def test_the_estimate_says_from_where_on_it_reaches() -> None:
+    """Cross-check: the force of compliant contact, which takes the impulse of a latch in 1.5 ms, is in the range."""
+    case = sd.read_case(EXAMPLES / "self_deploying.toml")
+    hard = case.mechanism
+    for name in ("unit 1/pivot", "unit 3/pivot"):
+        hard = hard.replace(f"{name}.contact", "hard")
+    runs = [sd.simulate(mechanism, **case.run.keywords | {"samples": 11}) for mechanism in (case.mechanism, hard)]
+    exact, (unit, *_) = (joint_summaries(run) for run in runs)
+    force = next(joint.largest for joint in exact if joint.name == unit.name == "unit 1/pivot")
+    assert unit.least < force < unit.largest
+    answer = summary_of(runs[1]).force
+    assert (answer.force, answer.least) == (unit.largest, unit.least)
+    assert f"{sd.units.short(unit.least, 'N')} by approach speeds" in str(answer)

@@ -18,7 +18,7 @@ from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
 from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.force_answer import ESTIMATE, parts_of_oiled
+from scissordyn.run.force_answer import estimate_in_words, parts_of_oiled
 from scissordyn.run.results import Run
 from scissordyn.run.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.warn import energy_turned_over
@@ -173,7 +173,7 @@ def _largest(joint: JointSummary) -> str:
     """The largest force at a joint, in words."""
     if math.isnan(joint.largest):
         return "no largest force, as contact is hard"
-    estimated = f", {ESTIMATE}" if joint.estimated else ""
+    estimated = f", {estimate_in_words(joint.largest, joint.least)}" if joint.estimated else ""
     parts = parts_of_oiled(joint.metal, joint.film)
     return f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}{parts}{estimated}"
 

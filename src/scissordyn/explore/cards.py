@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from scissordyn.run.force_answer import parts_of_oiled
+from scissordyn.run.force_answer import LESS, ForceAnswer, parts_of_oiled
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def cards(summary: Summary) -> list[Card]:
 def _cards(summary: Summary) -> Iterator[Card]:
     if summary.force is not None:
         detail = (
-            f"{summary.force.joint}, at {short(summary.force.when, 's')}{', an estimate' if summary.force.estimated else ''}"
+            f"{summary.force.joint}, at {short(summary.force.when, 's')}{_estimated(summary.force)}"
             f"{parts_of_oiled(summary.force.metal, summary.force.film)}"
         )
         yield _card("largest force", short(summary.force.force, "N"), detail)
@@ -41,6 +41,11 @@ def _cards(summary: Summary) -> Iterator[Card]:
         yield _card("span", short(end, "m"), f"{summary.span.change}; {short(start, 'm')} at the start")
     if summary.horizon is not None:
         yield _card("trusted until", short(summary.horizon, "s"), f"through {counted(summary.horizon_contacts or 0)}")
+
+
+def _estimated(force: ForceAnswer) -> str:
+    least = f" from {short(force.least, 'N')} on" if force.least < LESS * force.force else ""
+    return f", an estimate{least}" if force.estimated else ""
 
 
 def _card(title: str, value: str, detail: str, judged: str = "") -> Card:

@@ -383,17 +383,21 @@ LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"
 """Columns of contacts that hard ones have not."""
 
 
-def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
+def _impact_variables(plan: Plan, table: dict[str, np.ndarray], step: float) -> Variables:
     """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
     hard = plan.hard_places
     if not hard:
         return {}
-    estimate, when = np.full((2, table["joint"].size), np.nan)
+    estimate, when, least = np.full((3, table["joint"].size), np.nan)
     for j in hard:
         own, clearance = table["joint"] == j, plan.contacts[j].clearance
         assert clearance is not None
         struck, lasting = peak_forces(clearance, table["struck"][own]), table["peak_normal_force"][own]
         estimate[own] = np.fmax(struck, lasting)
+        # what is largest in the first step of a contact may be an impulse that others pass on to it
+        lasting = np.where(table["peak_normal_time"][own] > step, lasting, 0.0)
+        approach = peak_forces(clearance, table["effective_mass"][own] * table["approach_speed"][own] ** 2)
+        least[own] = np.fmin(np.fmax(approach, lasting), estimate[own])
         when[own] = np.where(struck >= lasting, table["struck_time"][own], table["peak_normal_time"][own])
         for name in LOCATED:
             table[name][own] = np.nan
@@ -402,6 +406,7 @@ def _impact_variables(plan: Plan, table: dict[str, np.ndarray]) -> Variables:
     return {
         "peak_force_estimate": _described(("contact",), estimate, "N", text),
         "peak_force_estimate_time": _described(("contact",), when, "s", "time from the start to that force"),
+        "peak_force_estimate_least": _described(("contact",), least, "N", f"{text}; by its approach and lasting forces"),
         "effective_mass": _described(("contact",), table["effective_mass"], "kg", mass),
     }
 
@@ -412,7 +417,7 @@ def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
     return {
-        **_impact_variables(plan, table),
+        **_impact_variables(plan, table, path.statistics.get("step", 0.0)),
         "contact_joint": Variable(along, joint.astype(str), {"long_name": "joint"}),
         "contact_start": _described(along, table["start"], "s", "start of the contact"),
         "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),

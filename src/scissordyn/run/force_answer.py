@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 
 ESTIMATE = "an estimate, as contact is hard"
 
+
+def estimate_in_words(force: float, least: float) -> str:
+    """That a force is an estimate, and how far down it reaches where impulses pass through closed contacts [N]."""
+    if not least < LESS * force:
+        return ESTIMATE
+    return f"{ESTIMATE}: {short(least, 'N')} by approach speeds and lasting forces, up to this by impulses that others pass on"
+
+
 FALLS = 20.0
 """Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
 1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
@@ -46,9 +54,10 @@ class ForceAnswer(Words):
     after: float | None = None
     metal: float = math.nan  # Of an oiled joint, the largest of each part, at instants of their own [N]; NaN of a dry one
     film: float = math.nan
+    least: float = math.nan  # The least that it is estimated to be [N]
 
     def __str__(self) -> str:
-        estimate = f"; {ESTIMATE}" if self.estimated else ""
+        estimate = f"; {estimate_in_words(self.force, self.least)}" if self.estimated else ""
         more = ""
         if self.start is not None and self.after is not None:
             more = (

@@ -189,8 +189,7 @@ class JointSummary(Words):
     name: str
     contacts: int
     fraction: float  # Of the time, in contact
-    # Largest normal force, of an oiled joint the largest of metal and film together [N]; NaN where a hard contact had neither
-    # an impact nor a sampled force
+    # Largest force that the joint transmits [N]; NaN where a hard contact had neither an impact nor a sampled force
     largest: float
     when: float  # Its instant [s]
     # Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
@@ -198,6 +197,7 @@ class JointSummary(Words):
     estimated: bool = False
     metal: float = math.nan  # Of an oiled joint, the largest of each part [N]; NaN of a dry one
     film: float = math.nan
+    least: float = math.nan  # Of hard contacts, the least that the force is estimated to be [N]
 
 
 def joint_summaries(run: Run) -> list[JointSummary]:
@@ -209,7 +209,7 @@ def joint_summaries(run: Run) -> list[JointSummary]:
         start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        found.append(JointSummary(str(joint), start.size, fraction, *_largest_force(run, here)))
+        found.append(JointSummary(str(joint), start.size, fraction, *_largest_force(run, here), least=_least_force(run, here)))
         if joint in oiled:
             found[-1] = _with_film(run, found[-1])
     return found
@@ -254,6 +254,13 @@ def _largest_force(run: Run, here: np.ndarray) -> tuple[float, float, bool]:
     return float(estimates[highest]), float(start[highest] + run["peak_force_estimate_time"].values[here][highest]), True
 
 
+def _least_force(run: Run, here: np.ndarray) -> float:
+    """What the hard contacts of a joint are estimated to reach at least [N]: NaN of others."""
+    if "peak_force_estimate_least" not in run or np.isnan(least := run["peak_force_estimate_least"].values[here]).all():
+        return math.nan
+    return float(np.nanmax(least))
+
+
 def summary_of(run: Run) -> Summary:
     """What a designer asks of a run, from what it has recorded."""
     trusted = float(run.attrs.get("trusted_until", math.nan))
@@ -278,7 +285,9 @@ def _force(run: Run, joint: JointSummary) -> ForceAnswer:
     options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
     later = None if options is None else force_after_start(run, options.start, joint)
     start, after = later or (None, None)
-    return ForceAnswer(joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film)
+    return ForceAnswer(
+        joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film, joint.least
+    )
 
 
 def _mechanism(run: Run) -> Any:

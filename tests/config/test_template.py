@@ -180,7 +180,14 @@ def test_parts_that_cannot_be_are_refused(parts: list[str], changes: list[str], 
         template("scissor", parts, changes)
 
 
-def test_a_servo_fits_bars_that_bend() -> None:
-    """Identity: what is fitted to bars that bend is fitted to rigid ones of their mass; it was an AssertionError."""
+def test_parts_fit_bars_that_bend(tmp_path: Path) -> None:
+    """Identity: as those of rigid bars of their mass, and the file can be read; its points were those of cross-sections."""
+    parts, mass = ["servo", "tip", "payload", "spring"], 2700.0 * (0.05**2 - 0.046**2)
     bars = 'structure.bars={section = "tube 50x50x2 mm", material = "aluminium"}'
-    assert 'name = "servo"' in template("scissor", ["servo"], [bars])
+    bent, stiff = (
+        template("scissor", parts, ["structure.bar_length=1 m", change]) for change in (bars, f"structure.bar_mass={mass} kg")
+    )
+    other = {key: value for key, value in tomllib.loads(bent).items() if key != "structure"}
+    assert other == {key: value for key, value in tomllib.loads(stiff).items() if key != "structure"}
+    (tmp_path / "bent.toml").write_text(bent, encoding="utf-8")
+    assert read_case(tmp_path / "bent.toml").mechanism.tracks[0].name == "tip"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tomllib
 from collections.abc import Iterable, Mapping
 
@@ -17,6 +18,8 @@ from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, instance, table_of, toml
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.model.body import Body
+from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import AUTO, Options
 
@@ -123,7 +126,20 @@ def _assembled(kind: str, structure: Given) -> Mechanism:
     """The mechanism of the tables that a starter gives, without clearance."""
     parts = {name: values for name, values in STARTERS[kind].items() if name in PARTS}
     tables = {"structure": {"kind": kind, **structure}, **parts, "run": {"until": "1 s"}}
-    return instance(CaseTable, tables, {}).case().mechanism
+    mechanism = instance(CaseTable, tables, {}).case().mechanism
+    if structure.get("bars") is None:
+        return mechanism
+    # parts are fitted to rigid bars of the same names and masses, as tables refer to those
+    unbent = {**tables, "structure": {"kind": kind, **{key: value for key, value in structure.items() if key != "bars"}}}
+    bare = instance(CaseTable, unbent, {}).case().mechanism
+    return dataclasses.replace(bare, bodies=tuple(_as_heavy(body, rigid(mechanism).bodies) for body in bare.bodies))
+
+
+def _as_heavy(bar: Body, parts: Iterable[Body]) -> Body:
+    """A uniform bar with the mass of its parts."""
+    mass = sum(part.mass for part in parts if part.name == bar.name or part.name.startswith(f"{bar.name}/"))
+    inertia = None if bar.inertia is None else bar.inertia * mass / bar.mass
+    return dataclasses.replace(bar, mass=mass, inertia=inertia)
 
 
 def _list_of(name: str, given: list[Given]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 import random
 import re
@@ -17,6 +18,8 @@ from typing import Any
 import h5py
 import pytest
 import xarray as xr
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import scissordyn as sd
 from scissordyn.compiler import c
@@ -65,6 +68,68 @@ def test_every_example_survives(tmp_path: Path) -> None:
         assert to_plain(found.build_mechanism()) == to_plain(case.mechanism)
         (tmp_path / "again.toml").write_text(text, encoding="utf-8")
         assert read_case(tmp_path / "again.toml").mechanism == case.mechanism
+
+
+NUMBERS = st.floats(1e-3, 1e3) | st.sampled_from([0.1 / 3.0, 5e-4, math.pi, 1e-9, 0.25])
+SIGNED = st.tuples(NUMBERS, st.sampled_from([1.0, -1.0, 0.0])).map(lambda pair: pair[0] * pair[1])
+PLACES = st.tuples(SIGNED, SIGNED)
+WORDS = st.text(min_size=1, max_size=8).filter(lambda name: name != "ground" and not re.search("[\ud800-\udfff]", name))
+
+
+@st.composite
+def mechanisms(draw: st.DrawFn) -> Mechanism:
+    """A chain of some bodies with any names, points and numbers, some joints with clearance, a spring and a motion."""
+    names = draw(st.lists(WORDS, min_size=2, max_size=4, unique=True))
+    bodies = []
+    for name in names:
+        position, angle, mass = draw(PLACES), draw(SIGNED), draw(NUMBERS)
+        if draw(st.booleans()):
+            bodies.append(sd.bar(name, length=draw(NUMBERS), mass=mass, position=position, angle=angle))
+        else:
+            points = {"start": draw(PLACES), "end": draw(PLACES), draw(WORDS): draw(PLACES)}
+            bodies.append(sd.Body(name, mass, draw(NUMBERS), points=points, centre=draw(PLACES), position=position))
+    gap = sd.Clearance(draw(st.floats(1e-5, 1e-3)), damping=sd.Flores(draw(st.floats(0.1, 0.9))), friction=sd.NoFriction())
+    pins = [sd.Revolute("first", (names[0], "start"), ("ground", "O"))]
+    for k, (one, other) in enumerate(itertools.pairwise(names)):
+        pins.append(sd.Revolute(f"pin {k}", (one, "end"), (other, "start"), draw(st.none() | st.just(gap))))
+    spring = sd.Spring(draw(WORDS), (names[0], "end"), ("ground", "O"), draw(NUMBERS), free_length=draw(NUMBERS))
+    function = draw(
+        st.one_of(
+            st.builds(sd.ConstantSpeed, SIGNED),
+            st.lists(SIGNED, min_size=1, max_size=6).map(lambda numbers: sd.Polynomial(tuple(numbers))),
+            st.builds(sd.Cycloidal, SIGNED, SIGNED, NUMBERS),
+        )
+    )
+    ground = (("O", draw(PLACES)),)
+    mechanism = Mechanism(tuple(bodies), tuple(pins), ground=ground, components=(spring,), gravity=draw(NUMBERS))
+    return mechanism.driven(function, body=names[0])
+
+
+def exact(plain: Any) -> Any:
+    """Plain data with every number as its text, so that equal means equal to the last bit."""
+    if isinstance(plain, dict | list):
+        return {key: exact(value) for key, value in (plain.items() if isinstance(plain, dict) else enumerate(plain))}
+    return repr(float(plain)) if isinstance(plain, int | float) else plain
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(mechanisms())
+def test_random_mechanisms(mechanism: Mechanism) -> None:
+    """Identity: a mechanism, its case file, and the mechanism that is read from it are the same to the last bit."""
+    text = write_configuration(mechanism)
+    again = read_configuration(dataset(text)).build_mechanism()
+    assert again == mechanism
+    assert exact(to_plain(again)) == exact(to_plain(mechanism))
+    assert write_configuration(again) == text
+
+
+@pytest.mark.parametrize("name", list(sd.zoo))
+def test_the_zoo(name: str) -> None:
+    """Identity: every mechanism of the zoo and what a run of it carries, to the last bit."""
+    case = sd.zoo[name].case
+    found = read_configuration(dataset(write_configuration(case.mechanism, case.run)))
+    assert exact(to_plain(found.build_mechanism())) == exact(to_plain(case.mechanism))
+    assert found.options == case.run
 
 
 @pytest.fixture

@@ -5,12 +5,10 @@ A law has no other place than its file.
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
@@ -18,33 +16,19 @@ from scissordyn.laws import damping, elastic, friction
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS as MATERIALS
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
-from scissordyn.plugin.element import Slot, element_class
+from scissordyn.plugin.catalogue import element_named, elements_in
+from scissordyn.plugin.element import Slot
 from scissordyn.plugin.origin import class_in
 from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.units import Quantity, State, quantities
 
-
-def _laws(folder: ModuleType) -> Mapping[str, type[Any]]:
-    """The laws defined in the modules of a package, by name."""
-    laws: dict[str, type[Any]] = {}
-    for entry in pkgutil.iter_modules(folder.__path__):
-        module = importlib.import_module(f"{folder.__name__}.{entry.name}")
-        for thing in vars(module).values():
-            if isinstance(thing, type) and "declaration" in vars(thing) and thing.__module__ == module.__name__:
-                name: str = vars(thing)["name"]
-                if name in laws:
-                    raise TypeError(f"two laws named '{name}': {laws[name].__module__} and {module.__name__}")
-                laws[name] = thing
-    return MappingProxyType(dict(sorted(laws.items())))
-
-
-ELASTIC: Mapping[str, type[Elastic]] = _laws(elastic)
+ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)
 """Elastic parts of the normal force, by name."""
 
-DAMPING: Mapping[str, type[Damping]] = _laws(damping)
+DAMPING: Mapping[str, type[Damping]] = elements_in(damping)
 """Damping parts of the normal force, by name."""
 
-FRICTION: Mapping[str, type[Friction]] = _laws(friction)
+FRICTION: Mapping[str, type[Friction]] = elements_in(friction)
 """Friction laws, by name."""
 
 BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
@@ -104,16 +88,8 @@ def law(kind: str, name: str) -> type[Any]:
     InputError
         If there is none; names the nearest.
     """
-    laws = _by_kind(kind)
-    if ".py:" in name:
-        user_class, name_in_file = element_class(kind, name, Path.cwd())
-        if user_class is None:
-            sample = f"sd.{_USER[kind].__name__}({name_in_file!r}, (CONSTANTS,))"
-            raise InputError(f"the function '{name}' as a class of {kind} laws", "a class", sample)
-        return user_class
-    if name not in laws:
-        raise InputError(f"no {kind} law '{name}'{did_you_mean(name, laws)}", ", ".join(laws) + ", or 'file.py:Class'")
-    return laws[name]
+    laws, sample = _by_kind(kind), f"sd.{_USER[kind].__name__}({{!r}}, (CONSTANTS,))"
+    return element_named(kind, f"{kind} law", name, laws, sample)
 
 
 def kind_in(reference: str) -> str:

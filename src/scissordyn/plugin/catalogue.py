@@ -1,0 +1,40 @@
+"""The elements of the package by name, from the files of their folders, and one of them or of the user's own."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plugin.element import element_class
+
+
+def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
+    """The elements that are defined in the modules of packages: an element has no other place than its file."""
+    elements: dict[str, type[Any]] = {}
+    for folder in folders:
+        for entry in pkgutil.iter_modules(folder.__path__):
+            module = importlib.import_module(f"{folder.__name__}.{entry.name}")
+            for thing in vars(module).values():
+                if isinstance(thing, type) and "declaration" in vars(thing) and thing.__module__ == module.__name__:
+                    name: str = vars(thing)["name"]
+                    if name in elements:
+                        raise TypeError(f"two elements named '{name}': {elements[name].__module__} and {module.__name__}")
+                    elements[name] = thing
+    return MappingProxyType(dict(sorted(elements.items())))
+
+
+def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]], sample: str) -> type[Any]:
+    """An element of the package, or of a class in a file of the user's, which is executed."""
+    if ".py:" in name:
+        user_class, name_in_file = element_class(slot, name, Path.cwd())
+        if user_class is None:
+            raise InputError(f"the function '{name}' as a class of {what}s", "a class", sample.format(name_in_file))
+        return user_class
+    if name not in elements:
+        raise InputError(f"no {what} '{name}'{did_you_mean(name, elements)}", ", ".join(elements) + ", or 'file.py:Class'")
+    return elements[name]

@@ -308,3 +308,19 @@ def test_inputs_give_another_motion(units, name):
             angle = run["angle"].sel(body=body.name)
             assert apart(found[f"bodies.{body.name}.angle"], angle) < 1e-6
     assert apart(run["angle"], still["angle"]) > 1e-4
+
+
+def test_change_point_is_refused(tmp_path, monkeypatch, capfd):
+    """Contract: a unit, which makes no steps across singular positions, ends short of one and says where."""
+    from benchmarks.change_points import linkage
+
+    monkeypatch.setattr(pack, "FLAGS", tuple("-O0" if flag == "-O2" else flag for flag in pack.FLAGS))
+    mechanism = linkage((4.0, 1.0, 3.0, 2.0), math.pi - 0.2, -1.0, "driven", 1.0)
+    unit = tmp_path / "unit.fmu"
+    unit.write_bytes(pack.fmu(mechanism, sd.Options(until=1.0), name="unit"))
+    for kind in ("CoSimulation", "ModelExchange"):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            fmpy.simulate_fmu(str(unit), stop_time=1.0, fmi_type=kind, output_interval=0.01)
+        said = capfd.readouterr().out
+        assert "a singular position ahead" in said
+        assert 0.17 < float(said.rpartition("t = ")[2].split(" s")[0]) < 0.2

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from scissordyn.integrate.advance import ADVANCING, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
+from scissordyn.integrate.advance import ADVANCING, CHANGE_POINT, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
 from scissordyn.integrate.control import REMAINDER
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
@@ -191,6 +191,8 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed: what touches answers at once
         take_impacts(jumps, now, s, w, S, H, K, r.log)
         clock.longest = take_over(problem, now, s.y, w, S, K)
+    if clock.longest < 0.0:
+        return CHANGE_POINT
     return STUCK if clock.stalled > 1000 else ADVANCING
 
 

@@ -8,10 +8,12 @@ where the branches are further apart than the error of the step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.integrate.advance import HISTORY_FULL
+from scissordyn.integrate.history import NODES, TRANSFORM
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
@@ -58,7 +60,9 @@ def step_across(driver: Driver, until: float) -> bool:
     if np.any(2.0 * half_square + change * 2.0 * ahead < 0.0):  # a rod shrinks to nothing, there is nothing behind
         near[3], clock["longest"] = np.inf, ahead
         return True
-    h = min(2.0 * ahead, until - time)
+    if driver.stepping is not None and np.any(state.mode[: len(driver.plan.contacts)]):
+        return _step_beyond(driver, ahead, driver.stepping.size)
+    h = min(2.0 * ahead, until - time, *driver.integration.content.work.delays.tolist())
     reached = _behind(driver, time, h, before, slope)
     if reached is not None:
         after, longest = reached
@@ -69,16 +73,32 @@ def step_across(driver: Driver, until: float) -> bool:
             return False
         if near[1] > NEAREST:  # nearer to the point the step across is shorter
             return True
+        if driver.stepping is not None:
+            return _step_beyond(driver, ahead, driver.stepping.size)
         near[3], clock["longest"] = time + 4.0 * ahead, ahead  # the method tries as it can
         return True
     ends = (before, slope), (after, end_slope)
     gain = 0.5 * h * (power + end_power)
     _write_samples(driver, time, h, ends, power, gain)
+    if driver.integration.content.work.delays.size:
+        _keep_history(driver, time, h, ends)
     state.y[:] = after
     state.total[:] += gain
     driver.change_points.append((time + ahead, ahead))
     clock["time"], clock["longest"], clock["previous_error"] = time + h, longest, 0.0
     state.counts["steps"] += 1
+    return True
+
+
+def _step_beyond(driver: Driver, ahead: float, size: float) -> bool:
+    """Let time stepping, beside contacts that are closed, pass the position a quarter of a step from a middle and an end.
+
+    Its impulses change velocities, where no smooth step is possible. It evaluates constraints at middle and end of a step.
+    """
+    left = np.ceil(ahead / size + 0.25)
+    driver.state.clock["longest"] = ahead / (left - 0.25)
+    if left <= 1.0:
+        driver.system.content.work.near[3] = driver.time + 4.0 * ahead
     return True
 
 
@@ -170,11 +190,24 @@ def _between(u: float, h: float, start: tuple[np.ndarray, np.ndarray], end: tupl
     return np.asarray((1.0 - rise) * start[0] + rise * end[0] + inner)
 
 
+def _keep_history(driver: Driver, time: float, h: float, ends: tuple[Any, Any]) -> None:
+    """Add the signals over the step to what delayed feedback looks back at; see `integrate.history`."""
+    if driver.state.history_length[0] == driver.state.history.shape[0]:
+        driver.grow(HISTORY_FULL)
+    signals = np.zeros_like(driver.integration.content.work.signals)
+    for node, row in zip(NODES, signals, strict=True):
+        u = 0.5 * (1.0 + float(node))
+        functions.record(time + u * h, _between(u, h, *ends), driver.system.address, row)
+    place = int(driver.state.history_length[0])
+    driver.state.history[place] = np.concatenate([[time, h], (TRANSFORM @ signals).T.ravel()])
+    driver.state.history_length[0] += 1
+
+
 def _write_samples(
     driver: Driver,
     time: float,
     h: float,
-    ends: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    ends: tuple[Any, Any],
     power: np.ndarray,
     gain: np.ndarray,
 ) -> None:

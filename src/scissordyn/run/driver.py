@@ -182,8 +182,7 @@ class Driver:
         state.counts["events"] = len(initial_events)
         functions.activate(self.system.address)
         self.change_points: list[tuple[float, float]] = []
-        steps_across = self.stepping is None and not content.work.delays.size
-        self.system.content.work.near[:] = 0.0, 1.0, np.inf, -np.inf if steps_across else np.inf
+        self.system.content.work.near[:] = 0.0, 1.0, np.inf, -np.inf
         functions.accept(0.0, state.y, self.system.address, accepted)
         state.clock["longest"] = accepted[1]
 
@@ -297,7 +296,7 @@ class Driver:
             if status == loop.CHANGE_POINT:
                 status = loop.ADVANCING
             if status in _GROWING:
-                self._grow(status)
+                self.grow(status)
                 status = loop.ADVANCING
             look()
             if progress is not None:
@@ -310,7 +309,7 @@ class Driver:
         counts = self.state.counts
         return int(counts["steps"][0] + counts["rejected"][0])
 
-    def _grow(self, status: int) -> None:
+    def grow(self, status: int) -> None:
         """Double the store that is full."""
         content = self.integration.content
         if status == loop.LOG_FULL:
@@ -333,7 +332,7 @@ class Driver:
         """Put a state back, of this mechanism or of one that differs in parameters only."""
         state, length = self.state, int(snapshot.arrays["history_length"][0])
         while length >= state.history.shape[0] > 0:
-            self._grow(loop.HISTORY_FULL)
+            self.grow(loop.HISTORY_FULL)
             state = self.state
         for name, part in state._asdict().items():
             stored = snapshot.arrays[name]
@@ -366,7 +365,7 @@ class Driver:
             raise InputError(f"a state without '{min(mine.keys() ^ arrays.keys())}'", "a state of the same version")
         for name, status in (("state.history", loop.HISTORY_FULL), ("steps.time", loop.RECORD_FULL), ("log", loop.LOG_FULL)):
             while len(arrays[name]) > len(self._store(name)) > 0:
-                self._grow(status)
+                self.grow(status)
         for name, part in self.arrays().items():
             owner = name.partition(".")[0]
             rows = arrays[name].shape[0] if owner in ("samples", "steps", "log") or name == "state.history" else None

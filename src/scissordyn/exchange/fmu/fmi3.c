@@ -49,6 +49,11 @@ static fmi3Status failed(Fmu *m, const char *text) {
     return fmi3Error;
 }
 
+/* Steps across change points need the whole program. */
+static fmi3Status singular(Fmu *m) {
+    return failed(m, "a singular position ahead, where bodies become aligned, across which this unit makes no steps; scissordyn does,");
+}
+
 /* The present time and state, of the instance or of its integrator. */
 
 static double now(Fmu *m) { return m->exchange ? m->time : m->integration.state.clock.p[0].time; }
@@ -419,12 +424,15 @@ EXPORT fmi3Status fmi3CompletedIntegratorStep(void *c, bool final, bool *event, 
     Fmu *m = c;
     State *s = &m->integration.state;
     Work *w = &m->integration.work;
-    double answer[2];
+    double answer[2], *near = m->system.work.near.p;
     (void)final;
     *event = *terminate = false;
     if (m->fresh) follow(m);
     memcpy(w->saved.p, s->y.p, (size_t)s->y.n0 * sizeof(double));
+    double before = near[1], step = m->time - near[2];
     root_accept(m->time, w->saved, &m->system, (F1_array){answer, 2});
+    /* the importer's next step may cross it */
+    if (answer[1] < 0.0 || (near[1] != before && answer[1] < 0.5 * step)) return singular(m);
     for (int64_t i = 0; i < s->y.n0; i++) {
         if (fabs(w->saved.p[i] - s->y.p[i]) > LARGEST_DRIFT * NOMINAL[i]) *event = true;
     }
@@ -503,6 +511,8 @@ EXPORT fmi3Status fmi3DoStep(
             s->counts.p[0].events = 0;
         } else if (status == HISTORY_FULL && drop_history(m)) {
             continue;
+        } else if (status == CHANGE_POINT) {
+            return singular(m);
         } else if (status != ADVANCING) {
             return failed(m, status == STEP_TOO_SMALL ? "the step size fell to round-off"
                              : status == NOT_FINITE   ? "a law or a position became infinite or not a number"

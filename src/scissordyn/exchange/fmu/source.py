@@ -22,7 +22,10 @@ from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.driver import Driver, make_system
 from scissordyn.run.loop import MECHANICS
 
-STATUSES = ("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL")
+STATUSES = (
+    *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),
+    "CHANGE_POINT",
+)
 """What `advance` returns, by names in C."""
 
 KERNELS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
@@ -37,7 +40,6 @@ class Source:
         self.looks_back = driver.system.content.state.initial_history.size  # signals that controllers look back at
         self.known: dict[Any, Any] = {}
         driver.monitor(False)
-        driver.system.content.work.near[3] = np.inf  # its loop makes no steps across singular positions
         self.samples = make_samples(np.zeros(1), driver.state)
         self.samples.state[0] = driver.state.y
         self.samples.mode[0], self.samples.memory[0] = driver.state.mode, driver.state.memory

@@ -18,7 +18,7 @@ NEEDED = ("websockets", "tomlkit")
 
 
 def explore(
-    case: Annotated[Path, typer.Argument(help="A case file, or a saved run.")],
+    case: Annotated[Path, typer.Argument(help="A case file, a saved run, a study (study.db), or a bifurcation diagram.")],
     port: Annotated[int, typer.Option(help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
     address: Annotated[
         str, typer.Option(help="Address to listen on; other machines can open the page unless it is local.")

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -27,6 +27,9 @@ from scissordyn.run.configuration import is_run, read_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.store import load
 
+if TYPE_CHECKING:
+    from scissordyn.explore.points import Points
+
 
 class Case(ABC):
     """A case, frozen: a change makes another one."""
@@ -36,6 +39,8 @@ class Case(ABC):
     options: Options
     saved: xr.Dataset | None = None
     """Its run, if that was read from a file."""
+    points: Points | None = None
+    """Those of the study or the diagram that it was opened from."""
 
     @property
     @abstractmethod
@@ -140,8 +145,16 @@ class RunCase(Case):
 
 def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     """The case of a file."""
+    if path.suffix.lower() == ".db":
+        from scissordyn.explore.points import open_study_case
+
+        return open_study_case(path, allowed)
     if path.suffix.lower() == ".nc":
         run = load(path)
+        if {"value", "cycle"} <= set(run.dims) and "parameter" in run.attrs:
+            from scissordyn.explore.points import open_diagram_case
+
+            return open_diagram_case(path, run, allowed)
         configuration = read_configuration(run)
         if configuration.options is None or not is_run(run):
             raise InputError(f"'{path}' is not a run", "a run of 'scissordyn run', or a case file")

@@ -68,6 +68,8 @@ class Page:
             "drag": self._dragged,
             "pin": self._pin,
             "python": self._python,
+            "axis": lambda message: self._show_points(text(message, "name")),
+            "open": self._open,
             **{kind: self._call(getattr(session, kind)) for kind in ("undo", "redo", "unpin", "stop")},
             **dict.fromkeys(("case", "run", "curves", "picture", "film"), self._save),
         }
@@ -76,6 +78,8 @@ class Page:
         """Show the numbers of the case, and what there is of its run."""
         with self._lock:
             self.session.updated = self._updated
+            if self.session.opened.points is not None:
+                self._show_points(self.session.opened.points.axes[0])
             for what in ("fields", "status", "run"):
                 self._updated(what)
 
@@ -170,6 +174,20 @@ class Page:
 
     # what is not of a run
 
+    def _show_points(self, axis: str) -> None:
+        points = self.session.opened.points
+        if points is None or axis not in points.axes:
+            raise InputError(f"points over '{axis}'", "the numbers of a study that vary")
+        self.send(
+            {"type": "points", "axes": list(points.axes), "axis": axis, "note": points.note, "figures": points.figures(axis)}
+        )
+
+    def _open(self, message: Message) -> None:
+        points = self.session.opened.points
+        if points is None:
+            raise InputError("a point of a case that is no study", "a study or a bifurcation diagram")
+        self.session.open(points.opened(whole(message, "point")))
+
     def _show_fields(self) -> None:
         session = self.session
         fields = [field.plain() for field in session.case.fields]
@@ -189,6 +207,7 @@ class Page:
                 "fraction": session.fraction or 0.0,
                 "lasting": session.lasting,
                 "left": session.left,
+                "name": session.case.name,
                 "text": "" if session.computing else session.message,
             }
         )

@@ -150,8 +150,14 @@ class Session:
 
     def horizon(self, wanted: bool) -> None:
         """Compute the predictability horizon with each run, or not."""
+        self.open(self.case.with_horizon(wanted))
+
+    def open(self, case: Case) -> None:
+        """Go to another case; it is a change that can be taken back."""
         self._remember(self.case)
-        self.case = self.case.with_horizon(wanted)
+        self.case = case
+        self.errors.clear()
+        self.typed.clear()
         self.compute()
         self.updated("fields")
 

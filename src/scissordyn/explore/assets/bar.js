@@ -75,6 +75,7 @@ export function bar(root, send, curves) {
     by.pin.disabled = by.run.disabled = by.curves.disabled = by.picture.disabled = by.film.disabled = !run;
     by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
     box.checked = Boolean(now.horizon);
+    if (now.name) line.querySelector("h1").textContent = now.name;
     const computing = Boolean(now.computing || (of.note && !words && run < now.ordered));
     Object.assign(state.dataset, { computing, run, ordered: now.ordered || 0, fine: Boolean(of.fine) });
     const write = () => {

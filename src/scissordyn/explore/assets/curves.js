@@ -125,7 +125,7 @@ export class Curves {
 
   // ---- places
   plot({ width, height, last, figure }) {
-    return { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - (last || this.square || figure.own ? BOTTOM : 6) };
+    return { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - (figure.own ? 2 * BOTTOM - 6 : last || this.square ? BOTTOM : 6) };
   }
   across(view) { return this.square || view.figure.own ? view.range || view.figure.full || [-view.figure.reach, view.figure.reach] : this.range; }
   zoom(view, from, to) {
@@ -156,7 +156,7 @@ export class Curves {
     const room = style.getPropertyValue("--sd-fills") === "1" ? this.root.clientHeight - BOTTOM - seen.reduce((sum, view) => sum + view.caption.offsetHeight + 3, 0) : 0;
     const high = room ? Math.max(HIGH - 20, Math.min(240, Math.floor(room / seen.length))) : HIGH;
     for (const view of seen) {
-      const wanted = `${this.square || (view.figure.high || high) + (view.last || view.figure.own ? BOTTOM - 6 : 0)}px`;
+      const wanted = `${this.square || (view.figure.high || high) + (view.figure.own ? 2 * BOTTOM - 12 : view.last ? BOTTOM - 6 : 0)}px`;
       if (view.canvas.style.height !== wanted) view.canvas.style.height = wanted;
     }
     for (const view of seen) [view.width, view.height] = [view.canvas.clientWidth, view.canvas.clientHeight];
@@ -252,14 +252,14 @@ export class Curves {
     }
     context.textAlign = "center"; context.textBaseline = "top";
     let until = left - 30;
-    const name = figure.axis, wide = context.measureText(name).width;
+    const name = figure.axis, wide = figure.own ? -8 : context.measureText(name).width;
     for (const [value, words] of along) {
       const x = Math.round(X(value)) + 0.5, half = context.measureText(words).width / 2;
       context.strokeStyle = color("fill"); context.beginPath(); context.moveTo(x, top); context.lineTo(x, bottom); context.stroke();
       if (!labelled || x - half < until || x + half > right - wide - 8) continue;  // the name of the axis stands at its end
       until = x + half + 6; context.fillStyle = color("ink"); context.fillText(words, x, bottom + 6);
     }
-    if (labelled) { context.textAlign = "right"; context.fillStyle = color("ink"); context.fillText(name, right, bottom + 6); }
+    if (labelled) { context.textAlign = "right"; context.fillStyle = color("ink"); context.fillText(name, right, bottom + (figure.own ? BOTTOM - 2 : 6)); }
     context.strokeStyle = color("line"); context.strokeRect(left + 0.5, top + 0.5, right - left - 1, bottom - top - 1);
   }
 

@@ -11,7 +11,7 @@ const socket = new WebSocket(new URL("ws", location.href.replace(/^http/, "ws"))
 socket.binaryType = "arraybuffer";
 const send = message => {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
-  if (["change", "undo", "redo"].includes(message.type)) window.dispatchEvent(new Event("scissordyn:changed"));
+  if (["change", "undo", "redo", "open"].includes(message.type)) window.dispatchEvent(new Event("scissordyn:changed"));
 };
 
 // see message.py
@@ -51,10 +51,13 @@ canvas.render({
 const curves = new Curves(part("sd-curves"), { onPick: x => go(x / factor) });
 const orbit = new Curves(part("sd-orbit"), { square: 240 });
 const contacts = table(part("sd-contacts"), go), numbers = form(part("sd-form"), send), top = bar(part("sd-top"), send, curves);
+const [head, scatters] = part("sd-points").children, axis = head.querySelector("select");
+const points = new Curves(scatters, { onPick: (x, point) => send({ type: "open", point }) });
+axis.onchange = () => send({ type: "axis", name: axis.value });
 let factor = 1;
 function go(time) { window.dispatchEvent(new CustomEvent("scissordyn:go", { detail: time })); }
 window.addEventListener("scissordyn:time", event => curves.move(event.detail * factor));
-window.addEventListener("scissordyn:theme", () => { curves.redraw(); orbit.redraw(); });
+window.addEventListener("scissordyn:theme", () => { curves.redraw(); orbit.redraw(); points.redraw(); });
 
 const shows = {
   early: message => { if (!values.scene) put({ scene: message.scene }); },
@@ -62,6 +65,14 @@ const shows = {
   state: top.state,
   said: top.said,
   python: message => top.code(message.text),
+  points: message => {
+    part("sd-points").hidden = false;
+    axis.replaceChildren(...message.axes.map(name => new Option(name, name, false, name === message.axis)));
+    axis.parentElement.hidden = message.axes.length < 2;
+    head.lastElementChild.textContent = message.note;
+    points.show(message.figures);
+    points.views.forEach(view => { view.range = null; });
+  },
   draft: message => put({ draft: message.draft }),
   run: message => {
     const time = curves.cursor / factor;
@@ -91,7 +102,7 @@ function drawn(run) {
   setTimeout(tell, 500);
 }
 // for tests and measurements
-window.scissordyn = { shown: null, drawn: null, curves, orbit, contacts, released: 0 };
+window.scissordyn = { shown: null, drawn: null, curves, orbit, contacts, points, released: 0 };
 
 socket.onmessage = event => { const message = unpack(event.data); shows[message.type](message); };
 socket.onclose = () => top.said({ text: `${top.last || "the explorer has ended or cannot be reached"}; start it again, then open its new address`, final: true });

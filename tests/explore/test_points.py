@@ -1,0 +1,101 @@
+"""The points of a study and of a bifurcation diagram in the explorer."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+
+pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
+
+from scissordyn.explore.case import open_case
+from scissordyn.explore.message import packed
+from scissordyn.explore.page import Page
+from scissordyn.explore.session import Session
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study of a slider-crank: clearance and speed, with a requirement that half of the points meet."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
+    path = tmp_path_factory.mktemp("points") / "study.db"
+    vary = {"slider pin.clearance": [2e-4, 5e-4], "drive.speed": [10.0, 20.0, 30.0]}
+    sd.study(crank.driven(speed=20.0), vary, until=0.05, store=path, requirements={"peak_force": 100.0}, engine=1)
+    return path
+
+
+def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) -> None:
+    """Cross-check: the points are those of the study itself; a point that is opened has its numbers and its force."""
+    result = sd.open_study(store)
+    case = open_case(store)
+    assert case.points is not None
+    (figure,) = case.points.figures("drive.speed")
+    keys = np.concatenate([line["keys"] for line in figure["lines"]]).astype(int)
+    values = np.concatenate([line["y"] for line in figure["lines"]])[np.argsort(keys)]
+    wanted = result.points["peak_force"].values
+    assert wanted.size == 6
+    np.testing.assert_allclose(values / values.max(), wanted / wanted.max(), rtol=1e-12)
+    (level,) = figure["levels"]
+    assert level / values.max() == pytest.approx(100.0 / wanted.max(), rel=1e-12)
+    met = {line["color"]: set(line["keys"].astype(int)) for line in figure["lines"]}
+    assert met.get("green", set()) == set(np.flatnonzero(wanted < 100.0))
+    best = result.recommend().point
+    large = [int(key) for line in figure["lines"] for key, size in zip(line["keys"], line["sizes"], strict=True) if size > 4.0]
+    assert large == [best]
+
+    messages: list[Mapping[str, Any]] = []
+
+    def send(message: Mapping[str, Any]) -> None:
+        packed(message)
+        messages.append(message)
+
+    page = Page(Session(case, lambda what: None), send)
+    page.begin()
+    assert next(message for message in messages if message["type"] == "points")["axes"] == list(result.study.addresses)
+    page.hear(json.dumps({"type": "open", "point": 4}))
+    ends = time.monotonic() + 60.0
+    while page.session.computing and time.monotonic() < ends:
+        time.sleep(0.05)
+    good = page.session.good
+    assert good is not None
+    assert good.run is not None
+    assert good.case.mechanism == result.mechanism(4)
+    assert float(good.run["peak_force"].max()) == pytest.approx(float(wanted[4]), rel=1e-9)
+    page.hear('{"type": "undo"}')
+    assert page.session.case is case
+    page.hear('{"type": "open", "point": 99}')
+    page.hear('{"type": "axis", "name": "nothing"}')
+    assert [message["text"][:8] for message in messages if message["type"] == "said"] == ["point 99", "points o"]
+    page.close()
+
+
+def test_diagram_is_shown_and_opened_by_a_point(tmp_path: Path) -> None:
+    """Identity: all cycles of a diagram over its parameter; a point has the mechanism with its value."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
+    driven = crank.driven(speed=100.0)
+    diagram = sd.bifurcation(
+        driven,
+        over="slider pin.clearance",
+        values=[1e-4, 3e-4],
+        cycles=3,
+        keep=2,
+        rtol=1e-5,
+        atol=1e-5,
+        store=tmp_path / "d.nc",
+    )
+    case = open_case(tmp_path / "d.nc")
+    assert case.points is not None
+    figures = {figure["name"]: figure for figure in case.points.figures("")}
+    line = figures["points slider_velocity"]["lines"][0]
+    wanted = diagram["slider_velocity"].transpose("value", "cycle").values.ravel()
+    np.testing.assert_allclose(line["y"] / np.abs(line["y"]).max(), wanted / np.abs(wanted).max(), rtol=1e-12)
+    assert line["keys"].tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert case.mechanism == driven.replace("slider pin.clearance", 1e-4)
+    assert case.points.opened(1).mechanism == driven.replace("slider pin.clearance", 3e-4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from scissordyn.component.time_function import (
     ConstantSpeed,
@@ -19,7 +19,7 @@ from scissordyn.component.time_function import (
 from scissordyn.config.code import code_of
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
 from scissordyn.config.shape import About, Context, Reader, Shape, reader
-from scissordyn.config.table import Hints, Table, described, located, toml
+from scissordyn.config.table import Hints, Table, described, located, made_table, toml
 from scissordyn.config.text import read_text
 from scissordyn.config.unit_pattern import numbers_pattern, quantity_pattern
 from scissordyn.errors import InputError
@@ -128,19 +128,27 @@ def _polynomial_reader(unit: str, sample: str) -> Reader:
     return read
 
 
-def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
-    given = {key: value for key in keys if (value := getattr(table, key)) is not None}
-    if len(given) != 1:
-        came = f"{len(given)} time functions" + (f" ({', '.join(given)})" if given else "")
-        raise InputError(came, f"exactly one of {', '.join(keys[:-1])} and {keys[-1]}", sample)
-    return next(iter(given.values()))
+class MotionTable(Table):
+    """Time functions, of which one is given."""
+
+    sample: ClassVar[str] = 'speed = "150 rpm"'
+
+    def motion(self) -> TimeFunction:
+        """The one time function that is given."""
+        keys = self.exactly_one
+        given = {key: value for key in keys if (value := getattr(self, key)) is not None}
+        if len(given) != 1:
+            came = f"{len(given)} time functions" + (f" ({', '.join(given)})" if given else "")
+            raise InputError(came, f"exactly one of {', '.join(keys[:-1])} and {keys[-1]}", self.sample)
+        motion: Any = next(iter(given.values()))
+        return ConstantSpeed(motion) if isinstance(motion, float) else motion
 
 
 MOVES = {"start": "30 deg", "end": "60 deg", "duration": "2 s"}
 OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "angular_frequency": "3 Hz"}
 
 
-class DriveTable(Table):
+class DriveTable(MotionTable):
     """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], About(examples=["150 rpm"])] = None
@@ -178,15 +186,8 @@ class DriveTable(Table):
         """One motion."""
         self.motion()
 
-    def motion(self) -> TimeFunction:
-        """The one motion that is given."""
-        given = _only_one(self, _MOTIONS, 'speed = "150 rpm"')
-        motion: TimeFunction = ConstantSpeed(given) if isinstance(given, float) else given
-        return motion
 
-
-_MOTIONS = tuple(key for key in DriveTable.declared_keys() if key != "body")
-DriveTable.exactly_one = _MOTIONS
+DriveTable.exactly_one = tuple(key for key in DriveTable.declared_keys() if key != "body")
 
 
 def _values(kind: type, unit: str) -> Hints:
@@ -198,75 +199,55 @@ def _values(kind: type, unit: str) -> Hints:
     )
 
 
-FADE: dict[str, Any] = {"start": 0, "end": 1, "duration": "2 s"}
+def _table_of(
+    name: str, key: str, unit: str, polynomial: str, moves: Mapping[str, Any], oscillation: Mapping[str, Any], speed: str = ""
+) -> type[MotionTable]:
+    """The time functions of some values over time, with examples."""
+    value = {"1": "factor", "m": "length", "N m": "torque"}[unit]
+    keys: dict[str, tuple[Any, Any]] = {}
+    if speed:
+        keys["speed"] = (Annotated[float | None, Quantity(powers(unit)[1], help=speed)], None)
+    keys["harmonic"] = (Annotated[Harmonic | None, described(Harmonic, _values(Harmonic, unit), **oscillation)], None)
+    keys["table"] = (Annotated[Tabulated | None, _table_reader(value)], None)
+    keys["polynomial"] = (Annotated[Polynomial | None, _polynomial_reader(unit, f"polynomial = {polynomial}")], None)
+    for kind in (Cycloidal, Trapezoidal):
+        move = described(kind, _values(kind, unit), **moves)
+        keys[kind.__name__.lower()] = (Annotated[kind | None, move], None)
+    about = f"A {value} over time: one of {', '.join([*keys][:-1])} and {[*keys][-1]}."
+    table = made_table(name, MotionTable, keys, about)
+    table.exactly_one, table.sample = tuple(keys), f"{key} = {toml({'cycloidal': moves})}"
+    return table
 
 
-class TimeFunctionTable(Table):
-    """A factor over time: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
-
-    speed: Annotated[float | None, Quantity("1/s", help="a factor that grows from zero at this rate")] = None
-
-    harmonic: Annotated[
-        Harmonic | None, described(Harmonic, _values(Harmonic, "1"), mean="0", amplitude="1", angular_frequency="3 Hz")
-    ] = None
-    table: Annotated[Tabulated | None, _table_reader("factor")] = None
-    polynomial: Annotated[Polynomial | None, _polynomial_reader("1", 'polynomial = [0, "0.5 1/s"]')] = None
-    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "1"))] = None
-    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "1"))] = None
-
-    def motion(self) -> TimeFunction:
-        """The one time function that is given."""
-        return _the_time_function(self, f"time_function = {toml({'cycloidal': FADE})}")
-
-
-REACH: dict[str, Any] = {"start": "0.5 m", "end": "0.8 m", "duration": "2 s"}
-
-
-class DistanceTable(Table):
-    """A length over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
-
-    harmonic: Annotated[
-        Harmonic | None, described(Harmonic, _values(Harmonic, "m"), mean="0.5 m", amplitude="0.1 m", angular_frequency="3 Hz")
-    ] = None
-    table: Annotated[Tabulated | None, _table_reader("length")] = None
-    polynomial: Annotated[Polynomial | None, _polynomial_reader("m", 'polynomial = ["0.5 m", "0.1 m/s"]')] = None
-    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "m"), **REACH)] = None
-    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "m"), **REACH)] = None
-
-    def motion(self) -> TimeFunction:
-        """The one time function that is given."""
-        return _the_time_function(self, f"motion = {toml({'cycloidal': REACH})}")
+TimeFunctionTable = _table_of(
+    "TimeFunctionTable",
+    "time_function",
+    "1",
+    '[0, "0.5 1/s"]',
+    {"start": 0, "end": 1, "duration": "2 s"},
+    {"mean": 0, "amplitude": 1, "angular_frequency": "3 Hz"},
+    "a factor that grows from zero at this rate",
+)
+DistanceTable = _table_of(
+    "DistanceTable",
+    "motion",
+    "m",
+    '["0.5 m", "0.1 m/s"]',
+    {"start": "0.5 m", "end": "0.8 m", "duration": "2 s"},
+    {"mean": "0.5 m", "amplitude": "0.1 m", "angular_frequency": "3 Hz"},
+)
+TorqueTable = _table_of(
+    "TorqueTable",
+    "feed_forward",
+    "N m",
+    '["0 N m", "1 N m/s"]',
+    {"start": "0 N m", "end": "5 N m", "duration": "2 s"},
+    {"mean": "0 N m", "amplitude": "1 N m", "angular_frequency": "3 Hz"},
+    "a torque that grows from zero at this rate",
+)
 
 
-LOAD: dict[str, Any] = {"start": "0 N m", "end": "5 N m", "duration": "2 s"}
-
-
-class TorqueTable(Table):
-    """A torque over time: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
-
-    speed: Annotated[float | None, Quantity("N m/s", help="a torque that grows from zero at this rate")] = None
-    harmonic: Annotated[
-        Harmonic | None,
-        described(Harmonic, _values(Harmonic, "N m"), mean="0 N m", amplitude="1 N m", angular_frequency="3 Hz"),
-    ] = None
-    table: Annotated[Tabulated | None, _table_reader("torque")] = None
-    polynomial: Annotated[Polynomial | None, _polynomial_reader("N m", 'polynomial = ["0 N m", "1 N m/s"]')] = None
-    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "N m"), **LOAD)] = None
-    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "N m"), **LOAD)] = None
-
-    def motion(self) -> TimeFunction:
-        """The one time function that is given."""
-        return _the_time_function(self, f"feed_forward = {toml({'cycloidal': LOAD})}")
-
-
-def _the_time_function(table: Table, sample: str) -> TimeFunction:
-    given = _only_one(table, tuple(type(table).declared_keys()), sample)
-    motion: TimeFunction = ConstantSpeed(given) if isinstance(given, float) else given
-    return motion
-
-
-def _time_function_reader(table: type[TimeFunctionTable | DistanceTable | TorqueTable]) -> Reader:
-    table.exactly_one = tuple(table.declared_keys())
+def _time_function_reader(table: type[MotionTable]) -> Reader:
     return Reader(lambda given, context: table.read(given, context).motion(), lambda: table)
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn import library
+from scissordyn.compiler.c import compile_library
 from scissordyn.kernel import Handle
 from scissordyn.mechanics.functions import rate
 
@@ -40,3 +44,19 @@ def test_a_tuple_is_of_the_declared_types() -> None:
     assert Handle(Pair(1, 2.0)).address
     with pytest.raises(TypeError, match=r"Pair.first: str in place of int"):
         Handle(Pair("1", 2.0))  # type: ignore[arg-type]
+
+
+def test_the_process_that_builds_the_library_uses_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: where sources have changed, what is called is the new library, which has the name of the old one."""
+    path, source = tmp_path / "_kernels.so", "kernel.py"
+
+    def make(digest: str, number: int) -> None:
+        names = f'const char SOURCES[] = "{source}", DIGEST[] = "{digest}";\nint number(void) {{ return {number}; }}\n'
+        text = f"#pragma GCC visibility push(default)\n{names}"
+        compile_library(text, path)
+
+    make("of others", 1)
+    os.utime(path, (0.0, 0.0))
+    monkeypatch.setattr(library, "PATH", path)
+    monkeypatch.setattr(library, "build", lambda _: make(library.digest_of([source]), 2))
+    assert library.library.__wrapped__().number() == 2

@@ -42,6 +42,7 @@ def library() -> ctypes.CDLL:
         build("no library of compiled kernels")
     loaded = _load()
     if not _is_current(loaded):
+        _unload(loaded)  # under the same name the system hands out the library that it has
         build("kernels have changed since their library was built")
         loaded = _load()
     return loaded
@@ -55,6 +56,12 @@ def _load() -> ctypes.CDLL:
             f"'{PATH}' is no library for this machine ({error}); allowed: one that was built here; type: "
             f"{Path(sys.executable).name} -m scissordyn.build"
         ) from None
+
+
+def _unload(loaded: ctypes.CDLL) -> None:
+    import _ctypes
+
+    getattr(_ctypes, "FreeLibrary" if sys.platform == "win32" else "dlclose")(loaded._handle)
 
 
 def _is_current(loaded: ctypes.CDLL) -> bool:

@@ -194,18 +194,35 @@ def largest_length_error(S):
     return worst
 
 
+@kernel
+def take_up(at, samples, S):
+    """Let act what acts at a sample."""
+    C = S.state
+    for k in range(C.mode.size):
+        C.mode[k] = samples.mode[at, k]
+        C.memory[k] = samples.memory[at, k]
+    for k in range(C.reference.size):
+        C.reference[k] = samples.reference[at, k]
+    engage(S)
+
+
+@entry
+def rates_without(samples: Sampled, which: I1, contact: int, address: int, rates: F2) -> None:
+    """Rates of the state at some samples if one of the contacts exerted nothing."""
+    S = open_system(address)
+    for k in range(which.size):
+        take_up(which[k], samples, S)
+        S.state.mode[contact] = 0
+        accelerate(samples.time[which[k]], samples.state[which[k]], S, rates[k])
+
+
 @entry
 def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) -> None:
     """Evaluate everything at each sample."""
     S = open_system(address)
     M, W, C = S.model, S.work, S.state
     for at in range(samples.time.size):
-        for k in range(C.mode.size):
-            C.mode[k] = samples.mode[at, k]
-            C.memory[k] = samples.memory[at, k]
-        for k in range(C.reference.size):
-            C.reference[k] = samples.reference[at, k]
-        engage(S)
+        take_up(at, samples, S)
         # dense output keeps lengths only to its own accuracy
         project(samples.time[at], samples.state[at], S)
         accelerate(samples.time[at], samples.state[at], S, W.scratch)
@@ -234,6 +251,11 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
         R.length_error[0] = max(R.length_error[0], largest_length_error(S))
         write_energies(at, samples.time[at], samples.state[at], S, R)
         write_loads(at, B, S, R)
+
+
+def sampled(samples: Any) -> Sampled:
+    """What the kernels read of samples."""
+    return Sampled(*(getattr(samples, field) for field in Sampled._fields))
 
 
 def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
@@ -266,6 +288,5 @@ def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
         stored=np.empty(nt),
         length_error=np.zeros(1),
     )
-    states = Sampled(*(getattr(samples, field) for field in Sampled._fields))
-    fill(states, system.address, maps, samples_record, np.zeros(content.model.rotation_start.size - 1))
+    fill(sampled(samples), system.address, maps, samples_record, np.zeros(content.model.rotation_start.size - 1))
     return samples_record

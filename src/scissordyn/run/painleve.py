@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.laws.friction.none import NoFriction
-from scissordyn.mechanics import functions
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.outputs import Record, rates_without, sampled
 from scissordyn.run.trajectory import Trajectory
 
 MOST_SAMPLES, FEWEST = 600, 10
@@ -48,17 +47,11 @@ def painleve_warnings(path: Trajectory, found: Record) -> list[str]:
 
 def _pressed_together(path: Trajectory, found: Record, contact: int, looked_at: np.ndarray) -> np.ndarray:
     """The samples at which the force of a contact accelerates its indentation: accelerations with it less those without."""
-    samples, address, state = path.samples, path.system.address, path.system.content.state
     vector, n = path.plan.eccentricity(contact), path.plan.coordinates.free
     free = vector.columns < n
     columns, rows = vector.columns[free], vector.rows[:, free]
-    without, rate = np.zeros((looked_at.size, columns.size)), np.zeros(samples.state.shape[1])
-    for k, at in enumerate(looked_at.tolist()):
-        state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
-        functions.activate(address)
-        state.mode[contact] = 0
-        functions.rate(samples.time[at], samples.state[at], address, rate)
-        without[k] = rate[n + columns]
-    apart = (found.A[looked_at][:, columns] - without) @ rows.T
+    rates = np.zeros((looked_at.size, path.samples.state.shape[1]))
+    rates_without(sampled(path.samples), np.ascontiguousarray(looked_at), contact, path.system.address, rates)
+    apart = (found.A[looked_at][:, columns] - rates[:, n + columns]) @ rows.T
     row = found.contact[looked_at, contact]
     return np.asarray(looked_at[apart[:, 0] * row["nx"] + apart[:, 1] * row["ny"] > 0.0])

@@ -18,6 +18,7 @@ import xarray as xr
 
 from scissordyn.cli import main, progress
 from scissordyn.cli.main import status_of
+from scissordyn.run import simulate
 from scissordyn.run.store import load
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
@@ -292,6 +293,18 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     ):
         assert text in shown
     assert not list(folder.iterdir())
+
+
+def test_a_run_is_computed_again_for_its_curves_only(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: samples = "auto" integrates once where nothing is saved or drawn, and twice where curves are kept."""
+    counted: list[int] = []
+    compute = simulate.compute
+    monkeypatch.setattr(simulate, "compute", lambda *given, **named: counted.append(1) or compute(*given, **named))
+    command = ["run", str(PAPER), *SHORT[:4], "--samples", "auto", "-q"]
+    assert status_of(command) == 0
+    assert len(counted) == 1
+    assert status_of([*command, "-o", "run.nc"]) == 0
+    assert len(counted) == 3
 
 
 def test_check_says_what_a_long_run_costs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,7 @@ import scissordyn as sd
 from scissordyn.cli.motor import motor as command
 from scissordyn.config.motor import read_motor
 from scissordyn.config.study import read_study
+from scissordyn.run import simulate
 from study.test_study import UNTIL, arm
 
 CURVE = sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))
@@ -26,6 +27,15 @@ joint = "A"
 clearance = "0.2 mm"
 [run]
 until = "5 ms"
+"""
+
+
+CONTROL = """
+[[control]]
+name = "servo"
+controller = { name = "feed-forward", proportional = "37000 N m/rad", derivative = "2700 N m s/rad" }
+feed_forward = "ideal"
+reference = { harmonic = { mean = "30 deg", amplitude = "2 deg", angular_frequency = "20 Hz" } }
 """
 
 
@@ -119,6 +129,31 @@ def test_a_motor_in_a_study(tmp_path: Path) -> None:
         file.write_text(f'case = "case.toml"\n[vary]\n"A.clearance" = "0.1, 0.4 mm"\n[motor]\n{wrong}\n')
         with pytest.raises(sd.InputError, match=words):
             read_study(file)
+
+
+def test_a_motor_in_a_study_needs_one_run_of_a_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: with samples = "auto" a fraction is that of equally spaced samples and of the replayed case, bit for bit."""
+    text = CASE.replace('until = "5 ms"', 'until = "20 ms"\nsamples = SAMPLES').replace('[drive]\nspeed = "150 rpm"\n', CONTROL)
+    counted: list[int] = []
+    compute = simulate.compute
+    monkeypatch.setattr(simulate, "compute", lambda *given, **named: counted.append(1) or compute(*given, **named))
+    values, runs = [], []
+    for samples in ('"auto"', "2001"):
+        (tmp_path / "case.toml").write_text(text.replace("SAMPLES", samples))
+        file = tmp_path / "study.toml"
+        file.write_text(
+            'case = "case.toml"\nrequire = ["motor_fraction < 1"]\n[vary]\n"A.clearance" = "0.1, 0.4 mm"\n'
+            '[motor]\npoints = ["0 rpm, 2 kN m", "200 rpm, 0.1 kN m"]\nof = "servo"\n'
+        )
+        counted.clear()
+        found = sd.study(file, store=tmp_path / f"{len(values)}.db")
+        runs.append(len(counted))
+        values.append(found.dataset["motor_fraction"].values.tolist())
+        curve = read_study(file).motor
+        assert curve is not None
+        assert [curve(found.replay(case)) for case in (0, 1)] == values[-1]
+    assert values[0] == values[1]
+    assert runs[0] == runs[1]
 
 
 def test_least_value() -> None:

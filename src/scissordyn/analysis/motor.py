@@ -14,6 +14,7 @@ from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.run.configuration import read_configuration
+from scissordyn.run.options import AUTO, EQUALLY_SPACED
 
 SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 
@@ -71,7 +72,15 @@ class MotorCurve:
 
     def __call__(self, run: xr.Dataset) -> float:
         """The largest fraction in a run."""
-        return float(np.max(self.fraction(torque_over_speed(run, self.of))))
+        return float(np.max(self.fraction(torque_over_speed(_equally_spaced(run), self.of))))
+
+
+def _equally_spaced(run: xr.Dataset) -> xr.Dataset:
+    """A run without the further samples of "auto", so that a fraction does not depend on whether these were computed."""
+    options = read_configuration(run).options
+    if options is None or options.samples != AUTO or run.attrs["status"] != "complete":
+        return run
+    return run.isel(time=np.isin(run["time"].values, np.linspace(0.0, float(run["time"][-1]), EQUALLY_SPACED)))
 
 
 def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:

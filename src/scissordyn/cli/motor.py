@@ -53,7 +53,8 @@ def motor(
     described = read_case(case, change or [])
     from scissordyn.run.simulate import simulate
 
-    run = simulate(described.mechanism, **{**described.run.keywords, "trust": False})
+    options = described.run.once if plot is None else described.run
+    run = simulate(described.mechanism, **{**options.keywords, "trust": False})
     needed = torque_over_speed(run, of)
     _show(needed, curve)
     if least:

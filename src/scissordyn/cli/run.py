@@ -60,7 +60,8 @@ def run(
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
-        mechanism, result = _from_case(case, changes, kept)
+        drawn = not (output is None and plot is None and film is None)
+        mechanism, result = _from_case(case, changes, kept, drawn=drawn)
     silent = quiet or as_json
     files: list[Path] = []
     try:
@@ -161,7 +162,8 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     return Checkpoint(path, seconds, keep=True)
 
 
-def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) -> tuple[Mechanism, Results]:
+def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None, *, drawn: bool) -> tuple[Mechanism, Results]:
+    """The case's run; the further samples of "auto", which are for curves, only if it is saved or drawn."""
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
@@ -171,7 +173,7 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
-        return case.mechanism, results_of(case.mechanism, case.run, progress, checkpoint)
+        return case.mechanism, results_of(case.mechanism, case.run if drawn else case.run.once, progress, checkpoint)
 
 
 def _again(path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None) -> tuple[Mechanism, Results]:

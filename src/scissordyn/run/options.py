@@ -24,7 +24,8 @@ StartKind = Literal["concentric", "in-contact", "static", "as-placed"]
 EventKind = Literal["auto", "located", "crossed"]
 
 SampleCount = Annotated[
-    int | Literal["auto"], Quantity("1", minimum=2, maximum=10_000_000, help='recorded instants, or "auto"')
+    int | Literal["auto"],
+    Quantity("1", minimum=2, maximum=10_000_000, help='recorded instants, or "auto": those of contacts too, at twice the time'),
 ]
 
 
@@ -88,6 +89,11 @@ class Options:
     def count(self) -> int:
         """Number of equally spaced samples."""
         return EQUALLY_SPACED if isinstance(self.samples, str) else self.samples
+
+    @property
+    def once(self) -> Options:
+        """The same with equally spaced samples, so that a run is computed once."""
+        return dataclasses.replace(self, samples=self.count)
 
     @property
     def keywords(self) -> dict[str, Any]:

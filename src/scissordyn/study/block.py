@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import number
 from scissordyn.run.batch import Perturbed, simulate_cases
@@ -149,7 +150,9 @@ def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[
     functions = {each.name: each.callable() for each in own}
     values = {name: np.full(found.sizes["case"], np.nan) for name in functions}
     status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
-    options = {**study.options.keywords, "trust": False}
+    # the largest torque is located between samples: a motor's curve needs no further ones, which take a second run
+    given = study.options.once if all(isinstance(each, MotorCurve) for each in functions.values()) else study.options
+    options = {**given.keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look()
         name = ""

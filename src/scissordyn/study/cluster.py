@@ -15,6 +15,9 @@ from scissordyn.errors import InputError
 from scissordyn.extra import library
 from scissordyn.run.engine import QUICKLY, signals_blocked
 
+KEYS = ("_job_ca_file", "_job_cert", "_job_key")
+"""Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
+
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
 
@@ -41,6 +44,8 @@ def cluster(where: str | Path) -> Iterator[Executor]:
         for each in connected:
             with suppress(Exception, CancelledError):
                 _within(wait, each.close)
+        for name in KEYS if jobs is not None else ():
+            vars(jobs)[name].close()
 
 
 def _connected(distributed: Any, where: Any) -> Any:

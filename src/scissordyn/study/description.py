@@ -92,16 +92,9 @@ class OwnMeasure:
 
 @dataclass(frozen=True)
 class Cases:
-    """The numbers of some cases.
+    """The numbers of some cases."""
 
-    Parameters
-    ----------
-    values : dict of str to ndarray
-        By address, in SI.
-    members : ndarray of int
-    """
-
-    values: dict[str, np.ndarray]
+    values: dict[str, np.ndarray]  # By address, in SI
     members: np.ndarray
 
 
@@ -110,49 +103,24 @@ class Study:
     """A study of a mechanism.
 
     Case number = (point x samples + sample) x members + member, so that a point's cases are neighbours.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Of a study that is only read, the text of its case file: nothing is executed to read one.
-    options : Options
-    factors : tuple of Factor
-    design : Design
-    measures : tuple of str
-        Names from `run.measure.MEASURES`.
-    own_measures : tuple of OwnMeasure
-    uncertain : tuple of Factor
-        Numbers that nobody chooses.
-    sampling : Sampling
-    members : int
-        Runs of each sample, from starts that differ by round-off: where they disagree the answer is a distribution.
-    perturbation : float
-        Of the starts.
-    requirements : tuple of Requirement
-    optimisation : Optimisation or None
-        Proposes the points of an adaptive design.
-    responses : tuple of Response
-        Of single joints, drives, components or tracked points: answers in place of the largest value of all of them.
-    accurate : Accurate or None
-        The runs that verify those of this study, which are cheap: see `study.screening`.
-    variants : tuple of Mechanism
-        The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none.
     """
 
-    mechanism: Mechanism
+    mechanism: Mechanism  # Of a study that is only read, the text of its case file: nothing is executed
     options: Options
     factors: tuple[Factor, ...]
     design: Design = field(default_factory=Design)
     measures: tuple[str, ...] = ("peak_force", "peak_drive_torque")
     own_measures: tuple[OwnMeasure, ...] = ()
-    uncertain: tuple[Factor, ...] = ()
+    uncertain: tuple[Factor, ...] = ()  # Numbers that nobody chooses
     sampling: Sampling = field(default_factory=Sampling)
-    members: int = 1
-    perturbation: float = 1e-14
+    members: int = 1  # Runs of each sample, from starts that differ by round-off
+    perturbation: float = 1e-14  # Of the starts
     requirements: tuple[Requirement, ...] = ()
-    optimisation: Optimisation | None = None
+    optimisation: Optimisation | None = None  # Proposes the points of an adaptive design
+    # Of single joints, drives, components or tracked points: answers in place of the largest value of all of them
     responses: tuple[Response, ...] = ()
-    accurate: Accurate | None = None
+    accurate: Accurate | None = None  # The runs that verify those of this study, which are cheap
+    # The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none
     variants: tuple[Mechanism, ...] = ()
 
     def __post_init__(self) -> None:
@@ -262,14 +230,7 @@ class Study:
         )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
-        """The numbers of some cases; each depends on the number of its case only.
-
-        Parameters
-        ----------
-        cases : ndarray of int, shape (n,)
-        points : ndarray, shape (design points, factors), optional
-            Of an adaptive design.
-        """
+        """The numbers of some cases; each depends on the number of its case only. Points are those of an adaptive design."""
         point, rest = np.divmod(cases, self.per_point)
         sample, member = np.divmod(rest, self.members)
         values: dict[str, np.ndarray] = {}
@@ -296,18 +257,7 @@ class Study:
         return Cases(values, member)
 
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The numbers that a mechanism gets: chosen values with their deviations.
-
-        Parameters
-        ----------
-        values : mapping of str to ndarray or float
-            By `addresses`.
-
-        Returns
-        -------
-        dict
-            By address.
-        """
+        """The numbers that a mechanism gets, by address: chosen values with their deviations, which are by `addresses`."""
         deviations = [factor for factor in self.uncertain if factor.of]
         left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
         found = {name: value for name, value in values.items() if name not in left_out}
@@ -347,20 +297,8 @@ class Study:
     ) -> Study:
         """The study that `to_plain` wrote.
 
-        Parameters
-        ----------
-        plain : mapping
-        allow_code : sequence of Path
-            Files of the user whose functions may be executed.
-        own_measures : sequence of OwnMeasure
-            The functions that are no file's.
-        reading : bool
-            No case will be computed: the mechanism is left as the text of its case file, and nothing of the user is executed.
-
-        Raises
-        ------
-        InputError
-            If a function of the user is neither given nor in an allowed file, or the file has changed since then.
+        Functions of the user are in allowed files, which must not have changed, or given as measures. One that is only read
+        keeps its mechanism as the text of its case file, and executes nothing of the user's.
         """
         mechanism, *variants = (
             text if reading else read_mechanism(text, allow_code) for text in (plain["mechanism"], *plain.get("variants", ()))

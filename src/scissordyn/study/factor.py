@@ -15,35 +15,17 @@ from scissordyn.study.distribution import Names, Variation, from_plain, to_plain
 
 @dataclass(frozen=True)
 class Factor:
-    """A number that varies, or a name.
+    """A number that varies, or a name."""
 
-    Parameters
-    ----------
-    address : str
-        See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value. Of a name, what it is
-        the name of.
-    variation : Variation
-        Values in SI; of names, their places in `Names`.
-    unit : str
-        In which pictures and tables show it; empty for SI.
-    scale : float
-        One such unit in SI.
-    of : str
-        Address of the chosen number from which this one deviates; its variation is that of the deviation. It is `address`
-        itself, or a pattern of which `address` is one place.
-    relative : bool
-        Whether the deviation is a fraction of the chosen value.
-    si : str
-        SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own; else empty.
-    """
-
+    # See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
     address: str
-    variation: Variation
-    unit: str = ""
-    scale: float = 1.0
+    variation: Variation  # Values in SI; of names, their places in `Names`
+    unit: str = ""  # In which pictures and tables show it; empty for SI
+    scale: float = 1.0  # One such unit in SI
+    # Address of the chosen number from which this one deviates by its variation; a pattern where it is one of several places
     of: str = ""
-    relative: bool = False
-    si: str = ""
+    relative: bool = False  # Whether the deviation is a fraction of the chosen value
+    si: str = ""  # SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own
 
     @property
     def name(self) -> str:

@@ -41,9 +41,9 @@ def cluster(where: str | Path) -> Iterator[Executor]:
         yield client.get_executor(pure=False)
         wait = PATIENCE
     finally:
-        for each in connected:
+        for connection in connected:
             with suppress(Exception, CancelledError):
-                _within(wait, each.close)
+                _within(wait, connection.close)
         for name in KEYS if jobs is not None else ():
             vars(jobs)[name].close()
 

@@ -87,10 +87,10 @@ def _region(there: xr.Dataset, points: xr.Dataset, address: str) -> Fact:
     """Over what range of a number, or with which names, requirements are met."""
     scale = scale_of(points[address])
     if scale.labels:
-        places = (np.unique(each[address].values) for each in (there, points))
+        places = (np.unique(some[address].values) for some in (there, points))
         met, tried = (", ".join(scale.text(float(place)) for place in these) for these in places)
         return Fact("met names", address, {"names": met, "tried": None if met == tried else tried})
-    first, last, least, most = (float(end) for each in (there, points) for end in (each[address].min(), each[address].max()))
+    first, last, least, most = (float(end) for some in (there, points) for end in (some[address].min(), some[address].max()))
     kind = "met value" if scale.text(first) == scale.text(last) else "met range"
     return Fact(kind, address, {"first": first, "last": last, "least": least, "most": most}, scale)
 
@@ -136,11 +136,11 @@ def margin_text(margin: float) -> str:
 
 
 def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Table:
-    meanings = {each.label: meaning(results, each) for each in study.requirements}
+    meanings = {requirement.label: meaning(results, requirement) for requirement in study.requirements}
     explained, rows = any(meanings.values()), []
-    for each in point.margins:
-        means = (meanings[each.requirement],) if explained else ()
-        rows.append((each.requirement, *means, each.text, margin_text(each.margin)))
+    for margin in point.margins:
+        means = (meanings[margin.requirement],) if explained else ()
+        rows.append((margin.requirement, *means, margin.text, margin_text(margin.margin)))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     head = ("requirement", *(("meaning",) if explained else ()), "value there", "margin")
     return Table(head, rows, f"Point {point.point}", (note,))
@@ -196,7 +196,7 @@ def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
 
 def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, tuple[Trend, ...]]) -> Fact:
     """What a requirement needs of a number; extrapolated or not."""
-    requirement = next(each for each in study.requirements if each.label == need.requirement)
+    requirement = next(wanted for wanted in study.requirements if wanted.label == need.requirement)
     trend = by_response[requirement.response.name][0]
     k = trend.numbers.index(need.number)
     first, last = (float(end) for end in trend.ranges[k])
@@ -224,12 +224,12 @@ def trend_table(study: Study, results: xr.Dataset) -> Table | None:
     """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
     rows, head = [], ("response", *study.addresses, "R2", "error at points left out")
     for name, both in trends(study, results).items():
-        law = next((one for one in both if one.form == "power"), None)
+        law = next((trend for trend in both if trend.form == "power"), None)
         if law is not None:
             cells = dict(zip(law.numbers, zip(law.slopes, law.intervals, law.logarithmic, strict=True), strict=True))
             texts = [
-                f"{cells[each][0]:.2f} ± {cells[each][1]:.2f}" if each in cells and cells[each][2] else "-"
-                for each in study.addresses
+                f"{cells[address][0]:.2f} ± {cells[address][1]:.2f}" if address in cells and cells[address][2] else "-"
+                for address in study.addresses
             ]
             rows.append((name, *texts, f"{law.r2:.2f}", f"{law.error:.1%}"))
     note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."

@@ -121,7 +121,7 @@ class _Words(string.Formatter):
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if isinstance(value, tuple):
-            return ("; " if any(each.kind.startswith("met ") for each in value) else ", ").join(map(str, value))
+            return ("; " if any(fact.kind.startswith("met ") for fact in value) else ", ").join(map(str, value))
         if not format_spec.startswith("u"):
             return str(super().format_field(value, format_spec))
         assert self._scale is not None
@@ -132,5 +132,5 @@ class _Words(string.Formatter):
 
 def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
-        return [each.to_plain() for each in value]
+        return [fact.to_plain() for fact in value]
     return value.item() if hasattr(value, "item") else value

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -34,43 +35,34 @@ PAST = 0.7
 
 
 def next_steps(
-    study: Study, results: xr.Dataset, address: str, one: Recommendation | None, needs: Sequence[Need]
+    study: Study, results: xr.Dataset, address: str, point: Recommendation | None, needs: Sequence[Need]
 ) -> list[Step]:
     """What to try next: why, and the command."""
     if counts(results)[2]:
         return [(Fact("pending"), command("scissordyn", "study", "resume", address))]
-    if one is None:
+    if point is None:
         return []
     if not study.factors:
         more = str(max(4 * study.sampling.samples, CHECKED))
-        wide = one.high - one.low
-        return [(Fact("narrower"), _refine(address, "--samples", more))] if wide > 0.5 * WIDE else []
-    if one.probability > 0.0:
-        return _met(study, results, address, one)
-    return _not_met(study, results, address, one, needs)
+        return [(Fact("narrower"), _refine(address, "--samples", more))] if point.high - point.low > 0.5 * WIDE else []
+    if point.probability > 0.0:
+        return _met(study, results, address, point)
+    return _not_met(study, results, address, point, needs)
 
 
-def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -> list[Step]:
-    fixed = [
-        word
-        for each in study.factors
-        for word in ("--vary", f"{each.address}={typed(results, each, one.numbers[each.address])}")
-    ]
-    steps = []
-    if study.uncertain:
-        if not one.low > 0.9:
-            more = str(max(4 * study.sampling.samples, CHECKED))
-            seed = str(study.sampling.seed + 1)
-            again = _refine(address, *fixed, "--samples", more, "--seed", seed)
-            steps.append((Fact("new samples"), again))
-    else:
-        loose = []
-        for each in study.factors:
-            value = typed(results, each, one.numbers[each.address])
-            loose += (
-                ["--vary", f"{each.address}={value}"] if each.texts else ["--uncertain", f"{each.address}={value} {TOLERANCE}"]
-            )
-        steps.append((Fact("tolerances"), _refine(address, *loose, "--samples", str(CHECKED))))
+def _met(study: Study, results: xr.Dataset, address: str, point: Recommendation) -> list[Step]:
+    steps, samples = [], max(4 * study.sampling.samples, CHECKED)
+    if not study.uncertain:
+        loose = [
+            f"--vary {factor.address}={value}" if factor.texts else f"--uncertain {factor.address}={value} {TOLERANCE}"
+            for factor, value in _typed(study, results, point.numbers)
+        ]
+        words = [word for option in loose for word in option.split(" ", 1)]
+        steps.append((Fact("tolerances"), _refine(address, *words, "--samples", str(CHECKED))))
+    elif not point.low > 0.9:
+        seed = str(study.sampling.seed + 1)
+        again = _refine(address, *_fixed(study, results, point.numbers), "--samples", str(samples), "--seed", seed)
+        steps.append((Fact("new samples"), again))
     fraction = feasible_fraction(study, results)[-1]
     if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
         more = command("scissordyn", "study", "extend", address, "--points", 2 * study.design.points)
@@ -78,31 +70,35 @@ def _met(study: Study, results: xr.Dataset, address: str, one: Recommendation) -
     return steps
 
 
-def _not_met(study: Study, results: xr.Dataset, address: str, one: Recommendation, needs: Sequence[Need]) -> list[Step]:
-    need = next((each for each in needs if each.requirement == one.binding), None)
-    binding = next(each for each in study.requirements if each.label == one.binding)
+def _not_met(study: Study, results: xr.Dataset, address: str, point: Recommendation, needs: Sequence[Need]) -> list[Step]:
+    need = next((need for need in needs if need.requirement == point.binding), None)
+    binding = next(requirement for requirement in study.requirements if requirement.label == point.binding)
     steps = []
     if need is not None and need.extrapolated and math.isfinite(need.value):
-        factor = next(each for each in study.factors if each.address == need.number)
+        factor = next(factor for factor in study.factors if factor.address == need.number)
         values = results[column(need.number)].values
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         # towards the need, as far from the old range as it takes
         past = PAST if (need.value < low) == (need.value > 0.0) else 1.0 / PAST
         ends = sorted((need.value * past, low if need.value < low else high))
         text = f"{_number(results, factor, ends[0])}..{typed(results, factor, ends[1])}"
-        steps.append((Fact("goes on", one.binding), _refine(address, "--vary", f"{need.number}={text}")))
+        steps.append((Fact("goes on", point.binding), _refine(address, "--vary", f"{need.number}={text}")))
     likely = predicted_point(study, by_point(study, results))
     if likely is not None:
-        words = [
-            word
-            for each in study.factors
-            for word in ("--vary", f"{each.address}={typed(results, each, likely[each.address])}")
-        ]
-        steps.insert(0, (Fact("interpolated"), _refine(address, *words)))
+        steps.insert(0, (Fact("interpolated"), _refine(address, *_fixed(study, results, likely))))
     if study.optimisation is None:
         goal = f"{'maximise' if binding.response.smallest else 'minimise'} {_goal_name(binding.response.name)}"
         steps.append((Fact("search"), _refine(address, "--goal", goal)))
     return steps
+
+
+def _typed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[tuple[Factor, str]]:
+    return [(factor, typed(results, factor, numbers[factor.address])) for factor in study.factors]
+
+
+def _fixed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[str]:
+    """Options that choose a point."""
+    return [word for factor, value in _typed(study, results, numbers) for word in ("--vary", f"{factor.address}={value}")]
 
 
 def _goal_name(name: str) -> str:

@@ -375,7 +375,7 @@ class Store:
             {"cause": "why a case failed", "warnings": "of a complete case, one a line"}.items()
         ):
             texts = np.full(cases, "", object)
-            texts[rows.cases] = [each[k] for each in rows.texts]
+            texts[rows.cases] = [pair[k] for pair in rows.texts]
             variables[name] = ("case", texts, {"long_name": meaning})
         status = np.full(cases, PENDING, np.int8)
         status[rows.cases] = rows.status

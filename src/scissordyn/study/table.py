@@ -52,8 +52,8 @@ class Columns:
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> Columns:
         arrays = (
-            Array(each["name"], tuple(each["dims"]), tuple(each["shape"]), each["attrs"], tuple(each["columns"]))
-            for each in plain["arrays"]
+            Array(array["name"], tuple(array["dims"]), tuple(array["shape"]), array["attrs"], tuple(array["columns"]))
+            for array in plain["arrays"]
         )
         labels = {name: (tuple(dims), tuple(texts)) for name, (dims, texts) in plain["labels"].items()}
         return cls(tuple(arrays), labels)
@@ -195,7 +195,7 @@ def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
     if len(parts) == 1:
         return parts[0]
     numbers, status = np.concatenate([part.cases for part in parts]), np.concatenate([part.status for part in parts])
-    texts = [each for part in parts for each in part.texts]
+    texts = [pair for part in parts for pair in part.texts]
     matrix = np.concatenate([part.matrix for part in parts])
     return Rows(numbers, status, texts, matrix, {case: why for part in parts for case, why in part.damaged.items()})
 

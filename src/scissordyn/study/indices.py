@@ -17,7 +17,7 @@ RESAMPLES = 500
 """Resamples of the bootstrap."""
 
 SEED = 1
-"""Of the resamples; with 0 the library draws others in each call."""
+"""Of the resamples for indices of Sobol; with 0 the library draws others in each call."""
 
 
 def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
@@ -55,7 +55,7 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> 
     _check_count(int(whole.sum()), "trajectories")
     problem = {"num_vars": d, "names": names, "bounds": [[0.0, 1.0]] * d}
     used = points.reshape(-1, d + 1, d)[whole].reshape(-1, d)
-    found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=SEED)
+    found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=0)
     keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
     return xr.Dataset(
         {name: ("factor", np.asarray(found[key], float) / DRAWN_IN, {}) for name, key in keys.items()},

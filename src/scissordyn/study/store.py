@@ -72,7 +72,7 @@ class Store:
             with self._open() as connection:
                 ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION
                 version = connection.execute("PRAGMA user_version").fetchone()[0]
-        except sqlite3.DatabaseError as error:
+        except table.BROKEN as error:
             if isinstance(error, sqlite3.OperationalError):
                 raise StoreError(f"'{self.address}' cannot be read: {error}") from None
             ours = False
@@ -415,7 +415,7 @@ def _blocks(connection: sqlite3.Connection, where: str = "") -> dict[int, tuple[
     """Rows that were written of each block, and its times; without what cannot be read."""
     try:
         rows = connection.execute(f"SELECT * FROM blocks {where}").fetchall()
-    except sqlite3.DatabaseError as error:
+    except table.BROKEN as error:
         if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
             raise
         return {}
@@ -434,5 +434,5 @@ def _one_line(address: str) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
         raise StoreError(f"'{address}' cannot be read or written: {reason}; what is complete is kept") from error
-    except sqlite3.Error as error:
+    except table.BROKEN as error:
         raise StoreError(f"'{address}' cannot be read or written: {error}; what is complete is kept") from error

@@ -27,6 +27,9 @@ FIRST = ("number", "status", "cause", "warnings", "digest")
 """Columns of the table of cases before those of its numbers."""
 
 
+BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)
+"""What reading a file may raise in which bytes are changed."""
+
 CHANGED = "not what was written"
 UNREADABLE = "cannot be read"
 
@@ -251,7 +254,7 @@ def _readable(connection: sqlite3.Connection, query: str, first: int, last: int)
             numbers = np.array([row[0] for row in rows], int)
             if not numbers.size or (np.all(np.diff(numbers) > 0) and numbers[0] >= first and numbers[-1] <= last):
                 return rows, {}
-    except sqlite3.DatabaseError as error:
+    except BROKEN as error:
         if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
             raise
     if first == last:

@@ -79,7 +79,7 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
 
     Shapes: returns (cases,).
     """
-    return {one.name: response_values(results, one) for one in answered(study, results)}
+    return {response.name: response_values(results, response) for response in answered(study, results)}
 
 
 def answered(study: Study, results: xr.Dataset) -> list[Response]:
@@ -87,11 +87,11 @@ def answered(study: Study, results: xr.Dataset) -> list[Response]:
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
-    chosen += [one for one in study.responses if one.name not in {each.name for each in chosen}]
-    covered = {(one.measure, response_unit(results, one)) for one in chosen}
+    chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
+    covered = {(response.measure, response_unit(results, response)) for response in chosen}
     there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
-    every = (one for name in there for one in whole_responses(results, name))
-    return chosen + [one for one in every if (one.measure, response_unit(results, one)) not in covered]
+    every = (response for name in there for response in whole_responses(results, name))
+    return chosen + [response for response in every if (response.measure, response_unit(results, response)) not in covered]
 
 
 def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
@@ -113,21 +113,25 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     complete = (results["status"].values[rows] == COMPLETE).reshape(shape)
     variables: dict[str, object] = {}
     for factor in study.factors:
-        found = results[column(factor.address)]
-        values = found.values[rows].reshape(count, -1)[:, 0]
-        variables[factor.address] = ("point", values, {**found.attrs, **factor.shown, "role": "factor"})
+        variable = results[column(factor.address)]
+        values = variable.values[rows].reshape(count, -1)[:, 0]
+        variables[factor.address] = ("point", values, {**variable.attrs, **factor.shown, "role": "factor"})
     differs = np.zeros(count, bool)
-    for one in answered(study, results):
-        name = one.name
-        cells = case_values(study, results, one)[rows].reshape(shape)
-        about = {"units": response_unit(results, one), "role": "response"}
+    for response in answered(study, results):
+        name = response.name
+        cells = case_values(study, results, response)[rows].reshape(shape)
+        about = {"units": response_unit(results, response), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
-        variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), one.smallest), {**about, "role": "worst"})
+        variables[f"worst {name}"] = (
+            "point",
+            _extreme(cells.reshape(count, -1), response.smallest),
+            {**about, "role": "worst"},
+        )
         spread = _spread(cells)
         variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
         differs |= spread > AGREEMENT
-    for one in (one for name in study.measure_names for one in whole_responses(results, name)):
-        differs |= _spread(np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)) > AGREEMENT
+    for response in (response for name in study.measure_names for response in whole_responses(results, name)):
+        differs |= _spread(np.where(complete, response_values(results, response)[rows].reshape(shape), np.nan)) > AGREEMENT
     met = meets_all(study, results)[rows].reshape(shape)
     with np.errstate(invalid="ignore"):
         fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
@@ -147,16 +151,16 @@ def _spread(cells: np.ndarray) -> np.ndarray:
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
-    known = ~np.isnan(values)
+    there = ~np.isnan(values)
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(known, values, 0.0).sum(axis=-1) / known.sum(axis=-1))
+        return np.asarray(np.where(there, values, 0.0).sum(axis=-1) / there.sum(axis=-1))
 
 
 def _extreme(values: np.ndarray, smallest: bool) -> np.ndarray:
     """Along the last axis; NaN where nothing is known."""
-    known, sign = ~np.isnan(values), -1.0 if smallest else 1.0
-    found = sign * np.max(np.where(known, sign * values, -np.inf), axis=-1)
-    return np.where(known.any(axis=-1), found, np.nan)
+    there, sign = ~np.isnan(values), -1.0 if smallest else 1.0
+    extreme = sign * np.max(np.where(there, sign * values, -np.inf), axis=-1)
+    return np.where(there.any(axis=-1), extreme, np.nan)
 
 
 def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
@@ -173,23 +177,26 @@ def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
     """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
     complete = results["status"].values == COMPLETE
-    each = [(one.label, one.met(response_values(results, one.response))) for one in study.requirements]
-    every = [*each, ("all requirements", meets_all(study, results))] if each else []
+    labelled = [
+        (requirement.label, requirement.met(response_values(results, requirement.response)))
+        for requirement in study.requirements
+    ]
+    every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
     count = complete.size // study.per_point
     rows = slice(0, count * study.per_point)
     by_samples = count == 1
     shape = (count, study.sampling.samples, study.members)
     weight = complete[rows].reshape(shape)
-    found = []
+    fractions_met = []
     for label, met in every:
         cells = (met[rows] & complete[rows]).reshape(shape)
         axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
-        known = weight.sum(axis=axis)
-        fractions = cells.sum(axis=axis)[known > 0] / known[known > 0]
+        completed = weight.sum(axis=axis)
+        fractions = cells.sum(axis=axis)[completed > 0] / completed[completed > 0]
         fraction = float(np.mean(fractions)) if fractions.size else float("nan")
         low, high = _interval(fraction, fractions.size) if _is_sample(study, by_samples) else (np.nan, np.nan)
-        found.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
-    return found
+        fractions_met.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
+    return fractions_met
 
 
 def _is_sample(study: Study, by_samples: bool) -> bool:
@@ -211,7 +218,7 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
     """The cases that are farthest beyond a requirement, or nearest to it."""
     apart = study.per_point if study.factors else study.members
     complete = results["status"].values == COMPLETE
-    found: dict[int, Worst] = {}
+    by_place: dict[int, Worst] = {}
     for requirement in study.requirements:
         values = response_values(results, requirement.response)
         margins = np.where(complete, requirement.margin(values), np.inf)
@@ -222,11 +229,11 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                 break
             if point not in seen:
                 seen.add(point)
-                if point not in found or found[point].margin > margins[case]:
+                if point not in by_place or by_place[point].margin > margins[case]:
                     value, text = float(values[case]), value_text(results, requirement.response, int(case))
                     numbers = {address: float(results[column(address)][case]) for address in study.addresses}
-                    found[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
-    return sorted(found.values(), key=lambda one: one.margin)[:count]
+                    by_place[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
+    return sorted(by_place.values(), key=lambda worst: worst.margin)[:count]
 
 
 def replay_command(address: str, case: int) -> str:

@@ -102,35 +102,35 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     """The cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    found, order = [], []
+    batches, order = [], []
     for mechanism, cases in by_variant(study, numbers.values):
         perturbed = Perturbed(numbers.members[cases], study.perturbation)
         applied = {address: values[cases] for address, values in study.applied(numbers.values).items()}
-        found.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
+        batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
         order.append(cases)
-    seconds = sum(each.attrs["integration_seconds"] for each in found)
-    every = found[0] if len(found) == 1 else _in_order(found, np.concatenate(order))
+    seconds = sum(part.attrs["integration_seconds"] for part in batches)
+    every = batches[0] if len(batches) == 1 else _in_order(batches, np.concatenate(order))
     every = every.assign({name: ("case", numbers.values[name], about) for name, about in _described(study).items()})
-    own = [each for each in study.own_measures if each.of == "dataset"]
-    return (_of_datasets(study, numbers, every, own) if own else every).assign_attrs(integration_seconds=seconds)
+    of_dataset = [measure for measure in study.own_measures if measure.of == "dataset"]
+    return (_of_datasets(study, numbers, every, of_dataset) if of_dataset else every).assign_attrs(integration_seconds=seconds)
 
 
-def _in_order(found: list[xr.Dataset], order: np.ndarray) -> xr.Dataset:
+def _in_order(batches: list[xr.Dataset], order: np.ndarray) -> xr.Dataset:
     """Batches as one, whose cases stand at these places."""
-    together = xr.concat(found, "case", coords="minimal", compat="override", combine_attrs="override")
+    together = xr.concat(batches, "case", coords="minimal", compat="override", combine_attrs="override")
     return together.isel(case=np.argsort(order))
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:
     """Attributes of what makes other mechanisms, of deviations, and of chosen values from which single places deviate."""
-    found: dict[str, dict[str, Any]] = {each.name: {"units": each.si or "1", **each.shown} for each in study.apart}
+    attributes: dict[str, dict[str, Any]] = {varied.name: {"units": varied.si or "1", **varied.shown} for varied in study.apart}
     for factor in study.uncertain:
         if factor.of:
             quantity = number(study.mechanism, factor.of).quantity
             unit = "1" if quantity is None else quantity.unit
-            found[factor.of] = {"units": unit}
-            found[factor.name] = {"units": "1" if factor.relative else unit, "long_name": f"deviation of {factor.address}"}
-    return found
+            attributes[factor.of] = {"units": unit}
+            attributes[factor.name] = {"units": "1" if factor.relative else unit, "long_name": f"deviation of {factor.address}"}
+    return attributes
 
 
 def _accumulated(own: OwnMeasure) -> Measure:
@@ -145,14 +145,14 @@ def _accumulated(own: OwnMeasure) -> Measure:
     return Measure(own.units, _meaning(own.name, function), (), value)
 
 
-def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[OwnMeasure]) -> xr.Dataset:
+def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Sequence[OwnMeasure]) -> xr.Dataset:
     """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
-    functions = {each.name: each.callable() for each in own}
-    values = {name: np.full(found.sizes["case"], np.nan) for name in functions}
-    status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
+    functions = {measure.name: measure.callable() for measure in measures}
+    values = {name: np.full(runs.sizes["case"], np.nan) for name in functions}
+    status, cause = runs["status"].values.astype(object), runs["cause"].values.astype(object)
     # the largest torque is located between samples: a motor's curve needs no further ones, which take a second run
-    given = study.options.once if all(isinstance(each, MotorCurve) for each in functions.values()) else study.options
-    options = {**given.keywords, "trust": False}
+    only_motors = all(isinstance(function, MotorCurve) for function in functions.values())
+    options = {**(study.options.once if only_motors else study.options).keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look()
         name = ""
@@ -163,13 +163,17 @@ def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[
                 values[name][case] = float(function(run))
         except Exception as error:
             of_run = isinstance(error, InputError) and not name
-            said = str(error) if of_run else f"{type(error).__name__}: {error}"
-            status[case], cause[case] = "failed", f"measure '{name}': {said}" if name else said
+            reason = str(error) if of_run else f"{type(error).__name__}: {error}"
+            status[case], cause[case] = "failed", f"measure '{name}': {reason}" if name else reason
     measured = {
-        each.name: ("case", values[each.name], {"units": each.units, "long_name": _meaning(each.name, functions[each.name])})
-        for each in own
+        measure.name: (
+            "case",
+            values[measure.name],
+            {"units": measure.units, "long_name": _meaning(measure.name, functions[measure.name])},
+        )
+        for measure in measures
     }
-    return found.assign({**measured, "status": ("case", status.astype(str)), "cause": ("case", cause.astype(str))})
+    return runs.assign({**measured, "status": ("case", status.astype(str)), "cause": ("case", cause.astype(str))})
 
 
 def _meaning(name: str, function: Callable[..., float]) -> str:

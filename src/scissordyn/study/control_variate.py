@@ -94,12 +94,12 @@ def strangers(pairs: int) -> float:
     return float(part.var() + part.mean() ** 2)
 
 
-def _regressed(wanted: np.ndarray, known: np.ndarray, at: float) -> tuple[float, float, float, float]:
+def _regressed(wanted: np.ndarray, predictor: np.ndarray, at: float) -> tuple[float, float, float, float]:
     """Of a regression: squares of what is known, slope, value at some place, variance of the residuals."""
-    squares = float(np.sum((known - known.mean()) ** 2))
-    slope = float(np.sum((known - known.mean()) * (wanted - wanted.mean()))) / squares
-    rest = wanted - wanted.mean() - slope * (known - known.mean())
-    value = float(wanted.mean()) + slope * (at - float(known.mean()))
+    squares = float(np.sum((predictor - predictor.mean()) ** 2))
+    slope = float(np.sum((predictor - predictor.mean()) * (wanted - wanted.mean()))) / squares
+    rest = wanted - wanted.mean() - slope * (predictor - predictor.mean())
+    value = float(wanted.mean()) + slope * (at - float(predictor.mean()))
     return squares, slope, value, float(np.sum(rest**2)) / (wanted.size - 2)
 
 
@@ -117,8 +117,8 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
     variance += strangers(m) * float(np.var(accurate, ddof=1))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 2)) * math.sqrt(variance)
-    known, foretold = correlation(accurate, paired), predicted is not None
-    return Estimate(value, value - half, value + half, _mean(cheap), *alone, known, n, m, foretold)
+    correlated, foretold = correlation(accurate, paired), predicted is not None
+    return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlated, n, m, foretold)
 
 
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
@@ -128,15 +128,15 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     """
     accurate, paired, cheap = (np.asarray(each, float) for each in (accurate, paired, cheap))
     m, n = accurate.size, cheap.size
-    known, alone = correlation(accurate, paired), _beta_interval(float(accurate.sum()), m)
+    correlated, alone = correlation(accurate, paired), _beta_interval(float(accurate.sum()), m)
     if not m:
-        return Estimate(math.nan, 0.0, 1.0, _mean(cheap), *alone, known, n, m)
+        return Estimate(math.nan, 0.0, 1.0, _mean(cheap), *alone, correlated, n, m)
     if not all(np.all((each == 0.0) | (each == 1.0)) for each in (accurate, paired, cheap)):
-        found = mean_estimate(accurate, paired, cheap)
-        if m >= FEWEST and found.high > found.low:
-            low, high, value = max(0.0, found.low), min(1.0, found.high), min(1.0, max(0.0, found.value))
-            return Estimate(value, low, high, _mean(cheap), *alone, known, n, m)
-        return Estimate(alone[0], alone[1], alone[2], _mean(cheap), *alone, known, n, m)
+        by_mean = mean_estimate(accurate, paired, cheap)
+        if m >= FEWEST and by_mean.high > by_mean.low:
+            low, high, value = max(0.0, by_mean.low), min(1.0, by_mean.high), min(1.0, max(0.0, by_mean.value))
+            return Estimate(value, low, high, _mean(cheap), *alone, correlated, n, m)
+        return Estimate(alone[0], alone[1], alone[2], _mean(cheap), *alone, correlated, n, m)
     yes, total = float(cheap.sum()), float(n)
     pairs = [(float(accurate[paired == stratum].sum()), int(np.sum(paired == stratum))) for stratum in (1.0, 0.0)]
     weights = (yes / total, 1.0 - yes / total)
@@ -150,7 +150,7 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     low, high = (float(each) for each in np.quantile(share * there + (1.0 - share) * elsewhere, [tail, 1.0 - tail]))
     low = 0.0 if accurate.sum() == 0.0 else min(low, value)
     high = 1.0 if accurate.sum() == m else max(high, value)
-    return Estimate(value, low, high, _mean(cheap), *alone, known, n, m)
+    return Estimate(value, low, high, _mean(cheap), *alone, correlated, n, m)
 
 
 def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, levels: Sequence[float]) -> list[Estimate]:
@@ -163,13 +163,13 @@ def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarr
         threshold = np.sort(paired)[int(np.sum(accurate <= x)) - 1]
         steps.append(fraction_estimate(accurate <= x, paired <= threshold, cheap <= threshold))
         alone.append((steps[-1].accurate, steps[-1].accurate_low, steps[-1].accurate_high))
-    values, known = accurate[order], correlation(accurate, paired)
-    found = []
+    values, correlated = accurate[order], correlation(accurate, paired)
+    quantiles = []
     for level in levels:
-        both = _inverted(values, [(one.value, one.low, one.high) for one in steps], level)
+        both = _inverted(values, [(step.value, step.low, step.high) for step in steps], level)
         cheap_value = float(np.quantile(cheap, level, method="inverted_cdf")) if cheap.size else math.nan
-        found.append(Estimate(*both, cheap_value, *_inverted(values, alone, level), known, cheap.size, accurate.size))
-    return found
+        quantiles.append(Estimate(*both, cheap_value, *_inverted(values, alone, level), correlated, cheap.size, accurate.size))
+    return quantiles
 
 
 def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], level: float) -> tuple[float, float, float]:
@@ -196,8 +196,8 @@ def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float,
     if not math.isfinite(correlated):
         correlated = 0.0
     squared = min(correlated**2, 1.0 - 1e-10)
-    found = math.sqrt(unpredicted * squared / (1.0 - squared) * accurate_seconds / max(cheap_seconds, 1e-12))
-    return min(max(1.0, found), 1e5)
+    ratio = math.sqrt(unpredicted * squared / (1.0 - squared) * accurate_seconds / max(cheap_seconds, 1e-12))
+    return min(max(1.0, ratio), 1e5)
 
 
 def split(

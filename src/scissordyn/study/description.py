@@ -224,9 +224,10 @@ class Study:
 
     def base(self) -> np.ndarray:
         """The numbers of the mechanism at the addresses of the factors, and of its case file; places of its names."""
-        own = own_values(self)
+        places = own_values(self)
         return np.array(
-            [own[each.name] if each.texts else number(self.mechanism, each.address).value for each in self.factors], float
+            [places[factor.name] if factor.texts else number(self.mechanism, factor.address).value for factor in self.factors],
+            float,
         )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
@@ -260,11 +261,11 @@ class Study:
         """The numbers that a mechanism gets, by address: chosen values with their deviations, which are by `addresses`."""
         deviations = [factor for factor in self.uncertain if factor.of]
         left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
-        found = {name: value for name, value in values.items() if name not in left_out}
+        numbers = {name: value for name, value in values.items() if name not in left_out}
         for factor in deviations:
             chosen, deviation = values[factor.of], values[factor.name]
-            found[factor.address] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
-        return found
+            numbers[factor.address] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
+        return numbers
 
     def to_plain(self) -> dict[str, Any]:
         """The study as plain data for JSON."""
@@ -381,22 +382,22 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
     if not response.part:
         return
     dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
-    known = [name for dim in dims for name in parts_of(mechanism)[dim]]
-    if response.part not in known:
+    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
+    if response.part not in parts:
         raise InputError(
             f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
-            f"{did_you_mean(response.part, known)}",
-            ", ".join(known) or (f"a case with a {dims[0]}" if dims else response.measure),
+            f"{did_you_mean(response.part, parts)}",
+            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
         )
 
 
 def _check_compliant(mechanism: Mechanism, response: Response) -> None:
     """Raise `InputError` for the largest force of a hard contact."""
     hard = [joint.name for joint in mechanism.contacts if joint.clearance is not None and joint.clearance.contact == "hard"]
-    asked = [name for name in hard if response.part in ("", name)]
-    if asked:
+    concerned = [name for name in hard if response.part in ("", name)]
+    if concerned:
         raise InputError(
-            f"'{response.name}' of joint '{asked[0]}', whose contact is hard: its impacts have no largest force",
+            f"'{response.name}' of joint '{concerned[0]}', whose contact is hard: its impacts have no largest force",
             "peak_force_estimate, or compliant contact",
             'contact = "compliant"',
         )

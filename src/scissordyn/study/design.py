@@ -77,13 +77,13 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
     Shapes: `at` (n,); returns (n, dimensions).
     """
     width = -(-dimensions // WORDS)
-    found = np.empty((at.size, dimensions))
+    drawn = np.empty((at.size, dimensions))
     starts = np.flatnonzero(np.diff(at, prepend=at[:1] - 2) != 1)  # runs of consecutive points are drawn at once
     for first, last in zip(starts, np.append(starts[1:], at.size), strict=True):
         bits = np.random.Philox(key=[seed, stream], counter=[int(at[first]) * width, 0, 0, 0])
         numbers = np.random.Generator(bits).random((last - first) * width * WORDS)
-        found[first:last] = numbers.reshape(last - first, width * WORDS)[:, :dimensions]
-    return found
+        drawn[first:last] = numbers.reshape(last - first, width * WORDS)[:, :dimensions]
+    return drawn
 
 
 def design_size(design: Design, variations: Sequence[Variation]) -> int:
@@ -122,8 +122,8 @@ def _grid(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.n
     levels = [variation.levels() for variation in variations]
     if not levels:
         return np.empty((at.size, 0))
-    places = np.unravel_index(at, [each.size for each in levels])
-    return np.stack([each[place] for each, place in zip(levels, places, strict=True)], axis=1)
+    places = np.unravel_index(at, [values.size for values in levels])
+    return np.stack([values[place] for values, place in zip(levels, places, strict=True)], axis=1)
 
 
 def _zip(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:

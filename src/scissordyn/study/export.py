@@ -33,7 +33,7 @@ def table(results: xr.Dataset) -> pd.DataFrame:
             if "labels" in variable.attrs:
                 labels = [*variable.attrs["labels"], ""]  # of a damaged block the last
                 columns[str(variable.attrs["address"])] = np.array(
-                    [labels[int(each)] for each in np.nan_to_num(variable.values, nan=-1.0)]
+                    [labels[int(label)] for label in np.nan_to_num(variable.values, nan=-1.0)]
                 )
                 continue
             if variable.ndim == 1:

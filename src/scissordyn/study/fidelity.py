@@ -94,14 +94,14 @@ def _foretold(between: Interpolation | None, response: Response) -> Predicted | 
 
 def _foretold_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
     """The least margins by interpolation; None where one of the responses has none."""
-    own, others = [], []
-    for one in requirements:
-        response = _foretold(between, one.response)
+    of_runs, others = [], []
+    for requirement in requirements:
+        response = _foretold(between, requirement.response)
         if response is None:
             return None
-        own.append(one.margin(response.own))
-        others.append(one.margin(response.others))
-    return Predicted(np.min(own, axis=0), np.min(others, axis=0))
+        of_runs.append(requirement.margin(response.own))
+        others.append(requirement.margin(response.others))
+    return Predicted(np.min(of_runs, axis=0), np.min(others, axis=0))
 
 
 def _met(requirement: Requirement, runs: xr.Dataset) -> np.ndarray:
@@ -111,11 +111,11 @@ def _met(requirement: Requirement, runs: xr.Dataset) -> np.ndarray:
 
 def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarray:
     """The least margin of each case, positive where it meets all requirements."""
-    each = []
-    for one in requirements:
-        margin = one.margin(response_values(runs, one.response))
-        each.append(np.where(margin == 0.0, np.where(_met(one, runs), TINY, -TINY), margin))
-    return np.asarray(np.min(each, axis=0))
+    margins = []
+    for requirement in requirements:
+        margin = requirement.margin(response_values(runs, requirement.response))
+        margins.append(np.where(margin == 0.0, np.where(_met(requirement, runs), TINY, -TINY), margin))
+    return np.asarray(np.min(margins, axis=0))
 
 
 def _trials(study: Study, results: xr.Dataset) -> np.ndarray:
@@ -158,13 +158,13 @@ def fidelity_text(
     if study.optimisation is not None:
         points = confirmed(study, accurate, cheap)
         return [_confirmation(study, points)], _confirmed_table(study, cheap, points), _cost(study, stores, times)
-    found = estimates(study, cheap, accurate)
+    corrected = estimates(study, cheap, accurate)
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
-    if any(one.estimate.interpolated for one in found):
+    if any(number.estimate.interpolated for number in corrected):
         saved += f" Fractions and means predict {OTHERS} further cases by interpolation between the cheap runs."
-    table = Table(head, [_row(one) for one in found], "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))
-    every = next((one.estimate for one in found if one.label == "all requirements"), None)
+    table = Table(head, [_row(number) for number in corrected], "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))
+    every = next((number.estimate for number in corrected if number.label == "all requirements"), None)
     sentences = [] if every is None else [_met_by(every, times)]
     return [*sentences, Fact("cheap")], table, _cost(study, stores, times)
 
@@ -194,17 +194,17 @@ def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
     return Fact("both", "all requirements", about)
 
 
-def _row(one: Corrected) -> tuple[str, ...]:
+def _row(number: Corrected) -> tuple[str, ...]:
     """Of the table of both kinds of runs."""
-    found, scale = one.estimate, scale_of(xr.DataArray(one.estimate.value, attrs={"units": one.units}))
-    shown = partial(_shown, scale=None if one.kind == "fraction" else scale)
+    estimate, scale = number.estimate, scale_of(xr.DataArray(number.estimate.value, attrs={"units": number.units}))
+    shown = partial(_shown, scale=None if number.kind == "fraction" else scale)
     return (
-        one.label if one.kind == "fraction" or not scale.unit else f"{one.label} [{scale.unit}]",
-        shown(found.cheap),
-        f"{shown(found.accurate)} ({shown(found.accurate_low)} to {shown(found.accurate_high)})",
-        f"{shown(found.value)} ({shown(found.low)} to {shown(found.high)})",
-        "-" if np.isnan(found.correlation) else f"{found.correlation:.2f}",
-        f"{found.saved:.1f}" if np.isfinite(found.saved) else "-",
+        number.label if number.kind == "fraction" or not scale.unit else f"{number.label} [{scale.unit}]",
+        shown(estimate.cheap),
+        f"{shown(estimate.accurate)} ({shown(estimate.accurate_low)} to {shown(estimate.accurate_high)})",
+        f"{shown(estimate.value)} ({shown(estimate.low)} to {shown(estimate.high)})",
+        "-" if np.isnan(estimate.correlation) else f"{estimate.correlation:.2f}",
+        f"{estimate.saved:.1f}" if np.isfinite(estimate.saved) else "-",
     )
 
 
@@ -244,10 +244,10 @@ def _seconds(store: Store) -> tuple[float, float]:
 
 def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float, float]]) -> str:
     """How many cases of each kind there are, and what they cost."""
-    said = []
+    parts = []
     assert study.accurate is not None
     kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)
     for name, store, (cases, seconds), options in kinds:
-        each = f"{seconds / cases:.3g} s each" if cases else "not yet timed"
-        said.append(f"{store.cases} {name} runs ({each}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
-    return " and ".join(said) + "."
+        cost = f"{seconds / cases:.3g} s each" if cases else "not yet timed"
+        parts.append(f"{store.cases} {name} runs ({cost}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
+    return " and ".join(parts) + "."

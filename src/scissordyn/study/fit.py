@@ -118,10 +118,10 @@ class Fit:
 
 def read_fit(text: str, diameter: float) -> Fit:
     """A fit such as ``H7/g6``."""
-    found = TEXT.fullmatch(text)
-    if found is None:
+    match = TEXT.fullmatch(text)
+    if match is None:
         raise InputError(f"fit '{text.strip()}'", "a hole H and a shaft e, f, g or h with their grades", SAMPLE)
-    hole, hole_grade, shaft, shaft_grade = found.groups()
+    hole, hole_grade, shaft, shaft_grade = match.groups()
     if hole != "H":
         raise InputError(f"hole '{hole}'", "H", SAMPLE)
     return Fit(int(hole_grade[:3]), shaft, int(shaft_grade[:3]), diameter)

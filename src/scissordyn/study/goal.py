@@ -62,12 +62,14 @@ class Optimisation:
 
     def over(self, variations: Sequence[Variation]) -> Optimisation:
         """The same search; where names are chosen, the one that tries all combinations."""
-        if not any(isinstance(one, Names) for one in variations):
+        if not any(isinstance(variation, Names) for variation in variations):
             return self
-        if not all(isinstance(one, Names | Levels) for one in variations):
+        if not all(isinstance(variation, Names | Levels) for variation in variations):
             what = "a search over names, which tries all combinations, and over a range"
             raise InputError(what, "lists of all that is chosen", '"A.clearance" = "0.1, 0.2, 0.3 mm"')
-        return dataclasses.replace(self, population=math.prod(one.count for one in variations), generations=1, every=True)
+        return dataclasses.replace(
+            self, population=math.prod(variation.count for variation in variations), generations=1, every=True
+        )
 
     def size(self, factors: int) -> int:
         """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
@@ -107,15 +109,15 @@ def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
 
     Shapes: `values` (points, cases); returns (points,).
     """
-    found = RISK.fullmatch(risk.strip())
-    if found is None or (found[3] and not 0.0 < float(found[3]) < 100.0):
+    match = RISK.fullmatch(risk.strip())
+    if match is None or (match[3] and not 0.0 < float(match[3]) < 100.0):
         raise InputError(f"risk '{risk}'", "mean, worst, quantile 95 %, cvar 95 %", "'cvar 95 %'")
-    if found[1] == "mean":
+    if match[1] == "mean":
         return np.asarray(np.mean(values, axis=1))
-    if found[1] == "worst":
+    if match[1] == "worst":
         return np.asarray(np.max(values, axis=1))
-    fraction = float(found[3]) / 100.0
-    if found[2] == "quantile":
+    fraction = float(match[3]) / 100.0
+    if match[2] == "quantile":
         return np.asarray(np.quantile(values, fraction, axis=1, method="inverted_cdf"))
     threshold = np.quantile(values, fraction, axis=1, method="inverted_cdf")
     beyond = np.maximum(values - threshold[:, None], 0.0)

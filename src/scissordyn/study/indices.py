@@ -33,11 +33,11 @@ def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
     used = rows[whole].ravel()
     if not np.ptp(used) > 0.0:
         raise InputError("a response that is the same at all points", "one that varies")
-    found = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=SEED)
+    analysed = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=SEED)
     keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
     about = {"units": "1"}
     return xr.Dataset(
-        {name: ("factor", np.asarray(found[key], float), about) for name, key in keys.items()},
+        {name: ("factor", np.asarray(analysed[key], float), about) for name, key in keys.items()},
         coords={"factor": names},
         attrs={"left_out": int(np.sum(~whole)), "method": "sobol"},
     )
@@ -55,10 +55,10 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> 
     _check_count(int(whole.sum()), "trajectories")
     problem = {"num_vars": d, "names": names, "bounds": [[0.0, 1.0]] * d}
     used = points.reshape(-1, d + 1, d)[whole].reshape(-1, d)
-    found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=0)
+    analysed = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=0)
     keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
     return xr.Dataset(
-        {name: ("factor", np.asarray(found[key], float) / DRAWN_IN, {}) for name, key in keys.items()},
+        {name: ("factor", np.asarray(analysed[key], float) / DRAWN_IN, {}) for name, key in keys.items()},
         coords={"factor": names},
         attrs={"left_out": int(np.sum(~whole)), "method": "morris"},
     )
@@ -75,17 +75,17 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
         return {}, {}
     points = by_point(study, results)
     names: list[str] = [factor.address for factor in study.factors]
-    found: dict[str, Any] = {}
+    indices: dict[str, Any] = {}
     left_out: dict[str, str] = {}
     for name in responses(study, results):
         values = np.asarray(points[name].values)
         try:
             if study.design.kind == "saltelli":
-                found[name] = sobol_indices(values, names)
+                indices[name] = sobol_indices(values, names)
             else:
-                found[name] = morris_indices(morris_numbers(study.design, len(names)), values, names)
+                indices[name] = morris_indices(morris_numbers(study.design, len(names)), values, names)
         except InputError as error:
             left_out[name] = str(error)
             continue
-        found[name].attrs["units"] = points[name].attrs["units"]
-    return found, left_out
+        indices[name].attrs["units"] = points[name].attrs["units"]
+    return indices, left_out

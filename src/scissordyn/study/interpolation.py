@@ -61,15 +61,15 @@ class Interpolation:
     def _fitted(self, values: np.ndarray) -> Predicted | None:
         if not np.all(np.isfinite(values)) or np.ptp(values) == 0.0:
             return None
-        own, others = [], []
+        of_runs, others = [], []
         # parts that follow each other: every fourth point of a Sobol sequence fills a fourth of the cube alone
         parts = (np.array_split(np.arange(x.shape[0]), GROUPS) for x in (self._x, self._further))
         for here, there in zip(*parts, strict=True):
             fitted = np.setdiff1d(np.arange(values.size), here)[:FITTED]
             model = Kriging(self._x[fitted], values[fitted], self._logarithmic)
-            own.append(model.expected(self._x[here]))
+            of_runs.append(model.expected(self._x[here]))
             others.append(model.expected(self._further[there]))
-        return Predicted(np.concatenate(own), np.concatenate(others))
+        return Predicted(np.concatenate(of_runs), np.concatenate(others))
 
 
 def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:

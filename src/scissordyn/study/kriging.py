@@ -90,11 +90,11 @@ def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-    found = []
+    processes = []
     for start in STARTS:
         correlation = Matern([start] * x.shape[1], LENGTHS, nu=2.5)
         kernel = ConstantKernel(1.0, VARIANCES) * correlation + WhiteKernel(1e-4, NOISE)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # a number at its bound: a length without influence
-            found.append(GaussianProcessRegressor(kernel, alpha=1e-10).fit(x, y))
-    return max(found, key=lambda one: one.log_marginal_likelihood_value_)
+            processes.append(GaussianProcessRegressor(kernel, alpha=1e-10).fit(x, y))
+    return max(processes, key=lambda process: process.log_marginal_likelihood_value_)

@@ -54,20 +54,20 @@ def fraction_by_margins(
     """
     by_strata = fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
     m, n = accurate.size, cheap.size
-    if m < FEWEST or not all(np.all(np.isfinite(each)) for each in (accurate, paired, cheap)):
+    if m < FEWEST or not all(np.all(np.isfinite(margins)) for margins in (accurate, paired, cheap)):
         return by_strata
     correlated = correlation(accurate, paired)
     if not correlated >= CORRELATED:
         return by_strata
     order = np.argsort(paired, kind="stable")
     accurate, paired = accurate[order], paired[order]
-    known = _chances(accurate, paired, paired)
-    spread = math.sqrt(float(np.sum(known * (1.0 - known))) + JEFFREYS**2)
-    if abs(float(np.sum(accurate > 0.0) - np.sum(known))) > CONTRADICTED * spread:
+    chances = _chances(accurate, paired, paired)
+    spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS**2)
+    if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > CONTRADICTED * spread:
         return by_strata
     foretold = None
     if predicted is not None:
-        foretold = Predicted(*(_chances(accurate, paired, each) for each in (predicted.own, predicted.others)))
+        foretold = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.own, predicted.others)))
     value, variance = population_mean(_chances(accurate, paired, cheap), foretold)
     value = min(1.0, max(0.0, value))
     variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
@@ -81,7 +81,7 @@ def fraction_by_margins(
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:
     """Part of the residuals near each cheap margin with which the accurate one is positive; pairs in the order of `paired`."""
     near = min(accurate.size, max(NEAREST, round(2.0 * math.sqrt(accurate.size))))
-    there, here = (np.lib.stride_tricks.sliding_window_view(each, near) for each in (accurate, paired))
+    there, here = (np.lib.stride_tricks.sliding_window_view(pairs, near) for pairs in (accurate, paired))
     middle, centre = there.mean(axis=1), here.mean(axis=1)
     apart = here - centre[:, None]
     squares = np.sum(apart**2, axis=1)

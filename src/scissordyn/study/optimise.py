@@ -160,10 +160,10 @@ def _search(
             store.check(here)
             with store.alone():
                 store.extend(here)
-        told = None if progress is None else partial(_tell, progress, generation + 1)
+        report = None if progress is None else partial(_tell, progress, generation + 1)
         missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
         if there <= points.shape[0] or missing:
-            store = execute(here, store.address, engine=engine, block=block, points=points, progress=told)
+            store = execute(here, store.address, engine=engine, block=block, points=points, progress=report)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _same_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))
@@ -173,8 +173,8 @@ def _search(
     return store
 
 
-def _tell(progress: Callable[[Progress], None], generation: int, one: Progress) -> None:
-    progress(replace(one, generation=generation))
+def _tell(progress: Callable[[Progress], None], generation: int, state: Progress) -> None:
+    progress(replace(state, generation=generation))
 
 
 def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:
@@ -205,11 +205,11 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     width = plan.size(len(study.factors))
     variables: dict[str, Any] = {}
     for factor in study.factors:
-        found = results[column(factor.address)]
+        variable = results[column(factor.address)]
         variables[factor.address] = (
             "point",
-            found.values[rows].reshape(count, per_point)[:, 0],
-            {**found.attrs, **factor.shown},
+            variable.values[rows].reshape(count, per_point)[:, 0],
+            {**variable.attrs, **factor.shown},
         )
     matrix, violation = judged(study, results)
     for goal, values in zip(plan.goals, matrix.T, strict=True):
@@ -270,12 +270,12 @@ def nondominated(goals: np.ndarray) -> np.ndarray:
 
     Shapes: `goals` (points, goals); returns (points,).
     """
-    found = np.zeros(goals.shape[0], bool)
+    best = np.zeros(goals.shape[0], bool)
     order = np.lexsort(goals.T[::-1])
     kept = np.empty((0, goals.shape[1]))
     for place in order:  # in this order a point can only be dominated by one before it
-        one = goals[place]
-        found[place] = not np.any(np.all(kept <= one, axis=1) & np.any(kept < one, axis=1))
-        if found[place]:
-            kept = np.concatenate([kept, one[None]])
-    return found
+        candidate = goals[place]
+        best[place] = not np.any(np.all(kept <= candidate, axis=1) & np.any(kept < candidate, axis=1))
+        if best[place]:
+            kept = np.concatenate([kept, candidate[None]])
+    return best

@@ -35,9 +35,9 @@ class StudyPictures:
         interpolated by kriging, where points left out are predicted; it is paler where it is uncertain.
         """
         points = self._result.points
-        known = [str(name) for name, one in points.data_vars.items() if one.attrs.get("role") == "response"]
+        responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
         if colour not in ("met", *points):
-            raise InputError(f"a map of '{colour}'", ", ".join(["met", *known]), f"result.plot.map('{known[0]}')")
+            raise InputError(f"a map of '{colour}'", ", ".join(["met", *responses]), f"result.plot.map('{responses[0]}')")
         field, bounds = map_extras(self._result.study, points, colour, x, y)
         limit = self._limits().get(colour)
         return feasibility_map(points, x=x, y=y, colour=colour, limit=limit, field=field, bounds=bounds, axes=axes)
@@ -48,15 +48,15 @@ class StudyPictures:
 
     def requirements(self, *, axes: Canvas = None) -> list[Axes]:
         """The fraction of the range that meets each requirement, and all of them; see `requirement_bars`."""
-        found = feasible_fraction(self._result.study, self._result.dataset)
-        intervals = np.array([(one.low, one.high) for one in found])
-        fractions = np.array([one.fraction for one in found])
-        return requirement_bars([one.label for one in found], fractions, intervals, axes=axes)
+        fractions_met = feasible_fraction(self._result.study, self._result.dataset)
+        intervals = np.array([(fraction.low, fraction.high) for fraction in fractions_met])
+        fractions = np.array([fraction.fraction for fraction in fractions_met])
+        return requirement_bars([fraction.label for fraction in fractions_met], fractions, intervals, axes=axes)
 
     def sensitivity(self, response: str = "", *, axes: Canvas = None) -> list[Axes]:
         """What each response depends on, or one of them; see `sensitivity_bars`."""
-        found = self._result.sensitivity(response)
-        return sensitivity_bars(found if isinstance(found, dict) else {response: found}, axes=axes)
+        indices = self._result.sensitivity(response)
+        return sensitivity_bars(indices if isinstance(indices, dict) else {response: indices}, axes=axes)
 
     def front(self, x: int = 0, y: int = 1, *, axes: Canvas = None) -> list[Axes]:
         """All points that an optimisation has tried, over two of its goals by number, and the front; see `pareto_front`.
@@ -71,4 +71,4 @@ class StudyPictures:
         return pareto_front(tried, (goals[x].label, goals[y].label), confirmed=there, axes=axes)
 
     def _limits(self) -> dict[str, float]:
-        return {one.response.name: one.bound for one in self._result.study.requirements}
+        return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}

@@ -26,7 +26,7 @@ RESAMPLES = 400
 
 def rankings(study: Study, results: xr.Dataset) -> list[Table]:
     """A table for each response without a trend: the numbers by their rank correlation with it, and how sure that is."""
-    names = [each.name for each in (*study.factors, *study.uncertain) if not each.labels]
+    names = [factor.name for factor in (*study.factors, *study.uncertain) if not factor.labels]
     if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
         return []
     numbers = np.stack([results[column(name)].values[:: study.members] for name in names], axis=1)
@@ -41,15 +41,15 @@ def rankings(study: Study, results: xr.Dataset) -> list[Table]:
 
 
 def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndarray) -> Table:
-    known, order, first, chance = ranked(numbers, values)
+    correlations, order, first, chance = ranked(numbers, values)
     count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
-    half = _half_width(known, count)
+    half = _half_width(correlations, count)
     rows = []
     for k in order[:SHOWN]:
-        middle = math.atanh(max(-0.9999, min(0.9999, known[k])))
+        middle = math.atanh(max(-0.9999, min(0.9999, correlations[k])))
         low, high = (math.tanh(middle + sign * half[k]) for sign in (-1.0, 1.0))
-        beyond = "yes" if abs(known[k]) > chance[k] else "no"
-        rows.append((names[k], f"{known[k]:+.2f}", f"{low:+.2f} to {high:+.2f}", beyond, f"{first[k]:.0%}"))
+        beyond = "yes" if abs(correlations[k]) > chance[k] else "no"
+        rows.append((names[k], f"{correlations[k]:+.2f}", f"{low:+.2f} to {high:+.2f}", beyond, f"{first[k]:.0%}"))
     head = (f"{response} goes with", "rank correlation", "95 % interval", "beyond chance", "first in resamples")
     note = (
         f"{values.size} samples of {len(names)} numbers: among so many, chance alone reaches {float(chance.max()):.2f} in size "
@@ -63,15 +63,15 @@ def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
 
     A number that has fewer values than there are samples, as one that is the same at several points, counts as so many samples.
     """
-    known = _correlations(numbers, values)
-    order = np.argsort(-np.abs(known), kind="stable")
+    correlations = _correlations(numbers, values)
+    order = np.argsort(-np.abs(correlations), kind="stable")
     draw = np.random.default_rng(0).integers(values.size, size=(RESAMPLES, values.size))
     winners = [int(np.argmax(np.abs(_correlations(numbers[rows], values[rows])))) for rows in draw]
     first = np.bincount(winners, minlength=numbers.shape[1]) / RESAMPLES
     count = np.array([max(np.unique(column).size, 4) for column in numbers.T])
     level = CONFIDENCE ** (1.0 / numbers.shape[1])
     t = stats.t.ppf(0.5 + 0.5 * level, count - 2)
-    return known, order, first, t / np.sqrt(count - 2 + t**2)
+    return correlations, order, first, t / np.sqrt(count - 2 + t**2)
 
 
 def _correlations(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -83,7 +83,7 @@ def _correlations(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.asarray(np.divide(x.T @ y, spread, out=np.zeros_like(spread), where=spread > 0.0))
 
 
-def _half_width(known: np.ndarray, count: np.ndarray) -> np.ndarray:
+def _half_width(correlations: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)."""
     normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)
-    return np.asarray(normal * np.sqrt((1.0 + 0.5 * known**2) / np.maximum(count - 3, 1)))
+    return np.asarray(normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1)))

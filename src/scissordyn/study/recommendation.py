@@ -76,29 +76,29 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     successes = int((meets_all(study, here).reshape(-1, study.members) & done).all(axis=1)[trials].sum())
     count = int(trials.sum())
     sampled = bool(study.uncertain) and count > 0
-    found = stats.binomtest(successes, count).proportion_ci(CONFIDENCE, method="exact") if sampled else None
+    interval = stats.binomtest(successes, count).proportion_ci(CONFIDENCE, method="exact") if sampled else None
     margins = []
-    for one in study.requirements:
-        values = response_values(here, one.response)[done.ravel()]
-        margin = one.margin(values)
+    for requirement in study.requirements:
+        values = response_values(here, requirement.response)[done.ravel()]
+        margin = requirement.margin(values)
         worst = int(np.argmin(margin))
-        text = value_text(here, one.response, int(np.flatnonzero(done)[worst]))
-        margins.append(Margin(one.label, float(values[worst]), text, float(margin[worst])))
+        text = value_text(here, requirement.response, int(np.flatnonzero(done)[worst]))
+        margins.append(Margin(requirement.label, float(values[worst]), text, float(margin[worst])))
     return Recommendation(
         place,
         numbers_of(study, results, place),
         bool(count) and successes == count,
-        tuple(sorted(margins, key=lambda one: one.margin)),
+        tuple(sorted(margins, key=lambda requirement: requirement.margin)),
         successes / count if count else float("nan"),
-        float(found.low) if found else float("nan"),
-        float(found.high) if found else float("nan"),
+        float(interval.low) if interval else float("nan"),
+        float(interval.high) if interval else float("nan"),
         count,
     )
 
 
 def numbers_of(study: Study, results: xr.Dataset, point: int) -> dict[str, float]:
     """The numbers that are chosen at a point, in SI."""
-    return {one.address: float(results[column(one.address)][point * study.per_point]) for one in study.factors}
+    return {factor.address: float(results[column(factor.address)][point * study.per_point]) for factor in study.factors}
 
 
 def recommended_point(study: Study, results: xr.Dataset) -> int:
@@ -115,9 +115,12 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
     if not (status == COMPLETE).any():
         return -1
     met = meets_all(study, results)[rows].reshape(shape).sum(axis=1) / np.maximum(done, 1)
-    margins = [one.margin(response_values(results, one.response))[rows].reshape(shape) for one in study.requirements]
-    each = np.where(status == PENDING, np.inf, np.min(margins, axis=0))
-    least = each.min(axis=1)
+    margins = [
+        requirement.margin(response_values(results, requirement.response))[rows].reshape(shape)
+        for requirement in study.requirements
+    ]
+    margin = np.where(status == PENDING, np.inf, np.min(margins, axis=0))
+    least = margin.min(axis=1)
     least = np.where((status == COMPLETE).any(axis=1), least, -np.inf)
     first = np.flatnonzero((met == met.max()) & (done > 0))
     return int(first[np.argmax(least[first])])

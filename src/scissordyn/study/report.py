@@ -90,13 +90,13 @@ def figures(study: Study, results: xr.Dataset, accurate: xr.Dataset | None) -> I
     """All pictures that fit a study, with their titles."""
     points = by_point(study, results)
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
-    limits = {one.response.name: one.bound for one in study.requirements}
+    limits = {requirement.response.name: requirement.bound for requirement in study.requirements}
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
     if len(study.requirements) > 2:
         fractions = feasible_fraction(study, results)[:-1]
-        bounds = np.array([(one.low, one.high) for one in fractions])
-        labels = [meaning(results, one) or one.label for one in study.requirements]
-        met = np.array([one.fraction for one in fractions])
+        bounds = np.array([(requirement.low, requirement.high) for requirement in fractions])
+        labels = [meaning(results, requirement) or requirement.label for requirement in study.requirements]
+        met = np.array([requirement.fraction for requirement in fractions])
         drawn.append(("How often each requirement is met", partial(requirement_bars, labels, met, bounds)))
     if len(responses) > MOST_RESPONSES:
         responses = []
@@ -176,8 +176,8 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
     if "damage" in results.attrs:
         yield f"<p><strong>{_text(results.attrs['damage'])}</strong></p>"
     yield _table(varied_numbers(study, results))
-    if said := agreement(study, points):
-        yield f"<p>{_text(said)}</p>"
+    if members := agreement(study, points):
+        yield f"<p>{_text(members)}</p>"
     ranges = response_ranges(study, results, points)
     if 0 < len(ranges.rows) <= MOST_RESPONSES:
         yield _table(ranges)
@@ -196,15 +196,19 @@ def conclusion_html(study: Study, results: xr.Dataset, address: str) -> str:
 
 
 def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
-    said = conclude(study, results, address)
-    yield "".join(f"<p><strong>{_text(line)}</strong></p>" for line in said.verdict[:1])
-    yield "".join(f"<p>{_text(line)}</p>" for line in said.verdict[1:])
-    if said.margins is not None:
-        yield f"<h2>{_text(said.margins.title)}</h2>" + _table(said.margins)
-    if said.trends:
-        yield "<h2>What the responses go with</h2><ul>" + "".join(f"<li>{_text(line)}</li>" for line in said.trends) + "</ul>"
-    if said.next:
-        steps = (f"<p>{_text(why)}:<br><code>{_text(what)}</code></p>" for why, what in said.next)
+    conclusion = conclude(study, results, address)
+    yield "".join(f"<p><strong>{_text(line)}</strong></p>" for line in conclusion.verdict[:1])
+    yield "".join(f"<p>{_text(line)}</p>" for line in conclusion.verdict[1:])
+    if conclusion.margins is not None:
+        yield f"<h2>{_text(conclusion.margins.title)}</h2>" + _table(conclusion.margins)
+    if conclusion.trends:
+        yield (
+            "<h2>What the responses go with</h2><ul>"
+            + "".join(f"<li>{_text(line)}</li>" for line in conclusion.trends)
+            + "</ul>"
+        )
+    if conclusion.next:
+        steps = (f"<p>{_text(why)}:<br><code>{_text(what)}</code></p>" for why, what in conclusion.next)
         yield "<h2>What to try next</h2>" + "".join(steps)
 
 
@@ -224,8 +228,8 @@ def _trends(study: Study, results: xr.Dataset) -> Iterator[str]:
 
 
 def _sensitivities(study: Study, results: xr.Dataset) -> Iterator[str]:
-    found, left_out = sensitivity(study, results)
-    for table in sensitivities(found):
+    indices, left_out = sensitivity(study, results)
+    for table in sensitivities(indices):
         yield f"<h2>What {_text(table.title)} depends on</h2>" + _table(table)
     for table in rankings(study, results):
         yield f"<h2>What {_text(table.title)}</h2>" + _table(table)
@@ -237,13 +241,13 @@ def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     """Cases to look at, each with the command that replays it."""
     worst = [
         (
-            one.requirement,
-            one.text,
-            margin_text(one.margin),
-            numbers_text(study, results, one.numbers),
-            replay_command(address, one.case),
+            case.requirement,
+            case.text,
+            margin_text(case.margin),
+            numbers_text(study, results, case.numbers),
+            replay_command(address, case.case),
         )
-        for one in worst_cases(study, results)
+        for case in worst_cases(study, results)
     ]
     if worst:
         head = ("requirement", "value", "margin", "numbers", "command")

@@ -121,8 +121,8 @@ class StudyResult:
     def worst(self, count: int = 5) -> list[Worst]:
         """The cases that are farthest beyond a requirement, or nearest to it; the worst first."""
         self._need_requirements()
-        found = worst_cases(self.study, self.dataset, count)
-        return [replace(one, numbers=labelled(self.study, one.numbers)) for one in found]
+        cases = worst_cases(self.study, self.dataset, count)
+        return [replace(case, numbers=labelled(self.study, case.numbers)) for case in cases]
 
     def recommend(self) -> Recommendation:
         """The point that meets the requirements most often, or is nearest to meeting them.
@@ -139,10 +139,10 @@ class StudyResult:
             If the study has no requirements, or no case is complete.
         """
         self._need_requirements()
-        found = recommended(self.study, self.dataset)
-        if found is None:
+        point = recommended(self.study, self.dataset)
+        if point is None:
             raise InputError("a recommendation of points that all failed", "a study with complete cases", "result.causes")
-        return replace(found, numbers=labelled(self.study, found.numbers))
+        return replace(point, numbers=labelled(self.study, point.numbers))
 
     @cached_property
     def conclusion(self) -> Conclusion:
@@ -175,9 +175,9 @@ class StudyResult:
         return confirmed(self.study, self._verified().dataset, self.dataset)
 
     def _verified(self) -> StudyResult:
-        if (found := self.verified) is None:
+        if (there := self.verified) is None:
             raise InputError("a study without accurate runs beside its own", "cheap runs", "screen={'rtol': 1e-3}")
-        return found
+        return there
 
     def _need_requirements(self) -> None:
         if not self.study.requirements:
@@ -196,16 +196,16 @@ class StudyResult:
         Dataset, or dict of str to Dataset
             Along `factor`, with 95 % intervals; by response if none is named.
         """
-        found, left_out = sensitivity(self.study, self.dataset)
+        indices, left_out = sensitivity(self.study, self.dataset)
         if self.study.design.kind not in ("saltelli", "morris"):
             what = f"sensitivity of a {self.study.design.kind} design"
             raise InputError(what, "a design for indices", "design='saltelli', or design='morris'")
         if not response:
-            return found
-        if response not in found:
+            return indices
+        if response not in indices:
             why = left_out.get(response, "no such response")
-            raise InputError(f"no indices of '{response}': {why}", ", ".join(found) or "none")
-        return found[response]
+            raise InputError(f"no indices of '{response}': {why}", ", ".join(indices) or "none")
+        return indices[response]
 
     @property
     def optimum(self) -> Optimum:
@@ -243,7 +243,7 @@ class StudyResult:
             several = len(self.study.optimisation.goals) if self.study.optimisation else 0
             what = f"the best point for {several} goals" if several > 1 else "the best of points that all failed"
             raise InputError(what, "one goal; of several there is a front", "result.front")
-        return {one.address: float(points[one.address][place]) for one in self.study.factors}
+        return {factor.address: float(points[factor.address][place]) for factor in self.study.factors}
 
     @property
     def design(self) -> Mechanism:
@@ -371,11 +371,11 @@ class StudyResult:
         """The study with its mechanism and functions, to compute with."""
         return self.study if self._build is None else self._build()
 
-    def _now(self, found: StudyResult) -> StudyResult:
+    def _now(self, now: StudyResult) -> StudyResult:
         """The same result after a computation: what was read before is read anew."""
         for name in ("dataset", "points", "conclusion"):
             self.__dict__.pop(name, None)
-        self.store, self.study = found.store, replace(self.study, design=found.study.design)
+        self.store, self.study = now.store, replace(self.study, design=now.study.design)
         return self
 
     # --- files and notebooks --------------------------------------------------------------------------------------------
@@ -407,10 +407,10 @@ class StudyResult:
 
     def __repr__(self) -> str:
         done = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count or name == "complete")
-        said = [f"{design_size(self.study)}: {done}"]
-        said += [str(self.feasible)] if self.study.requirements else []
-        said += [self.damage] if self.damage else []
-        return f"<study '{self.store.address}': {'; '.join(said)}>"
+        parts = [f"{design_size(self.study)}: {done}"]
+        parts += [str(self.feasible)] if self.study.requirements else []
+        parts += [self.damage] if self.damage else []
+        return f"<study '{self.store.address}': {'; '.join(parts)}>"
 
     def _repr_html_(self) -> str:
         from scissordyn.study.report import conclusion_html, summary_html

@@ -135,14 +135,14 @@ def _split(study: Study, budget: float) -> Study:
     """The study with as many points of both kinds as a budget of work [s] has room for, by a pilot of both."""
     few, accurate = replace(study, design=replace(study.design, points=PILOT)), verified_study(study, PILOT)
     cheap_runs, cheap = _piloted(few)
-    accurate_runs, each = _piloted(accurate)
-    known = _least_correlation(few, cheap_runs, accurate_runs)
-    left, unpredicted = budget - PILOT * (cheap + each), 1.0
+    accurate_runs, accurate_seconds = _piloted(accurate)
+    correlated = _least_correlation(few, cheap_runs, accurate_runs)
+    left, unpredicted = budget - PILOT * (cheap + accurate_seconds), 1.0
     if FEWEST * cheap < PILOTED * budget:
         more = replace(study, design=replace(study.design, points=FEWEST))
         unpredicted = _unpredicted(more, _piloted(more)[0])
         left -= FEWEST * cheap
-    verified, screened_points = split(max(left, 0.0), known, each, cheap, unpredicted)
+    verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap, unpredicted)
     points = max(PILOT if unpredicted == 1.0 else FEWEST, screened_points)
     assert study.accurate is not None
     wanted = replace(study.accurate, points=min(max(PILOT, verified), points))
@@ -153,18 +153,18 @@ def _piloted(study: Study) -> tuple[xr.Dataset, float]:
     """All cases of a small study, and the time of a point [s]."""
     pilot(study, np.array([0]))  # whatever is compiled or read once
     began = time.perf_counter()
-    found = pilot(study, np.arange(study.cases))
-    return found, (time.perf_counter() - began) / study.points
+    runs = pilot(study, np.arange(study.cases))
+    return runs, (time.perf_counter() - began) / study.points
 
 
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
     """The least correlation of what requirements are about between cheap and accurate runs."""
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
-    cheap, accurate = (_as_measures(study, each) for each in (cheap, accurate))
-    pairs = [(response_values(cheap, each), response_values(accurate, each)) for each in _asked(study)]
-    found = [abs(correlation(there[both], here[both])) for here, there in pairs]
-    known = [each for each in found if np.isfinite(each)]
-    return max(LEAST, min(known, default=LEAST))
+    cheap, accurate = (_as_measures(study, some) for some in (cheap, accurate))
+    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _asked(study)]
+    correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
+    finite = [some for some in correlations if np.isfinite(some)]
+    return max(LEAST, min(finite, default=LEAST))
 
 
 def _unpredicted(study: Study, runs: xr.Dataset) -> float:
@@ -178,7 +178,7 @@ def _unpredicted(study: Study, runs: xr.Dataset) -> float:
 
 def _asked(study: Study) -> list[Response]:
     """What requirements are about, or all measures."""
-    return [one.response for one in study.requirements] or [Response(name) for name in study.measure_names]
+    return [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
 
 
 def _as_measures(study: Study, results: xr.Dataset) -> xr.Dataset:
@@ -215,10 +215,10 @@ def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
     violation = tried["violation"].values
     rows = np.flatnonzero(tried["front"].values)
     if goals.shape[1] == 1 or not rows.size:
-        known = np.flatnonzero(np.isfinite(violation))
-        rows = known[np.lexsort((goals[known, 0], violation[known]))][:most]
+        judged_points = np.flatnonzero(np.isfinite(violation))
+        rows = judged_points[np.lexsort((goals[judged_points, 0], violation[judged_points]))][:most]
     elif rows.size > most:
         rows = rows[np.argsort(goals[rows, 0], kind="stable")]
         rows = rows[np.unique(np.linspace(0, rows.size - 1, most).round().astype(int))]
-    found = np.stack([tried[factor.address].values[rows] for factor in study.factors], axis=1)
-    return np.asarray(found[np.sort(np.unique(found, axis=0, return_index=True)[1])])
+    numbers = np.stack([tried[factor.address].values[rows] for factor in study.factors], axis=1)
+    return np.asarray(numbers[np.sort(np.unique(numbers, axis=0, return_index=True)[1])])

@@ -36,13 +36,13 @@ class Table:
 
 def design_size(study: Study) -> str:
     """Points, samples and members in words."""
-    said = [f"{counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
+    parts = [f"{counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
     if study.uncertain:
         of_each = " of each" if study.factors else ""
-        said.append(f"{counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
+        parts.append(f"{counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
     if study.members > 1:
-        said.append(f"{study.members} members of each")
-    return ", ".join(said)
+        parts.append(f"{study.members} members of each")
+    return ", ".join(parts)
 
 
 def varied_numbers(study: Study, results: xr.Dataset) -> Table:
@@ -100,14 +100,14 @@ def agreement(study: Study, points: xr.Dataset) -> Fact | None:
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Table:
     """Smallest, median and largest value of each response over the complete cases, and how far members differ."""
     rows = []
-    for one in answered(study, results):
-        values = case_values(study, results, one)
+    for response in answered(study, results):
+        values = case_values(study, results, response)
         if np.isfinite(values).any():
             ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")
-            scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, one)}))
+            scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, response)}))
             shown = [text if math.isfinite(end) else "none" for end, text in zip(ends, scale.cells(*ends), strict=True)]
-            spread = [_percent(float(np.nanmax(points[f"spread {one.name}"].values)))] if study.members > 1 else []
-            rows.append((one.name, *shown, scale.unit or "1", *spread))
+            spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
+            rows.append((response.name, *shown, scale.unit or "1", *spread))
     members = ("largest spread of members",) if study.members > 1 else ()
     return Table(("response", "smallest", "median", "largest", "unit", *members), rows)
 
@@ -116,18 +116,20 @@ def requirement_fractions(study: Study, results: xr.Dataset) -> Table:
     """The fraction of the range that meets each requirement, and all of them; no rows without requirements."""
     meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
     rows, explained = [], any(meanings)
-    for one, text in zip(feasible_fraction(study, results), meanings, strict=False):
-        interval = "no sample" if np.isnan(one.low) else f"{one.low:.1%} to {one.high:.1%}"
-        rows.append((one.label, *((text,) if explained else ()), f"{one.fraction:.1%}", interval, str(one.trials)))
+    for fraction, text in zip(feasible_fraction(study, results), meanings, strict=False):
+        interval = "no sample" if np.isnan(fraction.low) else f"{fraction.low:.1%} to {fraction.high:.1%}"
+        rows.append(
+            (fraction.label, *((text,) if explained else ()), f"{fraction.fraction:.1%}", interval, str(fraction.trials))
+        )
     head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
     return Table(head, rows)
 
 
 def interval_note(study: Study, results: xr.Dataset) -> str:
     """What the intervals of `requirement_fractions` are, or why there are none."""
-    there = any(np.isfinite(one.low) for one in feasible_fraction(study, results))
-    said = "Interval of Clopper and Pearson." if there else f"The points of the design '{study.design.kind}' are no sample."
-    return f"{said} Failed cases are left out."
+    there = any(np.isfinite(fraction.low) for fraction in feasible_fraction(study, results))
+    note = "Interval of Clopper and Pearson." if there else f"The points of the design '{study.design.kind}' are no sample."
+    return f"{note} Failed cases are left out."
 
 
 def meaning(results: xr.Dataset, requirement: Requirement) -> str:
@@ -140,7 +142,7 @@ def meaning(results: xr.Dataset, requirement: Requirement) -> str:
 
 def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
     """A table for each response of what it depends on."""
-    found = []
+    tables = []
     for name, table in indices.items():
         factors = [table.sel(factor=factor) for factor in table["factor"].values]
         if table.attrs["method"] == "morris":
@@ -153,8 +155,8 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
         rows = [(str(row["factor"].item()), *texts) for row, texts in zip(factors, cells, strict=True)]
         left_out = table.attrs["left_out"]
         notes = (f"{counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
-        found.append(Table((f"{name} depends on", *head), rows, name, notes))
-    return found
+        tables.append(Table((f"{name} depends on", *head), rows, name, notes))
+    return tables
 
 
 def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
@@ -167,20 +169,20 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
     """The Pareto front, or the best point of one goal; None without an optimisation."""
     if study.optimisation is None:
         return None
-    found = candidates(study, results)
-    rows = np.flatnonzero(found.points["front"].values) if found.best < 0 else np.array([found.best])
+    search = candidates(study, results)
+    rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
     names = [factor.address for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
     signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
-    scales = {name: scale_of(found.points[name].isel(point=rows)) for name in names}
-    columns = [scales[n].cells(*(signs.get(n, 1.0) * found.points[n].values[rows[:most]]), digits=5) for n in names]
+    scales = {name: scale_of(search.points[name].isel(point=rows)) for name in names}
+    columns = [scales[n].cells(*(signs.get(n, 1.0) * search.points[n].values[rows[:most]]), digits=5) for n in names]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
-    notes = [f"{counted(found.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
+    notes = [f"{counted(search.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
     if len(rows) > most:
         notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
-    if found.best >= 0 and float(found.points["violation"][found.best]) > 0.0:
+    if search.best >= 0 and float(search.points["violation"][search.best]) > 0.0:
         notes.append("No point meets all requirements; this is the one that violates them least.")
     head = ("point", *(scales[name].label(name) for name in names))
-    return Table(head, shown, "Pareto front" if found.best < 0 else "Best point", tuple(notes))
+    return Table(head, shown, "Pareto front" if search.best < 0 else "Best point", tuple(notes))
 
 
 def _percent(fraction: float) -> str:

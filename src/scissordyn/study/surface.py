@@ -60,12 +60,12 @@ class Surfaces:
 
     def bounds(self, x: str, y: str) -> list[Bound]:
         """The requirements whose responses have a field."""
-        found = []
+        lines = []
         for requirement in self._study.requirements:
             field = self.field(requirement.response.name, x, y)
             if field is not None:
-                found.append(Bound(requirement.label, field, requirement.bound))
-        return found
+                lines.append(Bound(requirement.label, field, requirement.bound))
+        return lines
 
     def _table(self) -> np.ndarray:
         return np.stack([self._points[name].values for name in self._names], axis=1)
@@ -91,12 +91,12 @@ class Surfaces:
         table, values = self._table(), self._points[response].values
         if np.isinf(values).any():  # points without a number would read as if the others went on there
             return None
-        known = np.isfinite(values) & np.all(np.isfinite(table), axis=1)
-        sizes = [np.unique(table[known, place]).size for place in range(table.shape[1])]
-        if not max(LEAST, 2 * len(self._names) + 2) <= known.sum() <= MOST or min(sizes) < 2 or np.ptp(values[known]) == 0.0:
+        there = np.isfinite(values) & np.all(np.isfinite(table), axis=1)
+        sizes = [np.unique(table[there, place]).size for place in range(table.shape[1])]
+        if not max(LEAST, 2 * len(self._names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
             return None
         logarithmic = np.array([self._logarithmic(place) for place in range(len(self._names))])
-        model = Kriging(table[known], values[known], logarithmic)
+        model = Kriging(table[there], values[there], logarithmic)
         return model if model.predicted >= CLEAR else None
 
 
@@ -113,7 +113,7 @@ def map_extras(
     bounds = surfaces.bounds(x, y)
     if colour == "met":
         return None, bounds
-    labels = {one.label for one in study.requirements if one.response.name == colour}
+    labels = {requirement.label for requirement in study.requirements if requirement.response.name == colour}
     return surfaces.field(colour, x, y), [bound for bound in bounds if bound.label in labels]
 
 
@@ -125,8 +125,8 @@ def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None
         return None
     drawn = qmc.Sobol(len(study.factors), rng=np.random.default_rng(0)).random(TRIED)
     at = np.stack([factor.variation.quantile(drawn[:, k]) for k, factor in enumerate(study.factors)], axis=1)
-    known = np.stack([points[factor.address].values for factor in study.factors], axis=1)
-    at = np.clip(at, np.nanmin(known, axis=0), np.nanmax(known, axis=0))  # nothing is extrapolated
+    tried = np.stack([points[factor.address].values for factor in study.factors], axis=1)
+    at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated
     margins = [
         requirement.margin(model.predict(at)[0])
         for requirement, model in zip(study.requirements, models, strict=True)

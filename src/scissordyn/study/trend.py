@@ -140,30 +140,30 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     )
     x = np.stack(list(numbers.values()), axis=1)
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
-    found = {}
-    for one in answered(study, results):
-        cells = case_values(study, results, one)[:rows].reshape(-1, members)
-        known = np.isfinite(cells)
+    by_response = {}
+    for response in answered(study, results):
+        cells = case_values(study, results, response)[:rows].reshape(-1, members)
+        there = np.isfinite(cells)
         if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
             continue
-        if np.isin(cells[known], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
+        if np.isin(cells[there], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
             continue
-        values = np.where(known, cells, 0.0).sum(axis=1) / np.where(known.any(axis=1), known.sum(axis=1), np.nan)
-        both = fitted(x, values, groups, tuple(numbers), one.name, response_unit(results, one))
+        values = np.where(there, cells, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+        both = fitted(x, values, groups, tuple(numbers), response.name, response_unit(results, response))
         if both:
-            found[one.name] = both
-    return found
+            by_response[response.name] = both
+    return by_response
 
 
 def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
     """The same numbers, with 1 or 0 for each name but the first in place of where it stands."""
     named = [factor for factor in study.apart if factor.labels]
-    found = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
+    numbers_of_cases = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
     for factor in named:
         first, *others = factor.labels
         for place, label in enumerate(others, 1):
-            found[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)
-    return found
+            numbers_of_cases[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)
+    return numbers_of_cases
 
 
 def fitted(
@@ -173,8 +173,8 @@ def fitted(
 
     Shapes: `x` (n, numbers), `values` (n,), `groups` (n,).
     """
-    known = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
-    x, values, groups = x[known], values[known], np.unique(groups[known], return_inverse=True)[1]
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    x, values, groups = x[there], values[there], np.unique(groups[there], return_inverse=True)[1]
     varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
     x, names = x[:, varies], tuple(names[k] for k in varies)
     count = int(groups.max(initial=-1)) + 1
@@ -182,7 +182,7 @@ def fitted(
         return ()
     ranges = np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
     forms = (["power"] if values.min() > 0.0 and (ranges[:, 0] > 0.0).any() else []) + ["linear"]
-    found = []
+    both = []
     for form in forms:
         logarithmic = tuple(form == "power" and bool(low > 0.0) for low in ranges[:, 0])
         terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
@@ -193,10 +193,10 @@ def fitted(
         r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
         predicted = 1.0 - float(np.sum(wrong**2) / np.sum((values - values.mean()) ** 2))
         error = float(np.sqrt(np.mean(wrong**2)) / np.mean(np.abs(values)))
-        found.append(
+        both.append(
             Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
         )
-    return tuple(sorted(found, key=lambda one: -one.predicted - ALIKE * (one.form == "power")))
+    return tuple(sorted(both, key=lambda trend: -trend.predicted - ALIKE * (trend.form == "power")))
 
 
 def _jackknife(
@@ -206,12 +206,12 @@ def _jackknife(
     middle, width = terms.mean(axis=0), np.ptp(terms, axis=0)
     design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned whatever the units are
     products, sums = design[:, :, None] * design[:, None, :], design * y[:, None]
-    own = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
-    np.add.at(own[0], groups, products)
-    np.add.at(own[1], groups, sums)
+    of_group = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
+    np.add.at(of_group[0], groups, products)
+    np.add.at(of_group[1], groups, sums)
     whole = np.linalg.pinv(products.sum(axis=0), hermitian=True) @ sums.sum(axis=0)
-    inverses = np.linalg.pinv(products.sum(axis=0) - own[0], hermitian=True)
-    without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - own[1])
+    inverses = np.linalg.pinv(products.sum(axis=0) - of_group[0], hermitian=True)
+    without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
     variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
     wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(count - design.shape[1], 1)) * np.sqrt(variance)
     slopes = whole[1:] / width
@@ -219,12 +219,14 @@ def _jackknife(
     return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
 
 
-def needed(study: Study, results: xr.Dataset, found: dict[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Need]:
+def needed(
+    study: Study, results: xr.Dataset, by_response: dict[str, tuple[Trend, ...]], numbers: dict[str, float]
+) -> list[Need]:
     """What each requirement needs of the number that is chosen and on which its response depends most."""
     chosen = {factor.address for factor in study.factors}
     needs = []
     for requirement in study.requirements:
-        best, *others = found.get(requirement.response.name, ()) or (None,)
+        best, *others = by_response.get(requirement.response.name, ()) or (None,)
         if best is None or not best.clear:
             continue
         able = np.where([name in chosen for name in best.numbers] & best.significant, np.abs(best.effects), 0.0)
@@ -237,7 +239,7 @@ def needed(study: Study, results: xr.Dataset, found: dict[str, tuple[Trend, ...]
         failing, points = _failing(study, results, requirement, best, k, value)
         ends = np.array([best.value({**numbers, name: end}) for end in (low, high)])
         everywhere = bool(requirement.met(ends).all())
-        other = next((one for one in others if best.predicted - one.predicted < ALIKE), None) if beyond else None
+        other = next((form for form in others if best.predicted - form.predicted < ALIKE), None) if beyond else None
         second = None if other is None else _reached(other, name, requirement.bound, numbers)
         needs.append(Need(requirement.label, name, value, beyond, failing, points, everywhere, second))
     return needs

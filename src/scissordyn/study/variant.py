@@ -24,8 +24,8 @@ def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple
     every: dict[str, Any] = {**own_values(study), **values}
     chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in study.apart]
     which = np.ravel_multi_index(chosen, _counts(study)) if chosen else np.zeros(count, int)
-    for one in np.unique(which):
-        yield study.variants[one] if chosen else study.mechanism, np.flatnonzero(which == one)
+    for place in np.unique(which):
+        yield study.variants[place] if chosen else study.mechanism, np.flatnonzero(which == place)
 
 
 def made(study: Study, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:

@@ -270,9 +270,10 @@ class Store:
         cases, which are added to what is noted.
         """
         block, columns = int(cases[0]) // self.block, table.Columns.from_plain(self._value("columns"))
-        size = min(self.block, self.cases - block * self.block)
+        ends = block * self.block, (block + 1) * self.block - 1
         with self.alone(), self._transaction() as connection:
             table.insert(connection, columns, cases, status, texts, columns.matrix(values, cases.size))
+            size = connection.execute("SELECT count(*) FROM cases WHERE number BETWEEN ? AND ?", ends).fetchone()[0]
             before = _blocks(connection, f"WHERE number = {block}").get(block, (0, (0.0,) * 4))[1]
             added = [float(old + new) for old, new in zip(before, (*times, 1.0), strict=True)]
             _write_block(connection, block, size, added)

@@ -33,7 +33,7 @@ def check_store_name(address: str) -> None:
     """Raise `InputError` for a new store with the name of a file of another kind."""
     from scissordyn.file.output_file import OTHER_ENDINGS
 
-    if Path(address).suffix.lower() in (".nc", *OTHER_ENDINGS):
+    if Path(address).suffix.lower() in {".nc", *OTHER_ENDINGS} - {".db"}:
         raise InputError(f"'{address}' for the store of a study", "a name that ends in .db", "-o study.db")
 
 

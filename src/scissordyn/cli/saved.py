@@ -27,7 +27,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
         from scissordyn.config.text import read_text
 
         if is_study(parsed(read_text(path, "a run that was saved"), path)):
-            shown = command("scissordyn", "study", path, "-o", f"{path.stem}.zarr")
+            shown = command("scissordyn", "study", path, "-o", f"{path.stem}.db")
             raise InputError(f"'{path}' is a study file", "a run that was saved", shown)
         raise InputError(
             f"'{path}' is a case file", "a run that was saved", command("scissordyn", "run", path, "-o", f"{path.stem}.nc")

@@ -52,7 +52,7 @@ def test_damping_of_contacts_closed_from_rest(friction: sd.Friction) -> None:
     law = elastic_law(joint)
     for name in np.unique(run["contact_joint"].values):
         deepest = float(run["peak_indentation"].sel(joint=name))
-        largest = float(run["peak_force"].values[run["contact_joint"].values == name].max())
+        largest = float(run["peak_normal_force"].values[run["contact_joint"].values == name].max())
         assert largest < (1.0 + damping.factor) * elastic_force(law.force, deepest, law.row)
     assert not [text for text in warnings(run) if "damping" in text]
 

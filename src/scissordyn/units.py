@@ -410,6 +410,8 @@ def cell(value: float, unit: str) -> str:
 
 
 def short(value: float, unit: str) -> str:
-    """One number with its unit, to four digits."""
+    """One number with its unit, to four digits; round-off, a thousandth of the smallest prefix, is zero."""
+    if abs(value) < 1e-3 * PREFIXES[-1][0]:
+        return f"0 {unit}"
     factor, letter = prefix(abs(value))
     return f"{value / factor:.4g} {letter}{unit}"

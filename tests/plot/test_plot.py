@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+import scissordyn as sd
 from scissordyn.errors import InputError, printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.energy import energy
@@ -454,3 +455,13 @@ def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
     assert np.allclose(turned.get_xydata(), mark.get_xydata() * [1.0, -1.0])
     late = torque(located.isel(time=slice(1000, None)))[0]
     assert not [line for line in late.lines if line.get_label() == "largest"]
+
+
+def test_round_off_of_a_constant_speed_is_no_curve() -> None:
+    """Limit: a crank of constant speed has no acceleration in the picture, not its round-off; the slider keeps its own."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).driven(speed=20.0)
+    run = sd.simulate(crank, until=0.1, samples=51)
+    run["angular_acceleration"] = run["angular_acceleration"] + 1e-12
+    drawn = response(run, body="crank")
+    assert np.all(drawn[5].lines[0].get_ydata() == 0.0)
+    assert np.abs(drawn[4].lines[0].get_ydata()).max() > 1.0

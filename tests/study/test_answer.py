@@ -411,3 +411,25 @@ def test_cma_searches_one_number() -> None:
         assert asked.shape[1] == 1
         method.tell((asked - 0.8) ** 2, np.zeros(len(asked)))
     assert float(np.median(method.ask())) == pytest.approx(0.8, abs=1e-3)
+
+
+def test_curves_of_many_numbers_are_of_those_that_matter() -> None:
+    """Limit: of 18 numbers six have curves, those that the response depends on among them; the picture says so."""
+    chance = np.random.default_rng(4)
+    numbers = {f"number {k}": ("point", chance.random(40), {"role": "factor", "units": "1"}) for k in range(18)}
+    response = 3.0 * numbers["number 7"][1] - 2.0 * numbers["number 16"][1]
+    points = xr.Dataset(
+        {
+            **numbers,
+            "peak_force": ("point", response, {"role": "response", "units": "N"}),
+            "disagrees": ("point", np.zeros(40, bool)),
+        }
+    )
+    drawn = response_curves(points)
+    labels = [axes.get_xlabel() for axes in drawn]
+    assert len(drawn) == 6
+    assert {"number 7", "number 16"} <= set(labels)
+    assert drawn[0].get_title(loc="left").startswith("6 of 18 numbers")
+    figure = drawn[0].get_figure(root=True)
+    assert figure is not None
+    assert figure.get_figwidth() < 18.0

@@ -17,7 +17,7 @@ from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.units import counted
+from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from scissordyn.study.result import StudyResult
 
 ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay", "convert")
+
+UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 
 EVENTS = 20
 """Contacts of a replayed case that are shown."""
@@ -211,7 +213,13 @@ def _words(one: Progress) -> str:
     minutes, seconds = divmod(int(min(one.left, 1e9)), 60)
     left = f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {seconds} s"
     which = f"generation {one.generation}: " if one.generation else ""
-    return f"{which}{done} of {one.cases} cases{failed}, {one.rate:.1f} a second, {left} left"
+    return f"{which}{done} of {one.cases} cases{failed}, {_rate(one.rate)}, {left} left"
+
+
+def _rate(rate: float) -> str:
+    """Cases in the largest unit of time in which they are one or more."""
+    unit, seconds = next(((unit, size) for unit, size in UNITS if rate * size >= 1.0), UNITS[-1])
+    return f"{rate * seconds:.3g} {unit}"
 
 
 def _answers(result: StudyResult) -> int:
@@ -238,7 +246,7 @@ def _status(result: StudyResult) -> int:
     if cases and worked:
         integration = float(times["integration_seconds"].sum())
         print(
-            f"{worked / cases * 1e3:.3g} ms a case and worker, {1.0 - integration / worked:.0%} of it beside the integration; "
+            f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it beside the integration; "
             f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
         )
     show_causes(result)

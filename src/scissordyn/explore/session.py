@@ -67,8 +67,7 @@ class Session:
             known = Outcome(1, case, case.saved)
         self._worker = Worker(self._take, self._progress, earlier=0 if known is None else known.number)
         if known is None:
-            self._begin()
-            self._worker.order(self.case, staged=True)
+            self._order(staged=True)
         else:
             self._take(replace(known, fine=None))
             if known.fine is not None:
@@ -138,9 +137,9 @@ class Session:
             if self._base.mechanism != new.mechanism or self._base.options != new.options:
                 self._remember(self._base)
             self._base = None
-        self.updated("fields")
         if not same:
             self.compute()
+        self.updated("fields")  # while the run is going on
         return True
 
     def _is_as(self, texts: dict[str, str]) -> bool:
@@ -175,8 +174,8 @@ class Session:
             self.case = source.pop()
             self.errors.clear()
             self.typed.clear()
-            self.updated("fields")
             self.compute()
+            self.updated("fields")
 
     def _remember(self, case: Case) -> None:
         self._undo = [*self._undo[1 - MOST_UNDO :], case]
@@ -185,12 +184,12 @@ class Session:
     def compute(self) -> None:
         """Run the present case, in stages if runs take long; a run that is going on ends."""
         self._slow |= self.lasting > SLOW
-        self._begin()
-        self._worker.order(self.case, staged=self._slow)
+        self._order(staged=self._slow)
 
-    def _begin(self) -> None:
+    def _order(self, *, staged: bool) -> None:
         self.fraction, self.message = 0.0, ""
         self._began = self._stage = self._told = time.monotonic()
+        self._worker.order(self.case, staged=staged)
         self.updated("status")
 
     def stop(self) -> None:

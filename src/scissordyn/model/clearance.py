@@ -40,7 +40,7 @@ class Clearance:
         Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
     """
 
-    clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance R_B - R_J")]
+    clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance")]
     journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the journal")] = 10e-3
     bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length of the bearing")] = 15e-3
     material: Annotated[Material, Meaning("of the journal", "STEEL")] = STEEL

@@ -16,6 +16,9 @@ from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 if TYPE_CHECKING:
     import xarray as xr
 
+ROUND_OFF = 1e-10
+"""Relative change over a run that is none."""
+
 DEFAULT_BODY = "unit 1/bar 2"
 
 SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), ("slider_acceleration", "acceleration"))
@@ -67,11 +70,17 @@ def response(
     for row, ((along, sliding), (around, rotation)) in enumerate(zip(SLIDER, ROTATION, strict=True)):
         right = drawn[columns * row + columns - 1]
         if slides:
-            compare(drawn[2 * row], sliding, run[along], None if ideal is None else ideal[along], time=time)
+            compare(
+                drawn[2 * row],
+                sliding,
+                _without_round_off(run, SLIDER, row),
+                None if ideal is None else ideal[along],
+                time=time,
+            )
         compare(
             right,
             rotation,
-            run[around].sel(body=chosen),
+            _without_round_off(run.sel(body=chosen), ROTATION, row),
             None if ideal is None else ideal[around].sel(body=chosen),
             scale=DEGREES if around == "angle" else None,
             time=time,
@@ -82,6 +91,16 @@ def response(
     finish(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn
+
+
+def _without_round_off(run: xr.Dataset, names: tuple[tuple[str, str], ...], row: int) -> xr.DataArray:
+    """A velocity or acceleration; zero where it could not change what it is the derivative of by more than its last digits."""
+    values = run[names[row][0]]
+    if row == 0:
+        return values
+    duration = float(run["time"].values[-1] - run["time"].values[0])
+    before = float(abs(run[names[row - 1][0]]).max())
+    return 0.0 * values if float(abs(values).max()) * duration < ROUND_OFF * before else values
 
 
 def _body(run: xr.Dataset, bodies: list[str]) -> str:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+MOST_FACTORS = 6
+"""Columns of response curves; of more numbers those that matter first."""
+
 LONGEST = 84
 """Characters of a line of a label beside a bar; longer labels take several lines."""
 
@@ -204,10 +207,11 @@ def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.n
 
 def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = None, axes: Canvas = None) -> list[Axes]:
     """Each response over each factor: all points, and median and middle 80 % over the other factors."""
-    factors = _factors(points)
+    every = _factors(points)
     names = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
-    if not factors or not names:
+    if not every or not names:
         raise InputError("response curves without a factor or a response", "at least one of each")
+    factors = _most_important(points, every, names)
     size = (1.2 + 2.6 * len(factors), 0.8 + 2.0 * len(names))
     panels_drawn = panels(axes, len(names), len(factors), size=size, share=True)
     for row, name in enumerate(names):
@@ -248,8 +252,29 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 panel.set_xlabel(sx.label(literal(factor)))
             if place == 0:
                 panel.set_ylabel(sy.label(literal(name)))
+    if len(factors) < len(every):
+        title = f"{len(factors)} of {len(every)} numbers: those with the largest rank correlations"
+        panels_drawn[0].set_title(title, loc="left", fontsize=small())
     _legend(panels_drawn)
     return panels_drawn
+
+
+def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) -> list[str]:
+    """Those with the largest rank correlation to any response, in their order, where there is no room for all."""
+    if len(factors) <= MOST_FACTORS:
+        return factors
+    from scipy.stats import spearmanr
+
+    largest = np.zeros(len(factors))
+    for name in names:
+        values = points[name].values
+        finite = np.isfinite(values)
+        if np.unique(values[finite]).size > 2:
+            for k, factor in enumerate(factors):
+                x = points[factor].values[finite]
+                if np.unique(x).size > 1:
+                    largest[k] = max(largest[k], abs(float(spearmanr(x, values[finite]).statistic)))
+    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:MOST_FACTORS])]
 
 
 def _named_ticks(axis: Axis, scale: Scale) -> None:

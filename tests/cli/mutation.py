@@ -114,3 +114,43 @@ def mutated_cases(count: int, seed: int = 1) -> Iterator[str]:
         if not any(MOST_UNITS < float(units.replace("_", "")) < 1e6 for units in UNITS_KEY.findall(text)):
             made += 1
             yield text
+
+
+FACTORS = (0.0, -1.0, 0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 1000.0)
+PLAIN_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
+OTHER_VALUES = {
+    "start": ("run", ("concentric", "in-contact", "static", "as-placed")),
+    "events": ("run", ("located", "crossed")),
+    "method": ("run", ("rodas5p", "dop853")),
+    "contact": ("clearance", ("hard", "compliant")),
+    "driven_bar": ("structure", ("pinned", "slider")),
+}
+"""Words of some keys, with their tables."""
+
+
+def _altered(text: str, chance: random.Random) -> str:
+    """One number times a factor, one table less or twice, or another word: a file that may well be meant."""
+    kind, tables = chance.random(), re.split(r"(?m)^(?=\[)", text)
+    if kind < 0.7:
+        entry = chance.choice([place for place in ENTRY.finditer(text) if PLAIN_NUMBER.search(place[2])])
+        number = chance.choice(list(PLAIN_NUMBER.finditer(entry[2])))
+        value = float(number[0]) * chance.choice(FACTORS)
+        written = str(int(value)) if "." not in number[0] and value == int(value) else f"{value:.12g}"
+        return text[: entry.start(2)] + entry[2][: number.start()] + written + entry[2][number.end() :] + text[entry.end(2) :]
+    at = chance.randrange(1, len(tables))
+    if kind < 0.85:
+        return "".join(tables[:at] + tables[at : at + 1] * (2 if kind > 0.8 else 0) + tables[at + 1 :])
+    key = chance.choice(list(OTHER_VALUES))
+    table, words = OTHER_VALUES[key]
+    line = f'{key} = "{chance.choice(words)}"\n'
+    if re.search(rf"(?m)^{key}\s*=", text):
+        return re.sub(rf"(?m)^{key}\s*=.*\n", lambda _: line, text)
+    return re.sub(rf"(?m)^(\[\[?{table}\]\]?[^\n]*\n)", lambda head: head[1] + line, text, count=1)
+
+
+def altered_cases(count: int, seed: int = 1) -> Iterator[str]:
+    """Texts of case files that differ from an example in one number, table or word; the same for the same seed."""
+    chance = random.Random(seed)
+    texts = [path.read_text(encoding="utf-8") for path in sorted(EXAMPLES.glob("*.toml")) if path.name != "long.toml"]
+    for _ in range(count):
+        yield _altered(chance.choice(texts), chance)

@@ -12,10 +12,12 @@ from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 import typer
 
 import scissordyn as sd
+from reference.free_bodies import Scissor, cycloidal
 from scissordyn.cli.main import app, status_of
 from scissordyn.config.file import read_case
 
@@ -229,3 +231,61 @@ def test_task_is_answered_as_its_page_says(
         assert study.table["tip.peak_track_deviation [m]"].max() == pytest.approx(tip, rel=0.01)
         forces = study.table[[column for column in study.table if column.endswith(".peak_force [N]")]].max(axis=1)
         assert int((forces < 800.0).sum()) == met
+
+
+BARS = DOCS / "howto" / "rigid_or_bending_bars.md"
+
+
+def run_bars(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *names: str) -> list[str]:
+    """Run the commands of the page on rigid and bending bars that have one of these names; what they say."""
+    monkeypatch.chdir(folder)
+    write_tables(BARS, folder)
+    answers = []
+    for words in commands(BARS.read_text(encoding="utf-8")):
+        if words[1] not in names:
+            continue
+        capsys.readouterr()
+        target = words[-1] if ">" in words else ""
+        assert status_of(words[1:-2] if target else words[1:]) == 0, words
+        answer = capsys.readouterr().out
+        if target:
+            (folder / target).write_text(answer, encoding="utf-8")
+        else:
+            answers.append(" ".join(answer.split()))
+    return answers
+
+
+def test_rigid_array_is_that_of_free_bodies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Second formulation: inertia, reactions and torques of the page by the equations of each bar cut free."""
+    checked, *previews = run_bars(tmp_path, monkeypatch, capsys, "new", "check", "preview")
+    start, end = math.radians(65.0), math.radians(25.0)
+    for preview, gravity in zip(previews, ((0.0, 0.0), (0.0, -9.81), (-9.81, 0.0)), strict=True):
+        array = Scissor(6, 0.9, 0.733, 0.5, 8.0, gravity)
+        solved = [array.forces(*cycloidal(start, end, 4.0, t)) for t in np.linspace(0.0, 4.0, 201)]
+        force, torque = max(max(pins.values()) for pins, _ in solved), max(abs(torque) for _, torque in solved)
+        for pattern, value in ((r"reaction with ideal joints: ([0-9.]+) (k?)N", force), (r"up to ([0-9.]+) (k?)N m", torque)):
+            number, kilo = re.search(pattern, preview).groups()
+            assert float(number) * (1e3 if kilo else 1.0) == pytest.approx(value, rel=5e-4)
+    inertia = re.search(r"Inertia about unit 1/bar 1: ([0-9.]+) kg m\^2 at the start", checked).group(1)
+    assert float(inertia) == pytest.approx(array.inertia(start), rel=5e-4)
+    assert "cannot hold" in previews[2]
+    bent = read_case(tmp_path / "tubes.toml").mechanism
+    tube = 2700.0 * math.pi * (0.025**2 - 0.023**2) * 0.9
+    assert sum(body.mass for body in bent.bodies) == pytest.approx(8.5 + 12 * tube, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_bars_rigid_and_bending_are_answered_as_the_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cross-check: all commands of the page, some minutes; the figures of its tables."""
+    answers = run_bars(tmp_path, monkeypatch, capsys, "new", "run", "study")
+    offs = [re.search(r"off by up to ([0-9.]+) mm.*?([0-9.]+) mm at the end", answer) for answer in answers[:2] + answers[3:]]
+    figures = [(1.73, 1.47), (2.06, 2.02), (35.7, 2.14), (162.0, 149.0)]
+    for off, figure in zip(offs, figures, strict=True):
+        assert off is not None
+        assert [float(number) for number in off.groups()] == pytest.approx(figure, rel=0.02)
+    assert "after 108.3 ms the largest is 2.52 kN" in answers[1]
+    assert "by 8 samples" in answers[2]

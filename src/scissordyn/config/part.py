@@ -343,22 +343,11 @@ def _read_place(given: Any, context: Context) -> str | Point:
     return given if "," not in given else pair("m").read(given, context)
 
 
-class TrackTable(Table):
-    """A tracked point."""
-
-    name: Annotated[str, About("name of the tracked point", examples=["tip"])]
-    body: Annotated[str, About("the body", examples=["rod"])]
-    point: Annotated[
-        str | Point, _read_place, About('a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])
-    ]
-    tolerance: Annotated[float | None, quantities(Track)["tolerance"]] = None
-
-
-@reader(lambda: TrackTable)
-def _read_track(given: Any, context: Context) -> Track:
-    table = TrackTable.read(given, context)
-    return Track(table.name, table.body, table.point, table.tolerance)
-
+_TRACK: Hints = (
+    ("name", Annotated[str, About("name of the tracked point")]),
+    ("body", Annotated[str, About("the body")]),
+    ("point", Annotated[str | Point, _read_place, About('a point of the body, or a place in its frame as "1.2, 0 m"')]),
+)
 
 PARTS: Mapping[str, Part] = {
     "body": Part(lambda: BodyTable, _read_body, "bodies", "a rigid body"),
@@ -384,7 +373,7 @@ PARTS: Mapping[str, Part] = {
     "weld": _part(
         Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"
     ),
-    "track": Part(lambda: TrackTable, _read_track, "tracks", "a point whose motion is recorded"),
+    "track": _part(Track, "tracks", "a point whose motion is recorded", lambda: _TRACK, name="tip", body="rod", point="end"),
     **{
         section: _component_part(kind)
         for section, kind in COMPONENTS.items()

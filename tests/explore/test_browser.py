@@ -156,6 +156,14 @@ def test_names_stay_in_the_drawing(tab: Tab, across: float, down: float) -> None
 def test_dragged_pin_changes_the_case(tab: Tab) -> None:
     """Contract: while a pin is dragged it follows the pointer, assembled; released, the numbers of the case have changed."""
     first, before = tab.run, (tab.text("structure.bar_length"), tab.text("structure.angle"))
+    tab.page.evaluate("""() => {
+      window.written = new Set();
+      const fill = CanvasRenderingContext2D.prototype.fillText;
+      CanvasRenderingContext2D.prototype.fillText = function (words, ...at) {
+        window.written.add(words);
+        fill.call(this, words, ...at);
+      };
+    }""")
     x, y = tab.handle("unit 1/upper")
     mouse = tab.page.mouse
     mouse.move(x, y)
@@ -173,6 +181,10 @@ def test_dragged_pin_changes_the_case(tab: Tab) -> None:
     tab.press("undo")
     tab.ready(second)
     assert (tab.text("structure.bar_length"), tab.text("structure.angle")) == before
+    assert tab.page.locator("[data-id=note]").text_content() == ""  # what was dragged is not shown any more
+    written = tab.page.evaluate("() => [...window.written]")
+    assert any("clearance magnified" in words for words in written)
+    assert not any("undefined" in words or "NaN" in words for words in written)
 
 
 def test_dragged_length_changes_the_case(tab: Tab) -> None:

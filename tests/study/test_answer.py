@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,10 @@ from scissordyn.study.export import export, table
 from scissordyn.study.goal import Goal, Optimisation, risk_value
 from scissordyn.study.indices import morris_indices, sensitivity, sobol_indices
 from scissordyn.study.optimise import candidates, nondominated, optimise, proposer
-from scissordyn.study.report import write_report
+from scissordyn.study.report import _extreme_numbers, write_report
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import COMPLETE, FAILED, Store
+from scissordyn.study.table import column
 
 
 def arm() -> sd.Mechanism:
@@ -433,3 +435,17 @@ def test_curves_of_many_numbers_are_of_those_that_matter() -> None:
     figure = drawn[0].get_figure(root=True)
     assert figure is not None
     assert figure.get_figwidth() < 18.0
+
+
+def test_many_numbers_of_a_worst_case_are_the_extreme_ones() -> None:
+    """Limit: of 19 numbers of a case the report writes six, the one farthest from its mean among them, and how many more."""
+    chance = np.random.default_rng(5)
+    names = [f"joint {k}.clearance" for k in range(19)]
+    values = chance.random((40, 19))
+    values[3, 11] = 30.0
+    results = xr.Dataset({column(name): ("case", values[:, k], {"units": "1"}) for k, name in enumerate(names)})
+    described: Any = SimpleNamespace(factors=(), uncertain=(), apart=())
+    text = _extreme_numbers(described, results, dict(zip(names, values[3], strict=True)))
+    assert "joint 11.clearance = 30" in text
+    assert text.count("=") == 6
+    assert text.endswith("and 13 nearer to their means")

@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,13 +34,13 @@ from scissordyn.study.summary import (
     best_points,
     design_size,
     interval_note,
-    meaning,
     requirement_fractions,
     response_ranges,
     sensitivities,
     varied_numbers,
 )
 from scissordyn.study.surface import Surfaces, map_extras
+from scissordyn.study.table import column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,7 +51,8 @@ body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto
 .scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
 th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
 th, td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
-code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
+code { background: #f4f4f4; padding: .1rem .3rem; } td code { white-space: normal; overflow-wrap: anywhere; }
+img { max-width: 100%; }
 h1, h2 { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
 @page { size: A4; margin: 14mm; }
@@ -80,6 +81,9 @@ SHRUNK = 0.5
 MOST_RESPONSES = 8
 """With more responses there are no maps, curves and ranges of each, only the fractions that meet the requirements."""
 
+MOST_NUMBERS = 6
+"""Numbers of a case that are written; the command has all."""
+
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
 MOST_FRONT = 40
@@ -95,7 +99,7 @@ def figures(study: Study, results: xr.Dataset, accurate: xr.Dataset | None) -> I
     if len(study.requirements) > 2:
         fractions = feasible_fraction(study, results)[:-1]
         bounds = np.array([(requirement.low, requirement.high) for requirement in fractions])
-        labels = [meaning(results, requirement) or requirement.label for requirement in study.requirements]
+        labels = [requirement.label for requirement in study.requirements]
         met = np.array([requirement.fraction for requirement in fractions])
         drawn.append(("How often each requirement is met", partial(requirement_bars, labels, met, bounds)))
     if len(responses) > MOST_RESPONSES:
@@ -167,6 +171,20 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
 def summary_html(study: Study, results: xr.Dataset) -> str:
     """The head of the report, which a notebook shows as well: counts, numbers, responses, requirements, best points."""
     return "".join(_summary(study, results))
+
+
+def _extreme_numbers(study: Study, results: xr.Dataset, numbers: Mapping[str, float]) -> str:
+    """The numbers of a case; of many those that are farthest from their mean, over their spread."""
+    if len(numbers) <= MOST_NUMBERS:
+        return numbers_text(study, results, numbers)
+
+    def distance(name: str) -> float:
+        values = results[column(name)].values
+        return abs(float(numbers[name]) - float(np.mean(values))) / (float(np.std(values)) or 1.0)
+
+    kept = sorted(sorted(numbers, key=distance, reverse=True)[:MOST_NUMBERS], key=list(numbers).index)
+    text = numbers_text(study, results, {name: numbers[name] for name in kept})
+    return f"{text}, and {len(numbers) - len(kept)} nearer to their means"
 
 
 def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
@@ -244,7 +262,7 @@ def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
             case.requirement,
             case.text,
             margin_text(case.margin),
-            numbers_text(study, results, case.numbers),
+            _extreme_numbers(study, results, case.numbers),
             replay_command(address, case.case),
         )
         for case in worst_cases(study, results)

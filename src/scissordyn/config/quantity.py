@@ -122,7 +122,8 @@ def unit_factor(unit: str, target: str) -> float:
         factor = float(registry.convert(1.0, parsed, registry.parse_units(target)))
     except pint.UndefinedUnitError as error:
         unknown = str(error).split("'")[1]  # the one place where pint gives the name alone, in every version
-        raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS.split())}") from None
+        near = did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
+        raise InputError(f"unknown unit '{unknown}'{near}") from None
     except pint.DimensionalityError:
         meant = " (did you mean 'rpm'?)" if target == "rad/s" and SPEEDS.fullmatch(unit) else ""
         raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]{meant}") from None

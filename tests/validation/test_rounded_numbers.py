@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -86,7 +87,7 @@ def test_elimination_only_to_rounding(lengths: tuple[float, float, float, float]
     assert len(plan(mechanism).coordinates.constraints) == (0 if pairs else 2)
 
 
-@pytest.mark.parametrize("decimals", [5, 6, 7, 9, 10, 12, 14])
+@pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 9, 10, 12, 14])
 @pytest.mark.parametrize("driven", [True, False])
 def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool) -> None:
     """Closed form: three cranks of one platform stay parallel, whatever the digits; what contradicts is said."""
@@ -114,3 +115,30 @@ def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool)
     assert np.ptp(angles[:, 0]) > 0.1
     contradiction = [text for text in json.loads(run.attrs["warnings"]) if "contradict each other" in text]
     assert bool(contradiction) == (decimals < 8)
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 8, 9, 10, 12])
+@pytest.mark.parametrize("units", [3, 8, 12])
+def test_rounded_ring_moves_as_the_exact_one(units: int, decimals: int) -> None:
+    """Limit: a Hoberman ring, whose joints hold each other many times, with its places and points rounded, in m and rad."""
+
+    def rounded(place: tuple[float, float]) -> tuple[float, float]:
+        return round(place[0], decimals), round(place[1], decimals)
+
+    exact = sd.hoberman_ring(units=units, angle=0.4).driven(speed=-0.2)
+    bodies = tuple(
+        replace(
+            body,
+            points={name: rounded(place) for name, place in body.points.items()},
+            centre=rounded(body.centre),
+            position=rounded(body.placed_position),
+            angle=round(body.placed_angle, decimals),
+        )
+        for body in exact.bodies
+    )
+    runs = [sd.simulate(ring, until=0.5, samples=6) for ring in (exact, replace(exact, bodies=bodies))]
+    assert [run.attrs["status"] for run in runs] == ["complete", "complete"]
+    apart = np.max(np.abs(runs[1]["angle"].values - runs[0]["angle"].values))
+    assert apart < 100.0 * 10.0**-decimals
+    assert np.ptp(runs[0]["angle"].values[:, 0]) == pytest.approx(0.1)
+    assert ("contradict each other" in runs[1].attrs["warnings"]) or decimals > 5

@@ -36,6 +36,12 @@ Points nearer than this fraction of the mechanism's size are one point."""
 SMALL_PIVOT = 1e-3
 """Columns that are preferred give way to others if their coefficients are smaller than this fraction of the largest."""
 
+JUMPED = 0.02, 30.0
+"""What contradicts by the rounding of numbers is met exactly only far away: by more than the first of these, in coordinates of
+the order of one, and than so many times the error of the bodies as placed."""
+
+Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
+
 DONE, CONTRADICTS, FULL = -1, -2, -3
 
 
@@ -119,6 +125,8 @@ def eliminate(
     touched: I1,
     found: I1,
     round_off: float,
+    nothing_left: float,
+    contradiction: float,
 ) -> int:
     """Solve constraints for columns, one after the other; returns DONE, CONTRADICTS or FULL.
 
@@ -154,8 +162,8 @@ def eliminate(
             if preferred[touched[k]] == 1:
                 best = max(best, size)
         # nothing unknown is left: the constraint follows from others, or contradicts them
-        if largest <= NOTHING_LEFT * scale:
-            if rest > CONTRADICTION * scale:
+        if largest <= nothing_left * scale:
+            if rest > contradiction * scale:
                 return CONTRADICTS
             continue
         # the largest of the preferred columns, so that the others stay free; any if those are too small
@@ -240,6 +248,7 @@ class Elimination:
     def __init__(self, preferred: Iterable[bool], known: int) -> None:
         self.preferred = np.array(list(preferred), np.int64)
         self.known = known
+        self.nothing_left = NOTHING_LEFT
         self.imposed: list[tuple[Expression, str]] = []
         self.solved_at: np.ndarray = np.full(self.preferred.size + known, -1, np.int64)
 
@@ -247,8 +256,12 @@ class Elimination:
         """Make `constraint` vanish; `name` is whose it is, for messages."""
         self.imposed.append((constraint, name))
 
-    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All unknown columns in those that stay free and the known ones: sparse rows (starts, columns, values)."""
+    def rows(self, nothing_left: float = NOTHING_LEFT) -> Rows:
+        """All unknown columns in those that stay free and the known ones: sparse rows (starts, columns, values).
+
+        With a larger `nothing_left` what few digits leave of constraints that follow from others is no constraint.
+        """
+        self.nothing_left, contradiction = nothing_left, max(CONTRADICTION, nothing_left)
         unknowns, total = self.preferred.size, self.preferred.size + self.known
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)
@@ -261,7 +274,8 @@ class Elimination:
             kept = np.zeros(room, np.int64), np.zeros(room)
             work = np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64)
             status = eliminate(
-                start, columns, values, self.preferred, self.solved_at, first, length, *kept, *work, progress, round_off
+                *(start, columns, values, self.preferred, self.solved_at, first, length),
+                *(*kept, *work, progress, round_off, nothing_left, contradiction),
             )
             if status == CONTRADICTS:
                 self._contradicted(int(progress[0]))
@@ -271,6 +285,18 @@ class Elimination:
                     used = int(row_start[-1])
                     return row_start, out[0][:used], out[1][:used]
             room *= 2
+
+    def misses(self, rows: Rows, placed: np.ndarray) -> bool:
+        """Whether values that nearly meet the constraints are far from those that follow from the free ones among them."""
+        unknowns, (start, columns, values) = self.preferred.size, rows
+        solved = np.add.reduceat(np.append(values * placed[columns], 0.0), start[:-1]) * (np.diff(start) > 0)
+        far = np.max(np.abs(solved - placed[:unknowns]), initial=0.0)
+        return bool(far > JUMPED[0] and far > JUMPED[1] * self.error(placed))
+
+    def error(self, values: np.ndarray) -> float:
+        """The largest error of a constraint at values of all columns."""
+        errors = (abs(sum(value * values[column] for column, value in row.items())) for row, _ in self.imposed)
+        return float(max(errors, default=0.0))
 
     def _contradicted(self, row: int) -> None:
         constraint, name = self.imposed[row]

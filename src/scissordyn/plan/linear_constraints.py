@@ -17,7 +17,7 @@ import numpy as np
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
-from scissordyn.mechanics.elimination import Elimination, add, scaled
+from scissordyn.mechanics.elimination import NOTHING_LEFT, Elimination, add, scaled
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
@@ -26,10 +26,14 @@ from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
-from scissordyn.plan.redundancy import assembled_near_placed, independent
+from scissordyn.plan.redundancy import assembled_near_placed, basis_of, independent
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+FEW_DIGITS = NOTHING_LEFT, 1e-6, 1e-4, 3e-3, 1e-2
+"""What is left of a constraint that follows from others, as a fraction of its coefficients: round-off, or that of fewer and
+fewer digits, where else the joints hold only far from where the bodies are placed."""
 
 SMALL = 200
 """Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
@@ -83,7 +87,15 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
         raise _lost_inertia(mechanism) from None
     bare = Coordinates(natural, free, basis, matrix, mass, size)
     constraints = order_constraints(free, quadratic_constraints(mechanism, bare, elimination))
-    return independent(bare.with_constraints(constraints), _angles_of_drives(mechanism, natural))
+    angles = _angles_of_drives(mechanism, natural)
+    coordinates = independent(bare.with_constraints(constraints), angles)
+    if elimination.nothing_left == NOTHING_LEFT:
+        return coordinates
+    b = basis_of(angles)
+    values = np.append(bare.matrix @ np.append(bare.nearest(b, bare.placed[0]), b), b)
+    values[:total] /= unit
+    names = coordinates.redundant or ("the joint that closes a chain",)
+    return coordinates.with_constraints(coordinates.constraints, names, max(coordinates.miss, elimination.error(values)))
 
 
 def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -100,6 +112,16 @@ def eliminated(
     # origins are eliminated before directions: lengths then stay short expressions
     elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
     _impose_all(mechanism, natural, elimination, parallel)
+    placed = natural.placed()[0]
+    placed[origins(natural)] /= mechanism.size
+    placed = np.concatenate([placed, basis_of(_angles_of_drives(mechanism, natural))])
+    for nothing_left in FEW_DIGITS:
+        try:
+            rows = elimination.rows(nothing_left)
+        except InputError:
+            continue
+        if not elimination.misses(rows, placed):
+            return elimination, rows
     return elimination, elimination.rows()
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from scissordyn.errors import InputError
+from scissordyn.mechanics.elimination import JUMPED
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plan.gradients import SMALLEST, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
@@ -19,7 +20,7 @@ EXACT = 1e-7, 1e-8
 
 A constraint that still holds within the second one after a move that only the others guided follows from them."""
 
-ROUNDED = 1e-2, 1e-4
+ROUNDED = (1e-2, 1e-4), (1e-2, 3e-3)
 """Likewise for lengths and places with few digits, by which parts that hold each other twice contradict each other."""
 
 MOVE = 0.1
@@ -45,16 +46,18 @@ def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
     if len(holding) < 2:
         return coordinates
     gradients = Gradients(coordinates.free, coordinates.basis, holding)
-    b = _basis(angles)
+    b = basis_of(angles)
     x = coordinates.nearest(b, coordinates.placed[0])
     if _beyond_doubt(gradients, np.append(x, b)):
         return coordinates
     # rods first: what is left out had better be a length, whose multiplier nobody asks for
     order = np.argsort([not constraint.name for constraint in holding], kind="stable")
-    left = _redundant(gradients, x, angles, order, *EXACT)
-    if not left:
-        gradients.value[:] = [constraint.value for constraint in holding]  # the drives are where they start
-        left = _redundant(gradients, x, angles, order, *ROUNDED, rounded=True)
+    values, left = gradients.value.copy(), dict[int, float]()
+    for dependent, follows, near in ((*EXACT, True), *((*level, False) for level in ROUNDED), (*EXACT, False)):
+        gradients.value[:] = values  # the drives are where they start
+        left = _redundant(gradients, x, angles, order, dependent, follows, near=near)
+        if left:
+            break
     if not left:
         return coordinates
     for k in left:
@@ -74,15 +77,23 @@ def _redundant(
     dependent: float,
     follows: float,
     *,
-    rounded: bool = False,
+    near: bool,
 ) -> dict[int, float]:
-    """Which constraints follow from the others, and by how much they do not; see `independent`."""
-    everything, random = np.arange(gradients.count), np.random.default_rng(0)
-    near = follows if rounded else CLOSED
-    x_start = _close(gradients, everything, x, _basis(angles), near)
-    moved = None if x_start is None else _move(gradients, everything, x_start, angles, random, near)
-    if moved is None:
+    """Which constraints follow from the others, and by how much they do not; see `independent`.
+
+    With `near`, none where the constraints are met only far from x.
+    """
+    everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
+    met = CLOSED if dependent == EXACT[0] else follows
+    x_start = _close(gradients, everything, x, b, met)
+    if x_start is None:
         return {}  # the assembly says why
+    far = float(np.max(np.abs(gradients.maps[:, : x.size] @ (x_start - x)), initial=0.0))
+    if near and far > max(JUMPED[0], JUMPED[1] * float(np.max(np.abs(gradients.residual(np.append(x, b)))))):
+        return {}
+    moved = _move(gradients, everything, x_start, angles, random, met)
+    if moved is None:
+        return {}
     unit = gradients.unit(np.append(*moved))
     kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, dependent)
     if not left:
@@ -97,7 +108,7 @@ def _redundant(
 def assembled_near_placed(coordinates: Coordinates, angles: np.ndarray) -> np.ndarray | None:
     """Natural coordinates at which the constraints hold near the bodies as placed, with the drives at some angles."""
     holding = [constraint for constraint in coordinates.constraints if not constraint.latch]
-    gradients, b = Gradients(coordinates.free, coordinates.basis, holding), _basis(angles)
+    gradients, b = Gradients(coordinates.free, coordinates.basis, holding), basis_of(angles)
     for first in guesses(coordinates, b, coordinates.nearest(b, coordinates.placed[0])):
         x = _close(gradients, np.arange(len(holding)), first, b)
         if x is not None:
@@ -105,7 +116,7 @@ def assembled_near_placed(coordinates: Coordinates, angles: np.ndarray) -> np.nd
     return None
 
 
-def _basis(angles: np.ndarray) -> np.ndarray:
+def basis_of(angles: np.ndarray) -> np.ndarray:
     return np.concatenate([[1.0], np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel()])
 
 
@@ -136,7 +147,7 @@ def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarra
         if np.max(np.abs(residual)) < near:
             return x
         # what contradicts by rounding is not met by large changes
-        cut = SMALLEST if near == CLOSED else ROUNDED[0]
+        cut = SMALLEST if near == CLOSED else ROUNDED[0][0]
         x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 
@@ -145,7 +156,7 @@ def _move(
     gradients: Gradients, chosen: np.ndarray, x: np.ndarray, angles: np.ndarray, random: np.random.Generator, near: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """A position some way off at which some of the constraints hold, drives and timed rods moved a little too, with its b."""
-    b = _basis(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
+    b = basis_of(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
     gradients.value[gradients.timed] *= 1.0 + MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
     rows = gradients.jacobian(np.append(x, b))[chosen][:, : x.size]
     step = random.standard_normal(x.size)

@@ -199,7 +199,7 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
     text = page(scene, named, float(scene.time[-1] - scene.time[0]))
     assert "<b>" not in text
     assert data_of(text)["joints"][0]["name"] == name
-    assert text.count("</script>") == 2
+    assert text.count("</script>") == 3
     assert "real time" in text
 
 

@@ -254,7 +254,7 @@ def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Sha
 def _clearance_joint(
     run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str
 ) -> ClearanceJoint:
-    joint, here = mechanism.joint(name), run.sel(joint=name)
+    joint, here = mechanism.joint(name), run[["clearance", "eccentricity", "in_contact"]].sel(joint=name)
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
     clearance = float(here["clearance"])

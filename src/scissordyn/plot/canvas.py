@@ -13,6 +13,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
 from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.channel_scene import EDGE, Channel
+from scissordyn.plot.label_place import LOOKS
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
 from scissordyn.run.spacing import spread_samples
 
@@ -26,6 +27,9 @@ CANVAS = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="u
 
 FRAMES = 500
 """Most frames in the explorer; between two of them contacts and largest forces are kept."""
+
+MOST_NAMES = 6
+"""Of more joints, as in canvas.js, the chosen one alone has its name in the drawing, in one place beside it."""
 
 SECONDS = 6.0
 """How long a run is shown at speed 1 [s]."""
@@ -69,7 +73,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "joints": [_joint(joint) for joint in scene.clearance_joints],
         # a click on a channel shows the curves of its corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": np.round(scene.asides(), 1).tolist(),
+        "asides": np.round(scene.asides(looks=LOOKS if len(scene.magnified) <= MOST_NAMES else 1), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,

@@ -294,29 +294,31 @@ def _hold_straight(plan: Plan, held: Held) -> None:
 
 
 def _moved(plan: Plan, system: System, start: Start) -> list[str]:
-    """The given place or angle that assembly changed most, if any noticeably, and what it is now."""
+    """The given places and angles that assembly changed noticeably, most first, and what they are now."""
     given, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
     if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
     prescribed = {part.body for _, part in plan.actuators if part.start_on_reference}
     prescribed |= {drive.body for drive in plan.drives}
-    farthest, text = MOVED * size, ""
+    changes: list[tuple[float, str]] = []
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
         far = math.dist(position[p : p + 2], given[p : p + 2])
-        if body.position is not None and far > farthest:
-            farthest = far
+        if body.position is not None and far > MOVED * size:
             here, there = _pair_texts(position[p : p + 2].tolist(), body.position)
             text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m, given is {there} m"
+            changes.append((far, text))
         if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
             (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
             angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
-            if abs(angle) > TURNED and abs(angle) * size > farthest:
-                farthest, turn = abs(angle) * size, math.degrees(angle)
+            if abs(angle) > TURNED:
+                turn = math.degrees(angle)
                 here, there = _texts(math.degrees(body.angle) + turn, math.degrees(body.angle))
                 text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg, given are {there} deg"
-    return [f"to assemble the mechanism at the start, {text}"] if text else []
+                changes.append((abs(angle) * size, text))
+    changes.sort(key=lambda change: -change[0])
+    return [f"to assemble the mechanism at the start, {in_words([text for _, text in changes], 3)}"] if changes else []
 
 
 def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:

@@ -132,6 +132,19 @@ def test_the_ratio_of_an_array_is_that_of_the_frame() -> None:
     assert run.scissordyn.summary().bars.buckling == pytest.approx(factor, rel=0.01)
 
 
+@pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
+def test_the_ratio_of_a_servo_is_that_of_a_drive(kind: dict[str, int]) -> None:
+    """Cross-check: a stiff servo and a drive on the same motion; its stiffness is no stiffness of the bars."""
+    tubes = sd.scissor(units=2).with_bending(bending_stiffness=42743.0, axial_stiffness=7.5e7, **kind)
+    motion = sd.Cycloidal(sd.degrees(45), sd.degrees(40), 0.05)
+    held = tubes.controlled(sd.PID(4e6, derivative=4e3, limit=1e6), reference=motion)
+    ratios = [
+        float(sd.simulate(mechanism, until=0.02, samples=41)["bar_largest_buckling_ratio"].max())
+        for mechanism in (tubes.driven(motion=motion), held)
+    ]
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.05)
+
+
 def test_a_strut_beyond_its_buckling_load_is_said() -> None:
     """Closed form: a force of 1.1 pi^2 EI/L^2 that acts at once doubles in the bar, and is said to buckle it."""
     critical = np.pi**2 * 100.0

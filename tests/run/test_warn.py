@@ -80,6 +80,11 @@ def test_a_controller_at_its_limit() -> None:
     assert "is at its limit of 100 N m" in said
     assert f"for {np.mean(at):.2g} of the run" in said
     assert f"up to {np.degrees(np.abs(error[at]).max()):.3g} deg from its reference" in said
+    assert "from one limit to the other" not in said
+    restless = run.copy(deep=True)
+    restless["control_torque"][1::2], restless["control_torque"][2::2] = 100.0, -100.0
+    texts = run_warnings(plan(run.scissordyn.mechanism), restless, "")
+    assert any("it changes from one limit to the other 99 times" in text for text in texts)
     wide = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=1e5), speed=sd.rpm(20)), until=0.05, samples=101)
     assert warnings(wide) == []
 

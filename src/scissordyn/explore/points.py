@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.explore.case import RunCase
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.options import Options
@@ -49,7 +49,7 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> RunCase:
     result = open_study(path, allow_code=list(allowed))
     if not (result.dataset["status"].values == 1).any():
         raise InputError(
-            f"'{path}', a study without a complete case", "a study with results", f"scissordyn study resume {path}"
+            f"'{path}', a study without a complete case", "a study with results", command("scissordyn", "study", "resume", path)
         )
     return _with_points(_points_of_study(result))
 

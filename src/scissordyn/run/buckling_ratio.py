@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from scissordyn.component.actuator import Actuator
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import basis_at_start
@@ -51,10 +52,10 @@ class Forces(NamedTuple):
 def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapping[str, Variable]) -> np.ndarray:
     """The largest ratio of each bar's compression to that at which the mechanism would buckle if all axial forces grew alike.
 
-    The samples are divided into parts. At the position of each part where bars are compressed most, drives and free motions
-    locked and joints ideal, K a = factor G a with the stiffness K of the material and G the geometric stiffness of the least
-    tension or largest compression at each place among the part's samples. The ratio is the largest 1/factor among the modes
-    that a bar takes part in; 0 without compression.
+    The samples are divided into parts. At the position of each part where bars are compressed most, drives, servos and free
+    motions locked and joints ideal, K a = factor G a with the stiffness K of the material and G the geometric stiffness of
+    the least tension or largest compression at each place among the part's samples. The ratio is the largest 1/factor among
+    the modes that a bar takes part in; 0 without compression.
     """
     bars = bars_of(plan.mechanism)
     ratio = np.zeros(len(bars))
@@ -112,7 +113,7 @@ class _Frozen:
             geometric.append(added)
         content = at.system.content
         gradients, _ = constraint_slopes(at, np.zeros(content.work.multiplier.size))
-        _, sizes, basis = np.linalg.svd(gradients)
+        _, sizes, basis = np.linalg.svd(np.vstack([gradients, *self._servos()]))
         allowed = basis[int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0))) :].T
         values, vectors = np.linalg.eigh(0.5 * allowed.T @ (stiffness + stiffness.T) @ allowed)
         stiff = values > UNRESOLVED * values.size * np.max(np.abs(values), initial=0.0)
@@ -149,17 +150,31 @@ class _Frozen:
     def _of_elements(self, k: int, found: Record, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same of a chain of beam elements."""
         content = self.system.content
-        model, X, n = content.model, content.work.X, content.model.n
-        now, added = np.zeros((2, n, n))
+        now, added = np.zeros((2, content.model.n, content.model.n))
         for beam, other in zip(force.bar.beams, axial.tolist(), strict=True):
-            e = content.parameters.contact.size + self.number[beam.name]
-            first, last = model.element_start[e], model.element_start[e + 1]
-            rows = np.zeros((6, X.size))
-            rows[:, model.element_column[first:last]] = model.element_row[:, first:last]
-            maps, rows = rows @ X, rows[:, :n]
+            maps, rows = self._maps(beam.name)
             now += float(content.work.result[self.number[beam.name], 6]) * stiffness_of_element(maps, rows)
             chord = float(np.hypot(*maps[:2]))
             normal, start, end = (np.array([-maps[j + 1], maps[j]]) for j in (0, 4, 2))
             turned = normal @ rows[:2] / chord**2
             added += other * element_form(chord, turned, start @ rows[4:] - turned, end @ rows[2:4] - turned)
         return now, added
+
+    def _maps(self, component: str) -> tuple[np.ndarray, np.ndarray]:
+        """The maps of a component, shape (6,), and their derivatives by the free coordinates, shape (6, n)."""
+        content = self.system.content
+        model, X = content.model, content.work.X
+        e = content.parameters.contact.size + self.number[component]
+        first, last = model.element_start[e], model.element_start[e + 1]
+        rows = np.zeros((6, X.size))
+        rows[:, model.element_column[first:last]] = model.element_row[:, first:last]
+        return rows @ X, rows[:, : model.n]
+
+    def _servos(self) -> list[np.ndarray]:
+        """Gradients of the angles that servos hold: their stiffness is that of a controller, not of the material."""
+        gradients = []
+        for part in self.ideal.acting:
+            if isinstance(part, Actuator):
+                (_, _, ax, ay, bx, by), rows = self._maps(part.name)
+                gradients.append(ax * rows[3] - ay * rows[2] - bx * rows[5] + by * rows[4])
+        return gradients

@@ -56,6 +56,9 @@ LARGE_STRAIN = 0.01
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit above which a controller is at the limit."""
 
+RESTLESS = 0.05
+"""Changes of a controller from one limit to the other, as a part of the samples, above which they are said."""
+
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[str]:
     """The warnings of a run, each once."""
@@ -292,6 +295,12 @@ def _saturated(plan: Plan, run: Run) -> list[str]:
         if part.reference is not None and at.any():
             behind = float(np.max(np.abs(_values(run, "control_error")[at, k])))
             text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
+        reversals = int(np.sum(np.diff(np.sign(_values(run, "control_torque")[at, k])) != 0.0))
+        if reversals > max(RESTLESS * time.size, 2):
+            text += (
+                f"; between samples it changes from one limit to the other {reversals} times: its gains are too high for what "
+                "it moves, or beside hard contact the step is too long (smaller gains, or compliant contact)"
+            )
         found.append(text)
     return found
 

@@ -63,8 +63,8 @@ def assert_agree(mechanism: Mechanism, model: Model, joints: Sequence[str], *, c
         assert float(here["contact_angle"]) == pytest.approx(contact.angle, abs=CLOSE)
         if contact not in ended:
             continue
-        assert float(here["peak_force"]) == pytest.approx(contact.peak_force, rel=CLOSE)
-        assert float(here["peak_time"]) == pytest.approx(contact.peak_time, rel=CLOSE_PEAK_TIME)
+        assert float(here["peak_normal_force"]) == pytest.approx(contact.peak_force, rel=CLOSE)
+        assert float(here["peak_normal_time"]) == pytest.approx(contact.peak_time, rel=CLOSE_PEAK_TIME)
         assert float(here["contact_duration"]) == pytest.approx(contact.duration, rel=CLOSE)
         assert float(here["rebound_speed"]) == pytest.approx(contact.rebound_speed, rel=CLOSE)
     assert_same_motion(run.sel(time=run["time"] <= end).isel(time=slice(None, None, 50)), reference, joints)

@@ -13,7 +13,7 @@ from scissordyn.cli import paper as command
 from scissordyn.cli.where import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.study import engine
+from scissordyn.run import engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS

@@ -185,7 +185,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Contract: file and picture are there; a value without a unit is refused."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
-    asked = {"values": 2, "cycles": 2, "threads": 1, "output": tmp_path / "d.nc", "plot": tmp_path / "d.png"}
+    asked = {"points": 2, "cycles": 2, "threads": 1, "output": tmp_path / "d.nc", "plot": tmp_path / "d.png"}
     assert command(case, "A.clearance", "0.1 mm", "0.3 mm", **asked) == 0
     shown = capsys.readouterr()
     assert "2 of 2 values of A.clearance complete, 4 cycles" in shown.out
@@ -201,4 +201,4 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     np.testing.assert_allclose(np.unique(axes.lines[0].get_xdata()), (150.0, 180.0), rtol=1e-14)
     for wrong, words in (("0.1", "missing unit"), ("0.1 s", "wrong dimension"), ("-1 mm", "out of bounds")):
         with pytest.raises(InputError, match=words):
-            command(case, "A.clearance", wrong, "0.3 mm", values=2, cycles=2)
+            command(case, "A.clearance", wrong, "0.3 mm", points=2, cycles=2)

@@ -45,6 +45,8 @@ def read_record(text: str, allow_code: Sequence[Path] = ()) -> Record:
 
 
 def _read(text: str, code: Any) -> Record:
+    if not text.strip():
+        raise InputError("an empty attribute 'configuration'", WRITTEN)
     if text.startswith("{"):
         raise InputError(
             "a mechanism in JSON, which an earlier version of scissordyn wrote",

@@ -121,7 +121,10 @@ def _show(url: str, private: Path) -> None:
     import webbrowser
 
     redirect = private / "explore.html"
-    redirect.write_text(REDIRECT.format(url=url), encoding="utf-8")
+    try:
+        redirect.write_text(REDIRECT.format(url=url), encoding="utf-8")
+    except FileNotFoundError:  # the explorer has ended meanwhile
+        return
     webbrowser.open(redirect.as_uri())
 
 

@@ -87,7 +87,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     rounding = np.zeros(y.size)
     rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * plan.coordinates.farthest / reach
     vibration, bent = np.ones(y.size), content.model.shape_column[content.model.shape_column < n]
-    if contacts:
+    if contacts and not plan.lubricated:  # a film turns errors of rates into forces
         vibration[bent] = vibration[n + bent] = VIBRATIONS
     delays = [part.controller.delay for _, part in plan.actuators]
     crossable, precision = [1] * contacts, (LOCATED * parameters.contact["clearance"]).tolist()

@@ -212,7 +212,7 @@ def test_only_runs_are_run_again(array: Mechanism) -> None:
     ("text", "says"),
     [
         ("[]", "not whole TOML"),
-        ("", "missing key 'structure'"),
+        ("", "an empty attribute 'configuration'"),
         ("structure = 3", "structure = 3: not a table"),
         ('[structure]\nkind = "model.body.Body"', "unknown structure"),
         ('[structure]\nkind = "mechanism"\nbodys = 1', "unknown key 'bodys' (did you mean"),

@@ -317,7 +317,7 @@ def test_check_says_what_a_long_run_costs(folder: Path, capsys: pytest.CaptureFi
         assert status_of(["check", str(PAPER), "--set", f"run.until={until}"]) == 0
         assert time.perf_counter() - began < 60.0  # seconds on an idle machine
         said = " ".join(capsys.readouterr().out.split())
-        cost = re.search(r"Cost: about \S+ (days|years) and (\S+) steps", said)
+        cost = re.search(r"Cost: about \S+ (hours|days|years) and (\S+) steps", said)
         assert cost is not None
         steps.append(float(cost[2]))
     assert 300.0 < steps[1] / steps[0] < 3000.0

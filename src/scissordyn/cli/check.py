@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scissordyn.component.time_function import TimeFunction
     from scissordyn.kinematics.inertia import DriveInertia
     from scissordyn.model.mechanism import Mechanism
+    from scissordyn.plan.plan import Plan
     from scissordyn.run.results import Results
 
 MOST_NAMES = 20
@@ -61,16 +62,8 @@ def check(
     check_samples(made, read.run.count)
     driver, prepared, choice = make_driver(made, read.run)
 
-    lines = [
-        f"{case} is complete and can be assembled.",
-        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
-        f"{len(mechanism.clearance_joints)} clearance joints, "
-        f"{made.coordinates.free} free coordinates with {len(made.coordinates.constraints)} quadratic constraints.",
-    ]
-    lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
     components: tuple[Component, ...] = (*made.acting, *rods)
-    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
-    lines += _clearances("Joint", mechanism.joints) + _clearances("Guide", mechanism.guides)
+    lines = [f"{case} is complete and can be assembled.", *_parts(made, components)]
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     ideal = _ideal(mechanism, read.run.until, 2)
     span, impossible = (None, ideal) if isinstance(ideal, str) else (summary_of(ideal).span, "")
@@ -120,6 +113,20 @@ def check(
     return 0
 
 
+def _parts(made: Plan, components: Sequence[Component]) -> list[str]:
+    """Lines for the size of a mechanism, its drives, its components and its clearances."""
+    mechanism = made.mechanism
+    return [
+        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
+        f"{len(mechanism.clearance_joints)} clearance joints, "
+        f"{made.coordinates.free} free coordinates with {len(made.coordinates.constraints)} quadratic constraints.",
+        *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
+        *(f"{part.declaration.label.capitalize()} {part.name}." for part in components),
+        *_clearances("Joint", mechanism.joints),
+        *_clearances("Guide", mechanism.guides),
+    ]
+
+
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
     """A line for each clearance and its laws, with the names of the parts that have it, or the number of many."""
     from scissordyn.model.hard_contact import hard_numbers
@@ -146,13 +153,13 @@ def _named(kind: str, names: Sequence[str], parts: int) -> str:
 
 def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
     """The whole motion with ideal joints; why there is none, or "" where it ends early or takes long."""
-    from scissordyn.cli.cost import is_over, limited
+    from scissordyn.cli.cost import TimeIsOverError, limited
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import results_of
 
     try:
         ideal = results_of(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
-    except is_over:
+    except TimeIsOverError:
         return ""
     except InputError as error:  # the case itself may run: its joints may bridge what ideal ones cannot
         return error.what

@@ -16,22 +16,19 @@ LONG = 20.0
 """Time from which a run is long enough to say so [s]."""
 
 
-class _EnoughError(Exception):
-    """The time is over."""
+class TimeIsOverError(Exception):
+    """Ends a run after the time that it may take."""
 
 
 def limited(seconds: float) -> Callable[[float], None]:
-    """A function of the progress that ends a run after so many seconds, see `is_over`."""
+    """A function of the progress that ends a run after so many seconds, by `TimeIsOverError`."""
     ends = time.perf_counter() + seconds
 
     def progress(_: float) -> None:
         if time.perf_counter() > ends:
-            raise _EnoughError
+            raise TimeIsOverError
 
     return progress
-
-
-is_over = _EnoughError
 
 
 def cost_line(driver: Driver, until: float) -> str:
@@ -41,7 +38,7 @@ def cost_line(driver: Driver, until: float) -> str:
     began = time.perf_counter()
     try:
         driver.advance(until, progress=limited(TRIED))
-    except _EnoughError:
+    except TimeIsOverError:
         pass
     else:
         return ""

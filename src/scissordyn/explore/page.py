@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -224,14 +225,19 @@ class Page:
         if answer is None:
             self._complain("a message that the page does not send")
             return
-        with self._lock:
-            try:
-                answer(message)  # type: ignore[arg-type]
-            except ScissordynError as error:
-                self._complain(str(error))
-            except Exception:
-                log.exception(FAULT)
-                self._complain(FAULT)
+        with self._lock, self._in_one_line():
+            answer(message)  # type: ignore[arg-type]
+
+    @contextmanager
+    def _in_one_line(self) -> Iterator[None]:
+        """What goes wrong is one line on the page; a fault of the program is in the terminal, too."""
+        try:
+            yield
+        except ScissordynError as error:
+            self._complain(str(error))
+        except Exception:
+            log.exception(FAULT)
+            self._complain(FAULT)
 
     def _complain(self, words: str) -> None:
         self.send({"type": "said", "text": words})
@@ -275,13 +281,9 @@ class Page:
 
         def make() -> None:
             try:
-                name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
-                self.send({"type": "file", "name": name, "mime": mime, "content": content})
-            except ScissordynError as error:
-                self._complain(str(error))
-            except Exception:
-                log.exception(FAULT)
-                self._complain(FAULT)
+                with self._in_one_line():
+                    name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
+                    self.send({"type": "file", "name": name, "mime": mime, "content": content})
             finally:
                 self._making = False
                 slots.release()

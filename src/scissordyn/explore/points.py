@@ -120,7 +120,7 @@ def _points_of_study(result: StudyResult) -> Points:
 
 def _worst_case(result: StudyResult, point: int) -> int:
     """The case of a point that is farthest beyond a requirement, or nearest to it; the first one without requirements."""
-    from scissordyn.study.requirement import response_values
+    from scissordyn.study.recommendation import least_margins
 
     study = result.study
     if not 0 <= point < result.points.sizes["point"]:
@@ -128,8 +128,7 @@ def _worst_case(result: StudyResult, point: int) -> int:
     rows = slice(point * study.per_point, (point + 1) * study.per_point)
     if not study.requirements:
         return rows.start
-    margins = [one.margin(response_values(result.dataset, one.response))[rows] for one in study.requirements]
-    least = np.nan_to_num(np.min(margins, axis=0), nan=np.inf)
+    least = np.nan_to_num(least_margins(study, result.dataset)[rows], nan=np.inf)
     return rows.start + int(np.argmin(least))
 
 

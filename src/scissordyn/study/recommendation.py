@@ -96,6 +96,12 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     )
 
 
+def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Margin of each case from the requirement that it is farthest beyond, or nearest to, shape (cases,)."""
+    margins = [requirement.margin(response_values(results, requirement.response)) for requirement in study.requirements]
+    return np.asarray(np.min(margins, axis=0))
+
+
 def numbers_of(study: Study, results: xr.Dataset, point: int) -> dict[str, float]:
     """The numbers that are chosen at a point, in SI."""
     return {factor.address: float(results[column(factor.address)][point * study.per_point]) for factor in study.factors}
@@ -115,11 +121,7 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
     if not (status == COMPLETE).any():
         return -1
     met = meets_all(study, results)[rows].reshape(shape).sum(axis=1) / np.maximum(done, 1)
-    margins = [
-        requirement.margin(response_values(results, requirement.response))[rows].reshape(shape)
-        for requirement in study.requirements
-    ]
-    margin = np.where(status == PENDING, np.inf, np.min(margins, axis=0))
+    margin = np.where(status == PENDING, np.inf, least_margins(study, results)[rows].reshape(shape))
     least = margin.min(axis=1)
     least = np.where((status == COMPLETE).any(axis=1), least, -np.inf)
     first = np.flatnonzero((met == met.max()) & (done > 0))

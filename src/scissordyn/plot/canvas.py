@@ -35,13 +35,16 @@ SECONDS = 6.0
 """How long a run is shown at speed 1 [s]."""
 
 
-def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES) -> str:
+def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = FRAMES) -> Scene:
     """The scene of a run, with everything magnified that has a clearance."""
-    samples = run.sizes["time"]
-    chosen = spread_samples(run["time"].values, min(samples, frames))
+    chosen = spread_samples(run["time"].values, min(run.sizes["time"], frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
-    scene = scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
-    return packed(scene, run, number=number, note=note)
+    return scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
+
+
+def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES) -> str:
+    """The same for the canvas."""
+    return packed(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
 def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:

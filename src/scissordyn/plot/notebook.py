@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING
 
 from scissordyn.errors import InputError
 from scissordyn.plot.animation_page import page
-from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.canvas import FRAMES, SECONDS, packed_scene
-from scissordyn.plot.series import clearance_pins
+from scissordyn.plot.canvas import SECONDS, packed_scene, run_scene
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.spacing import spread_samples
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,8 +57,5 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
     if any(shown.sizes.get("time", 0) < 2 for shown in (run, ghost) if shown is not None):
         raise InputError("a run of fewer than two samples", "a longer run")
     mechanism = read_configuration(run).build_mechanism()
-    frames = spread_samples(run["time"].values, min(run.sizes["time"], FRAMES))
-    loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
-    scene = scene_of(run, mechanism, frames, clearance_pins(run), guides=loose)
     other = "" if ghost is None else packed_scene(ghost, read_configuration(ghost).build_mechanism())
-    return View(page(scene, run, SECONDS, ghost=other))
+    return View(page(run_scene(run, mechanism), run, SECONDS, ghost=other))

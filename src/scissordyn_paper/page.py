@@ -18,7 +18,7 @@ _ENVIRONMENT = Environment(
 _MACROS: Any = _ENVIRONMENT.get_template("page.html").module
 
 badge, cited, document, folded, heading = _MACROS.badge, _MACROS.cited, _MACROS.document, _MACROS.folded, _MACROS.heading
-paragraph, remarked, section, small, tally = _MACROS.paragraph, _MACROS.remarked, _MACROS.section, _MACROS.small, _MACROS.tally
+noted, paragraph, section, small, tally = _MACROS.noted, _MACROS.paragraph, _MACROS.section, _MACROS.small, _MACROS.tally
 
 
 class Cell(NamedTuple):

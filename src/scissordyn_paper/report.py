@@ -20,9 +20,9 @@ from scissordyn_paper.page import (
     document,
     folded,
     heading,
+    noted,
     paragraph,
     picture,
-    remarked,
     section,
     small,
     table,
@@ -100,7 +100,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
             if verdict.clause.statement == number:
                 clause = verdict.clause
                 test = f"Criterion: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
-                rows.append((clause.key, remarked(clause.says, test), badge(verdict.finding.holds), verdict.finding.words))
+                rows.append((clause.key, noted(clause.says, test), badge(verdict.finding.holds), verdict.finding.words))
                 rows += _periodic_row(verdict)
     doubtful = [verdict.clause.key for verdict in verdicts if not verdict.trusted]
     note = (

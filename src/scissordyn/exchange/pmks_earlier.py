@@ -61,8 +61,8 @@ def read_earlier(link: str, notes: list[str]) -> Earlier:
             raise InputError(f"link '{name}' of {len(entries) + 1} entries", AGAIN)
         mass, inertia, x, y = (_number(entry, f"link '{name}'") for entry in entries[:4])
         bars[name] = mass, inertia, (x, y), tuple(filter(None, entries[4].split("|")))
-    rubbing = sum(_number(joint[7] or "0", f"joint '{joint[0]}'") != 0.0 for joint in joints)
-    notes += fields_left_out({f"friction of {rubbing} joints": rubbing, "outlines of links": len(links)})
+    frictional = sum(_number(joint[7] or "0", f"joint '{joint[0]}'") != 0.0 for joint in joints)
+    notes += fields_left_out({f"friction of {frictional} joints": frictional, "outlines of links": len(links)})
     clockwise = settings[1] in TRUE
     speed = _number(settings[0] or "0", "speed of the input")
     return Earlier(

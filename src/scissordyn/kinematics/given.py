@@ -39,13 +39,16 @@ class Given(NamedTuple):
         return bool(np.all(np.abs(self.target - reached) <= MET * largest))
 
 
+def prescribed_bodies(plan: Plan) -> set[str]:
+    """Bodies whose angle at the start drives and references say, whatever else is given."""
+    return {drive.body for drive in plan.drives} | {part.body for _, part in plan.actuators if part.start_on_reference}
+
+
 def given_places(plan: Plan) -> Given | None:
     """The positions and angles that are given; None if all are, and the bodies as placed say the same."""
     if all(body.position is not None and (body.angle is not None or not body.rotates) for body in plan.bodies):
         return None
-    prescribed = {drive.body for drive in plan.drives}
-    prescribed |= {part.body for _, part in plan.actuators if part.start_on_reference}
-    origins, directions = [], []
+    prescribed, origins, directions = prescribed_bodies(plan), [], []
     for body in plan.bodies:
         angle = None if body.name in prescribed else body.angle
         origins.append(body.position)

@@ -58,6 +58,11 @@ def companions(model: Model) -> np.ndarray:
     return rows
 
 
+def oiled_contacts(model: Model) -> np.ndarray:
+    """The contacts of the rows of `JOINT_FORCE`."""
+    return np.asarray(model.monitor[model.monitor[:, 0] == JOINT_FORCE, 1] // max(model.component_port.size, 1))
+
+
 def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
     """Entries of y that each row of guards and monitored numbers reads: where they start, and which; none for all of y.
 

@@ -15,7 +15,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.time_functions import check_tables
-from scissordyn.mechanics.monitored import JOINT_FORCE, companions
+from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contacts
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.demand import check_cycles
@@ -116,8 +116,8 @@ def _cycled(
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
     fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(ACCOUNTS)))
     extremes, model = Extremes(driver.plan), driver.system.content.model
-    rubbing, oiled = companions(model), model.monitor[model.monitor[:, 0] == JOINT_FORCE, 1] // max(len(driver.plan.acting), 1)
-    last = np.where(rubbing >= 0, rubbing, np.arange(rubbing.size))
+    companion, oiled = companions(model), oiled_contacts(model)
+    last = np.where(companion >= 0, companion, np.arange(companion.size))
     done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
     try:
@@ -139,7 +139,7 @@ def _cycled(
             summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
             highest = np.where(state.mode == 1, driver.peak["largest"][last], 0.0)
             guard = log["guard"].astype(np.int64)
-            np.maximum.at(highest, guard, np.where(rubbing[guard] >= 0, log["whole"], log["largest"]))
+            np.maximum.at(highest, guard, np.where(companion[guard] >= 0, log["whole"], log["largest"]))
             peak[done] = highest[:contacts]
             peak[done, oiled] = driver.peak["largest"][driver.rows(JOINT_FORCE)]
             gained[done] = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]

@@ -19,7 +19,7 @@ from scissordyn.run.geometric_stiffness import element_form, stiffness_of_bar, s
 from scissordyn.run.internal_forces import Bar, bars_of
 from scissordyn.run.rest import count_turns, touch_closed
 from scissordyn.run.results import Variable
-from scissordyn.run.stiffness import INDEPENDENT, At, constraint_slopes, force_slopes
+from scissordyn.run.stiffness import INDEPENDENT, At, component_maps, constraint_slopes, force_slopes
 
 INSTANTS = 5
 """At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""
@@ -152,7 +152,7 @@ class _Frozen:
         content = self.system.content
         now, added = np.zeros((2, content.model.n, content.model.n))
         for beam, other in zip(force.bar.beams, axial.tolist(), strict=True):
-            maps, rows = self._maps(beam.name)
+            maps, rows = component_maps(content, self.number[beam.name])
             now += float(content.work.result[self.number[beam.name], 6]) * stiffness_of_element(maps, rows)
             chord = float(np.hypot(*maps[:2]))
             normal, start, end = (np.array([-maps[j + 1], maps[j]]) for j in (0, 4, 2))
@@ -160,21 +160,11 @@ class _Frozen:
             added += other * element_form(chord, turned, start @ rows[4:] - turned, end @ rows[2:4] - turned)
         return now, added
 
-    def _maps(self, component: str) -> tuple[np.ndarray, np.ndarray]:
-        """The maps of a component, shape (6,), and their derivatives by the free coordinates, shape (6, n)."""
-        content = self.system.content
-        model, X = content.model, content.work.X
-        e = content.parameters.contact.size + self.number[component]
-        first, last = model.element_start[e], model.element_start[e + 1]
-        rows = np.zeros((6, X.size))
-        rows[:, model.element_column[first:last]] = model.element_row[:, first:last]
-        return rows @ X, rows[:, : model.n]
-
     def _servos(self) -> list[np.ndarray]:
         """Gradients of the angles that servos hold: their stiffness is that of a controller, not of the material."""
         gradients = []
         for part in self.ideal.acting:
             if isinstance(part, Actuator):
-                (_, _, ax, ay, bx, by), rows = self._maps(part.name)
+                (_, _, ax, ay, bx, by), rows = component_maps(self.system.content, self.number[part.name])
                 gradients.append(ax * rows[3] - ay * rows[2] - bx * rows[5] + by * rows[4])
         return gradients

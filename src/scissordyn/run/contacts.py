@@ -44,8 +44,8 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> list[C
     def close(joint: int, duration: float, rebound: float, largest: list[float]) -> None:
         start, approach, direction, mass = open_.pop(joint)
         force, when, impulse, damping, friction, second, second_when = largest
-        rubs = companion[joint] >= 0
-        struck, whole = ((0.0, start), (second, second_when)) if rubs else ((second, second_when), (force, when))
+        frictional = companion[joint] >= 0
+        struck, whole = ((0.0, start), (second, second_when)) if frictional else ((second, second_when), (force, when))
         closed.append(
             Contact(
                 *(joint, start, approach, direction, force, when - start, duration, rebound, impulse, damping, friction, mass),

@@ -22,6 +22,7 @@ from scissordyn.mechanics.monitored import (
     INDENTATION,
     JOINT_FORCE,
     PRESSURE_VELOCITY,
+    oiled_contacts,
 )
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
@@ -212,7 +213,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
     pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
     bristles = at[path.monitored(FRICTION_RATIO)]
-    oiled, whole = at[path.monitored(JOINT_FORCE) // max(len(plan.acting), 1)], path.peaks(JOINT_FORCE)
+    oiled, whole = at[oiled_contacts(path.system.content.model)], path.peaks(JOINT_FORCE)
     about = "friction over the static limit of its law"
     variables: Variables = {}
     for name, joints, values, units, text in (

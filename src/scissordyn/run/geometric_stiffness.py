@@ -12,7 +12,7 @@ from scissordyn.component.port import FRAME, LINE
 from scissordyn.plan.flexible import Axis
 from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.run.bars import BarMotion, shape_forces
-from scissordyn.run.stiffness import At, constraint_slopes, force_slopes
+from scissordyn.run.stiffness import At, component_maps, constraint_slopes, force_slopes
 
 ROUNDING = 1e-9
 """Internal forces below this part of the loads are round-off."""
@@ -64,9 +64,7 @@ class _Response:
             free = columns < n
             change = np.zeros(n)
             change[columns[free]] = block[np.ix_(free, free)] @ self.moved[columns[free]]
-            rows = np.zeros((6, work.X.size))
-            rows[:, columns] = model.element_row[:, first:last]
-            maps, rows = rows @ work.X, rows[:, :n]
+            maps, rows = component_maps(content, i)
             if isinstance(component, Beam):
                 found += self._of_element(component, maps, rows)
             elif component.declaration.port is LINE:

@@ -22,6 +22,7 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
     companions,
+    oiled_contacts,
 )
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
@@ -68,9 +69,7 @@ class Ended:
         """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
         found = self.per_joint(lambda own: max((c.peak_force for c in own), default=0.0))
         found[self.plan.hard_places] = math.nan
-        monitor = self.driver.system.content.model.monitor
-        oiled = monitor[monitor[:, 0] == JOINT_FORCE, 1] // max(len(self.plan.acting), 1)
-        found[oiled] = self.peaks(JOINT_FORCE)
+        found[oiled_contacts(self.driver.system.content.model)] = self.peaks(JOINT_FORCE)
         return found
 
     def estimated_forces(self) -> np.ndarray:

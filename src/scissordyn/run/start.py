@@ -20,6 +20,7 @@ from scissordyn.kinematics.assembly import (
     natural_state,
     placed_start,
 )
+from scissordyn.kinematics.given import prescribed_bodies
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
@@ -299,8 +300,7 @@ def _moved(plan: Plan, system: System, start: Start) -> list[str]:
     size = plan.coordinates.size
     if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
-    prescribed = {part.body for _, part in plan.actuators if part.start_on_reference}
-    prescribed |= {drive.body for drive in plan.drives}
+    prescribed = prescribed_bodies(plan)
     changes: list[tuple[float, str]] = []
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]

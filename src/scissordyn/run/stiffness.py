@@ -9,6 +9,7 @@ import numpy as np
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import Start, natural_state
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 
 INDEPENDENT = 1e-9
@@ -62,6 +63,16 @@ def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
         free = columns < n
         found[np.ix_(columns[free], columns[free])] -= block[np.ix_(free, free)]
     return found
+
+
+def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:
+    """The maps of component i, shape (6,), and their derivatives by the free coordinates, shape (6, n)."""
+    model, X = content.model, content.work.X
+    e = content.parameters.contact.size + i
+    first, last = model.element_start[e], model.element_start[e + 1]
+    rows = np.zeros((6, X.size))
+    rows[:, model.element_column[first:last]] = model.element_row[:, first:last]
+    return rows @ X, rows[:, : model.n]
 
 
 def constraint_slopes(at: At, multiplier: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

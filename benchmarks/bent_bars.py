@@ -15,8 +15,8 @@ import numpy as np
 
 import scissordyn as sd
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import make_driver
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
 STROKE, UNITS, REPETITIONS = 50e-3, (2, 4, 8, 16, 32), 5

@@ -12,9 +12,9 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.measure import command, table
 from scissordyn.plan.plan import plan
-from scissordyn.run.checkpoint import Checkpoint, open_checkpoint
+from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
+from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.trajectory import make_driver
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 NAMED = ("paper", "mast", "long", "self_deploying")

@@ -12,7 +12,8 @@ from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import command, table
 from scissordyn.integrate import tableau
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
-from scissordyn.run import driver, tolerance
+from scissordyn.run.advance import driver
+from scissordyn.run.start.start import tolerance
 
 
 def measure(quick: bool = False) -> str:

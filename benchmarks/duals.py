@@ -22,7 +22,7 @@ from scissordyn.kernel import F1, Entry, call_at
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
 from scissordyn.plugin.pointer import RECIPES
-from scissordyn.run.trajectory import make_driver
+from scissordyn.run.advance.trajectory import make_driver
 
 POINTERS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
 """Arrays of kernel pointers, by the part of a system that has them."""

@@ -14,8 +14,8 @@ from benchmarks.measure import command, table
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import Trajectory, compute
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import Trajectory, compute
 
 __all__ = ["Judged", "judge", "measure"]
 

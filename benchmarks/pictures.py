@@ -24,8 +24,8 @@ from scissordyn.plot.file import write
 from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import structure
+from scissordyn.run.advance.spacing import spread_samples
 from scissordyn.run.simulate import simulate
-from scissordyn.run.spacing import spread_samples
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"

@@ -11,11 +11,11 @@ from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everyw
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.cut import recorded
+from scissordyn.run.advance.trajectory import Trajectory, compute
+from scissordyn.run.answer.dataset import to_dataset
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.cut import recorded
-from scissordyn.run.dataset import to_dataset
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import Trajectory, compute
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5

@@ -23,11 +23,11 @@ import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.run.engine import Engine, Processes, outcomes, workers_of
 from scissordyn.run.options import Options
-from scissordyn.study.block import Block
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval
-from scissordyn.study.execute import BUSY, TASK_SECONDS, Progress, block_seconds, execute
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Interval
+from scissordyn.study.compute.block import Block
+from scissordyn.study.compute.execute import BUSY, TASK_SECONDS, Progress, block_seconds, execute
 
 __all__ = ["Measured", "measure"]
 

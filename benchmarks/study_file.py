@@ -12,11 +12,11 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.run.options import Options
-from scissordyn.study.block import pilot
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval
-from scissordyn.study.store import COMPLETE, Store
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Interval
+from scissordyn.study.compute.block import pilot
+from scissordyn.study.compute.store import COMPLETE, Store
 
 CASES, BLOCK = 1_000_000, 10_000
 

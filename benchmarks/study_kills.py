@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.cli.where import UNPROTECTED
-from scissordyn.study.store import COMPLETE, Store
+from scissordyn.study.compute.store import COMPLETE, Store
 
 __all__ = ["Kill", "killed_at_random", "measure"]
 

@@ -39,7 +39,7 @@ for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spa
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
 from noticing import ALIVE, EQUIVALENT, MOST_ALIVE, NAMED, ROOMS, SEED, tests_of
 
-KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
+KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"

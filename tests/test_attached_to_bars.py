@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.run.summary import summary_of
+from scissordyn.run.answer.summary import summary_of
 
 LENGTH, MASS = 1.0, 2.0
 SOFT = {"bending_stiffness": 2000.0, "axial_stiffness": 2e6}

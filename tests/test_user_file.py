@@ -13,7 +13,7 @@ from scissordyn.component.user import component_class
 from scissordyn.control.user import UserController
 from scissordyn.errors import InputError
 from scissordyn.run.configuration import read_mechanism, write_configuration
-from scissordyn.study.description import OwnMeasure
+from scissordyn.study.ask.description import OwnMeasure
 
 NAMED: dict[str, Callable[[str], Any]] = {
     "stiffness law": sd.UserElastic,

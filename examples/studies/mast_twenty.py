@@ -2,8 +2,8 @@
 
 import math
 
-from scissordyn.run.events import ACCOUNTS
-from scissordyn.run.measure import Ended
+from scissordyn.run.answer.events import ACCOUNTS
+from scissordyn.run.answer.measure import Ended
 
 
 def residual_speed(ended: Ended) -> float:

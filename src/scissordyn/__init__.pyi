@@ -105,19 +105,19 @@ from scissordyn.plot.notebook import view as view
 from scissordyn.plot.preview import preview as preview
 from scissordyn.plot.publication import style as style
 from scissordyn.run.batch import simulate_many as simulate_many
-from scissordyn.run.buckling import buckling as buckling
-from scissordyn.run.checkpoint import Checkpoint as Checkpoint
+from scissordyn.run.answer.buckling import buckling as buckling
+from scissordyn.run.advance.checkpoint import Checkpoint as Checkpoint
 from scissordyn.run.constrained_contact import constrain_contact as constrain_contact
 from scissordyn.run.engine import Processes as Processes
 from scissordyn.run.feed_forward import feed_forward as feed_forward
 from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
-from scissordyn.run.internal_forces import internal_forces as internal_forces
-from scissordyn.run.modes import modes as modes
+from scissordyn.run.answer.internal_forces import internal_forces as internal_forces
+from scissordyn.run.answer.modes import modes as modes
 from scissordyn.run.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate
 from scissordyn.run.store import load as load, save as save
-from scissordyn.study.convergence import convergence as convergence
-from scissordyn.study.distribution import (
+from scissordyn.study.compute.convergence import convergence as convergence
+from scissordyn.study.ask.distribution import (
     Beta as Beta,
     Empirical as Empirical,
     Interval as Interval,
@@ -130,7 +130,7 @@ from scissordyn.study.distribution import (
     Uniform as Uniform,
     Weibull as Weibull,
 )
-from scissordyn.study.fit import Fit as Fit
+from scissordyn.study.ask.fit import Fit as Fit
 from scissordyn.units import Pairs as Pairs, Quantity as Quantity, State as State, degrees as degrees, rpm as rpm
 
 __version__: str

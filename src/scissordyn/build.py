@@ -26,8 +26,8 @@ from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.library import PACKAGE, digest_of, library_name
 from scissordyn.plugin.element import recipes
 
-ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
-LOOPS = "scissordyn.run.loop"
+ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate", "plan")
+LOOPS = "scissordyn.run.advance.loop"
 """Where entries are."""
 
 

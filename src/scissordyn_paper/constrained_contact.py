@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 from scissordyn_paper.measures import JOINT
 
 

@@ -22,7 +22,7 @@ import xarray as xr
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.table import instance, located, toml
 from scissordyn.errors import ScissordynError
-from scissordyn.run.interrupt import pass_on
+from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.simulate import simulate
 from scissordyn_paper.cases import SIZES, Choice, PaperCase
 from scissordyn_paper.measures import JOINT

@@ -24,8 +24,8 @@ from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.diagram import OtherDiagramError
 from scissordyn.periodic.ensemble import ensemble
 from scissordyn.periodic.lyapunov import separation_exponent
+from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.engine import Engine
-from scissordyn.run.interrupt import pass_on
 from scissordyn.units import degrees
 from scissordyn_paper.cache import Progress
 from scissordyn_paper.cases import CLEARANCES, FRICTION, Choice, PaperCase

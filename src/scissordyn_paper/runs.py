@@ -10,9 +10,9 @@ import xarray as xr
 
 from scissordyn.config.case import Case
 from scissordyn.errors import ScissordynError
+from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.constrained_contact import constrain_contact
 from scissordyn.run.engine import Engine
-from scissordyn.run.interrupt import pass_on
 from scissordyn.run.simulate import simulate
 from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import PaperCase

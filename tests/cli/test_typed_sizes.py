@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from scissordyn.cli.main import status_of
-from scissordyn.run import demand
-from scissordyn.run.demand import duration, size
-from scissordyn.study.design import Design, design_size, design_values
-from scissordyn.study.distribution import Interval, Levels
+from scissordyn.run.start.demand import duration, size
+from scissordyn.run.start.start import demand
+from scissordyn.study.ask.design import Design, design_size, design_values
+from scissordyn.study.ask.distribution import Interval, Levels
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER, PERIODIC = str(EXAMPLES / "paper.toml"), str(EXAMPLES / "periodic.toml")
@@ -54,7 +54,7 @@ def test_what_it_would_take_is_said(
 ) -> None:
     """Limit: status 2 in one line with memory, time and what this machine has; nothing is computed or left behind."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("scissordyn.run.driver.advance_together", None)
+    monkeypatch.setattr("scissordyn.run.advance.driver.advance_together", None)
     monkeypatch.setattr(demand, "machine_memory", lambda: 10**9)
     assert status_of(command) == 2
     said = capfd.readouterr().err

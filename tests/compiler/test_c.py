@@ -32,7 +32,7 @@ from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
 from scissordyn.plugin.element import addresses, row_of
 from scissordyn.plugin.pointer import RECIPES
-from scissordyn.run.trajectory import make_driver
+from scissordyn.run.advance.trajectory import make_driver
 
 QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)
 """Compilers take a fifth of the time so."""

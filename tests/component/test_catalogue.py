@@ -28,7 +28,7 @@ from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.place import corners_of
 from scissordyn.plot.structure import snapshot
 from scissordyn.plot.symbol import symbols
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 from .page import PAGE, SECTIONS, heading, outputs, parts, snippets
 from .shared import assert_documented, checked, read

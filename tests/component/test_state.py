@@ -11,8 +11,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
-from scissordyn.run.driver import make_system
-from scissordyn.run.tolerance import Tolerances, error_weights
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.start.tolerance import Tolerances, error_weights
 
 TORQUE = 2.0
 """Of the dashpot at the speed of the tests [N m]."""

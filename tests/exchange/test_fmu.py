@@ -16,7 +16,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu import pack
 from scissordyn.integrate.history import make_history
-from scissordyn.run import driver
+from scissordyn.run.advance import driver
 from scissordyn.run.configuration import read_mechanism
 
 fmpy = pytest.importorskip("fmpy")

@@ -20,7 +20,7 @@ from scissordyn.explore.columns import chosen_point, chosen_torques, columns, re
 from scissordyn.explore.drag import assembled
 from scissordyn.explore.legend import differences
 from scissordyn.explore.save import curves_as_csv
-from scissordyn.run.summary import summary_of
+from scissordyn.run.answer.summary import summary_of
 
 from .browser import CASE
 

@@ -15,8 +15,8 @@ from scissordyn.explore.cards import cards
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
 from scissordyn.explore.magnified import factor_of, wish
-from scissordyn.run.deflection import magnified_deflection
-from scissordyn.run.summary import summary_of
+from scissordyn.run.answer.deflection import magnified_deflection
+from scissordyn.run.answer.summary import summary_of
 
 from .browser import Tab, chromium, missing, served
 

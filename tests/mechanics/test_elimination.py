@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scissordyn.mechanics.elimination import Elimination
+from scissordyn.plan.elimination import Elimination
 
 
 def test_the_largest_coefficient_is_solved_for_and_the_last_of_equal_ones() -> None:

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
-from scissordyn.run.interrupt import look
+from scissordyn.run.advance.interrupt import look
 from scissordyn.run.store import load, save
 from scissordyn_paper import runs as module
 from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance

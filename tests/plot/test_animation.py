@@ -30,7 +30,7 @@ from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.place import outline
 from scissordyn.plot.structure import structure
 from scissordyn.plot.style import BLUE, GREEN
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 from .made_up import CLEARANCE, INSTANTS, made_up, mechanism_with
 

@@ -13,8 +13,8 @@ from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges, stations
 from scissordyn.plot.modes import frequencies, oscillation, shapes
-from scissordyn.run.deflection import magnified_deflection
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.deflection import magnified_deflection
+from scissordyn.run.answer.placement import Placement
 
 CASE = """
 [structure]

@@ -18,7 +18,7 @@ from scissordyn.plot.place import outline
 from scissordyn.plot.series import MOST_JOINTS
 from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 from scissordyn.run.simulate import simulate
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, mechanism_with

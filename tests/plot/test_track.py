@@ -6,7 +6,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.plot.load import loads
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 TOLERANCE = 0.05e-3
 

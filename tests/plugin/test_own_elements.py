@@ -16,7 +16,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.case import open_case
 from scissordyn.laws.validity import contact_warnings
 from scissordyn.model.record import to_plain
-from scissordyn.run.checkpoint import Checkpoint
+from scissordyn.run.advance.checkpoint import Checkpoint
 
 MINE = '''
 from typing import Annotated

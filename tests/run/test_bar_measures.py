@@ -12,7 +12,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.run.options import Options
-from scissordyn.study.table import column
+from scissordyn.study.compute.table import column
 
 NAMES = {
     "peak_bar_stress": "stress",

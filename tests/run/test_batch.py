@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.run.measure import MEASURES
+from scissordyn.run.answer.measure import MEASURES
 
 CASES = 12
 

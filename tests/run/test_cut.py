@@ -9,18 +9,9 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.file import export, netcdf, output_file
 from scissordyn.plan.plan import plan
-from scissordyn.run import (
-    configuration,
-    contacts,
-    cut,
-    dataset,
-    driver,
-    events,
-    store,
-    synchronisation,
-    track,
-    trajectory,
-)
+from scissordyn.run import configuration, store
+from scissordyn.run.advance import cut, driver, trajectory
+from scissordyn.run.answer import contacts, dataset, events, synchronisation, track
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 

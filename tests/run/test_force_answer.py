@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.run.answer.force_answer import FALLS, force_after_start
+from scissordyn.run.answer.summary import joint_summaries, summary_of
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.force_answer import FALLS, force_after_start
-from scissordyn.run.summary import joint_summaries, summary_of
 
 GRAVITY, CLEARANCE = 9.81, 1e-4
 

@@ -17,8 +17,8 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import fmu
 from scissordyn.explore.cards import cards
 from scissordyn.explore.table import contact_table
+from scissordyn.run.answer.summary import joint_summaries, summary_of
 from scissordyn.run.options import Options
-from scissordyn.run.summary import joint_summaries, summary_of
 
 
 def array(contact: str) -> sd.Mechanism:

@@ -17,9 +17,9 @@ from scissordyn.model.body import Body
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import make_driver, model_failure
+from scissordyn.run.answer.summary import joint_summaries, summary_of
 from scissordyn.run.options import Options
-from scissordyn.run.summary import joint_summaries, summary_of
-from scissordyn.run.trajectory import make_driver, model_failure
 
 GAP, PUSH = 1e-3, 5.0
 

@@ -17,8 +17,8 @@ from scissordyn.model.body import Body
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import make_driver
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

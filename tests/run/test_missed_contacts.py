@@ -8,8 +8,8 @@ from benchmarks.missed_contacts import CASES, RELEASED, SEEN, ends, judge, outsi
 import scissordyn as sd
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import compute
 
 
 def fall(angle: float, one: float, other: float) -> sd.Mechanism:

@@ -5,8 +5,8 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import compute
 
 
 def arrays() -> dict[str, sd.Mechanism]:

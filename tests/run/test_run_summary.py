@@ -13,11 +13,11 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.record import run_record
 from scissordyn.laws.elastic.persson import Persson
-from scissordyn.run.advice import MEANS, condensed, force_at_equal_energy, read_warnings
-from scissordyn.run.instants import MOST_INSTANTS, own_instants
+from scissordyn.run.advance.instants import MOST_INSTANTS, own_instants
+from scissordyn.run.advance.spacing import equally_spaced, spread_samples, time_mean
+from scissordyn.run.answer.advice import MEANS, condensed, force_at_equal_energy, read_warnings
+from scissordyn.run.answer.summary import at_limit
 from scissordyn.run.simulate import refined
-from scissordyn.run.spacing import equally_spaced, spread_samples, time_mean
-from scissordyn.run.summary import at_limit
 
 TOLERANCE = 0.05e-3
 

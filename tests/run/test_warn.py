@@ -13,7 +13,7 @@ import scissordyn as sd
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.plan.elastic_law import elastic_law
 from scissordyn.plan.plan import plan
-from scissordyn.run.warn import energy_turned_over, run_warnings
+from scissordyn.run.answer.warn import energy_turned_over, run_warnings
 
 
 def warnings(run) -> list[str]:

@@ -17,19 +17,19 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.run.options import Options
-from scissordyn.study.answer import by_point, causes, feasible_fraction, warned, worst_cases
-from scissordyn.study.description import Factor, Sampling, Study
-from scissordyn.study.design import Design, design_values
-from scissordyn.study.distribution import Interval, Uniform
-from scissordyn.study.execute import execute
-from scissordyn.study.export import export, table
-from scissordyn.study.goal import Goal, Optimisation, risk_value
-from scissordyn.study.indices import morris_indices, sensitivity, sobol_indices
-from scissordyn.study.optimise import candidates, nondominated, optimise, proposer
-from scissordyn.study.report import _extreme_numbers, write_report
-from scissordyn.study.requirement import Requirement
-from scissordyn.study.store import COMPLETE, FAILED, Store
-from scissordyn.study.table import column
+from scissordyn.study.answer.export import export, table
+from scissordyn.study.answer.indices import morris_indices, sensitivity, sobol_indices
+from scissordyn.study.answer.report import _extreme_numbers, write_report
+from scissordyn.study.answer.verdict import by_point, causes, feasible_fraction, warned, worst_cases
+from scissordyn.study.ask.description import Factor, Sampling, Study
+from scissordyn.study.ask.design import Design, design_values
+from scissordyn.study.ask.distribution import Interval, Uniform
+from scissordyn.study.ask.goal import Goal, Optimisation, risk_value
+from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.compute.execute import execute
+from scissordyn.study.compute.optimise import candidates, nondominated, optimise, proposer
+from scissordyn.study.compute.store import COMPLETE, FAILED, Store
+from scissordyn.study.compute.table import column
 
 
 def arm() -> sd.Mechanism:
@@ -300,7 +300,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert title in text
     with pytest.raises(sd.InputError, match=r"ends in \.html or \.pdf"):
         write_report(described, results, "a.db", tmp_path / "r.txt")
-    monkeypatch.setattr("scissordyn.study.report.printed", lambda page: b"%PDF-1.4" + page)
+    monkeypatch.setattr("scissordyn.study.answer.report.printed", lambda page: b"%PDF-1.4" + page)
     assert b"Response curves" in write_report(described, results, "a.db", tmp_path / "r.pdf").read_bytes()
     write_report(described, results, "a.db", tmp_path / "r.pdf")  # in the place of the earlier one
     (tmp_path / "own.pdf").write_text("mine")

@@ -22,12 +22,12 @@ import scissordyn as sd
 from reference.paper_case import paper_case
 from scissordyn.run.engine import Processes, outcomes
 from scissordyn.run.options import Options
-from scissordyn.study.block import ProgramError
-from scissordyn.study.cluster import cluster
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Interval
-from scissordyn.study.execute import execute
-from scissordyn.study.store import Store
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.distribution import Interval
+from scissordyn.study.compute.block import ProgramError
+from scissordyn.study.compute.cluster import cluster
+from scissordyn.study.compute.execute import execute
+from scissordyn.study.compute.store import Store
 from study.test_study import rows
 
 pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
@@ -102,7 +102,7 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: one line within the time that is given to it."""
-    monkeypatch.setattr("scissordyn.study.cluster.PATIENCE", 1.0)
+    monkeypatch.setattr("scissordyn.study.compute.cluster.PATIENCE", 1.0)
     with socket.socket() as taken:  # listens, and never says a word
         taken.bind(("127.0.0.1", 0))
         taken.listen()

@@ -14,20 +14,20 @@ import pytest
 from scipy import stats
 
 from scissordyn.plot.scale import Scale
-from scissordyn.study.answer import by_point, feasible_fraction, worst_cases
-from scissordyn.study.conclusion import conclude, trend_table
-from scissordyn.study.description import Factor, OwnMeasure, Sampling
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval, Uniform
-from scissordyn.study.fact import WORDS, Fact
-from scissordyn.study.ranking import ranked, rankings
-from scissordyn.study.recommendation import recommended
-from scissordyn.study.report import write_report
-from scissordyn.study.requirement import Requirement
-from scissordyn.study.store import FAILED
-from scissordyn.study.summary import response_ranges
-from scissordyn.study.surface import Surfaces
-from scissordyn.study.trend import fitted, needed, trends
+from scissordyn.study.answer.conclusion import conclude, trend_table
+from scissordyn.study.answer.fact import WORDS, Fact
+from scissordyn.study.answer.ranking import ranked, rankings
+from scissordyn.study.answer.recommendation import recommended
+from scissordyn.study.answer.report import write_report
+from scissordyn.study.answer.summary import response_ranges
+from scissordyn.study.answer.surface import Surfaces
+from scissordyn.study.answer.trend import fitted, needed, trends
+from scissordyn.study.answer.verdict import by_point, feasible_fraction, worst_cases
+from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Interval, Uniform
+from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.compute.store import FAILED
 from study.test_answer import made_up, study
 
 FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scissordyn.study.control_variate import (
+from scissordyn.study.answer.control_variate import (
     correlation,
     cost_ratio,
     fraction_estimate,

@@ -11,7 +11,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.run.options import Options
-from scissordyn.study.convergence import Level, _agrees, _tried, read_wanted
+from scissordyn.study.compute.convergence import Level, _agrees, _tried, read_wanted
 
 
 @pytest.fixture(scope="module")

@@ -21,14 +21,14 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.run.options import Options
-from scissordyn.study.block import Block, ProgramError, pilot, run_block
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Interval, Levels
-from scissordyn.study.execute import execute
-from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.optimise import optimise
-from scissordyn.study.requirement import Requirement
-from scissordyn.study.store import COMPLETE, PENDING, Store, StoreError
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.distribution import Interval, Levels
+from scissordyn.study.ask.goal import Goal, Optimisation
+from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.compute.block import Block, ProgramError, pilot, run_block
+from scissordyn.study.compute.execute import execute
+from scissordyn.study.compute.optimise import optimise
+from scissordyn.study.compute.store import COMPLETE, PENDING, Store, StoreError
 
 CASES, BLOCK = 8, 2
 
@@ -210,7 +210,7 @@ def test_ctrl_c_before_there_is_a_store_promises_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Contract: what is typed after it works."""
-    import scissordyn.study.execute as module
+    import scissordyn.study.compute.execute as module
 
     def stop(*_: Any) -> None:
         raise KeyboardInterrupt
@@ -337,7 +337,7 @@ def test_an_optimisation_with_a_damaged_early_row_goes_on(tmp_path: Path) -> Non
 def test_more_numbers_than_a_table_has_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cross-check: the bytes of one column give the numbers of a column each."""
     narrow = execute(study(), tmp_path / "a.db", engine=1).results()
-    monkeypatch.setattr("scissordyn.study.table.MOST_COLUMNS", 1)
+    monkeypatch.setattr("scissordyn.study.compute.table.MOST_COLUMNS", 1)
     wide = execute(study(), tmp_path / "b.db", engine=1).results()
     xr.testing.assert_identical(wide, narrow)
 

@@ -8,9 +8,9 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.run.options import Options
-from scissordyn.study.description import Study
-from scissordyn.study.design import DESIGNS, Design, design_size, design_values, uniform_numbers
-from scissordyn.study.distribution import (
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.design import DESIGNS, Design, design_size, design_values, uniform_numbers
+from scissordyn.study.ask.distribution import (
     Empirical,
     Interval,
     Levels,
@@ -21,7 +21,7 @@ from scissordyn.study.distribution import (
     from_plain,
     to_plain,
 )
-from scissordyn.study.factor import Factor, Sampling
+from scissordyn.study.ask.factor import Factor, Sampling
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])
@@ -81,7 +81,7 @@ def test_saltelli_is_the_order_of_salib(monkeypatch: pytest.MonkeyPatch) -> None
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(6, seed=5).random(16)  # SALib scrambles by this keyword, which gives other numbers than rng
-    monkeypatch.setattr("scissordyn.study.design._sobol_numbers", lambda seed, dimensions, at: sequence[at])
+    monkeypatch.setattr("scissordyn.study.ask.design._sobol_numbers", lambda seed, dimensions, at: sequence[at])
 
     problem = {"num_vars": 3, "names": ["a", "b", "c"], "bounds": [[0.0, 1.0]] * 3}
     theirs = sobol.sample(problem, 16, calc_second_order=False, seed=5)

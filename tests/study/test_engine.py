@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 import scissordyn as sd
+from scissordyn.run.advance.interrupt import look, stopped_by
 from scissordyn.run.engine import EngineError, Outcome, error_text, outcomes, workers_of
-from scissordyn.run.interrupt import look, stopped_by
 
 LONG = 2000.0
 """Simulated time that takes minutes [s]."""

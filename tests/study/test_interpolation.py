@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.study.control_variate import Predicted, cost_ratio, mean_estimate, population_mean
-from scissordyn.study.interpolation import FEWEST, GROUPS, Interpolation, interpolation
-from scissordyn.study.margin_estimate import fraction_by_margins
-from scissordyn.study.requirement import Response
+from scissordyn.study.answer.control_variate import Predicted, cost_ratio, mean_estimate, population_mean
+from scissordyn.study.answer.margin_estimate import fraction_by_margins
+from scissordyn.study.ask.requirement import Response
+from scissordyn.study.compute.interpolation import FEWEST, GROUPS, Interpolation, interpolation
 
 FORCE = Response("peak_force")
 

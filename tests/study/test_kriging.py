@@ -10,9 +10,9 @@ from scipy.stats import qmc
 from sklearn.gaussian_process import GaussianProcessRegressor
 
 from scissordyn.plot.study import feasibility_map
-from scissordyn.study.answer import by_point
-from scissordyn.study.kriging import Kriging
-from scissordyn.study.surface import map_extras
+from scissordyn.study.answer.surface import map_extras
+from scissordyn.study.answer.verdict import by_point
+from scissordyn.study.compute.kriging import Kriging
 from study.test_answer import made_up
 from study.test_conclusion import proportional
 

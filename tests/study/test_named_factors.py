@@ -14,10 +14,10 @@ from scissordyn.config.file import read_case
 from scissordyn.config.refine import refined
 from scissordyn.errors import InputError
 from scissordyn.plot.study import feasibility_map, response_curves
-from scissordyn.study.conclusion import conclude
-from scissordyn.study.distribution import Names
+from scissordyn.study.answer.conclusion import conclude
+from scissordyn.study.ask.distribution import Names
+from scissordyn.study.compute.table import column
 from scissordyn.study.result import StudyResult
-from scissordyn.study.table import column
 
 CASE = """
 [structure]

@@ -14,18 +14,18 @@ import scissordyn as sd
 from scissordyn.cli.answers import show_answers
 from scissordyn.config.study import read_requirement
 from scissordyn.plot.study import response_curves
-from scissordyn.run.measure import COMPONENT_UNIT, component_units
+from scissordyn.run.answer.measure import COMPONENT_UNIT, component_units
 from scissordyn.run.options import Options
-from scissordyn.study.answer import by_point, worst_cases
-from scissordyn.study.block import pilot
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Interval
-from scissordyn.study.export import table
-from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.report import write_report
-from scissordyn.study.requirement import Requirement
+from scissordyn.study.answer.export import table
+from scissordyn.study.answer.report import write_report
+from scissordyn.study.answer.verdict import by_point, worst_cases
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.distribution import Interval
+from scissordyn.study.ask.goal import Goal, Optimisation
+from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.compute.block import pilot
+from scissordyn.study.compute.store import COMPLETE, Store
 from scissordyn.study.result import StudyResult
-from scissordyn.study.store import COMPLETE, Store
 
 MEASURE = "peak_component_force"
 SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)

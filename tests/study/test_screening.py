@@ -5,9 +5,9 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.study.control_variate import fraction_estimate, mean_estimate
-from scissordyn.study.margin_estimate import fraction_by_margins
-from scissordyn.study.screening import verified_address
+from scissordyn.study.answer.control_variate import fraction_estimate, mean_estimate
+from scissordyn.study.answer.margin_estimate import fraction_by_margins
+from scissordyn.study.compute.screening import verified_address
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
 CHEAP = {"rtol": 1e-3, "atol": 1e-3}

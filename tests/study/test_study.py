@@ -15,12 +15,12 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.run.options import Options
-from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval, Levels, Uniform
-from scissordyn.study.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
-from scissordyn.study.requirement import Requirement, Response, response_values
-from scissordyn.study.store import COMPLETE, FAILED, Store, StoreError
+from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Interval, Levels, Uniform
+from scissordyn.study.ask.requirement import Requirement, Response, response_values
+from scissordyn.study.compute.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
+from scissordyn.study.compute.store import COMPLETE, FAILED, Store, StoreError
 
 UNTIL = 0.005
 
@@ -248,7 +248,7 @@ def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pyt
         raise OSError(28, os.strerror(28))
 
     with monkeypatch.context() as patched:
-        patched.setattr("scissordyn.study.table.create", full)
+        patched.setattr("scissordyn.study.compute.table.create", full)
         with pytest.raises(StoreError, match="No space left on device"):
             execute(study(), tmp_path / "a.db", block=12)
     assert not list(tmp_path.iterdir())

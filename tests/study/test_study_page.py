@@ -13,9 +13,9 @@ from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
 from scissordyn.config.study import StudyText, read_study, study_of
 from scissordyn.plot.study import feasibility_map
-from scissordyn.study.answer import by_point
-from scissordyn.study.design import DESIGNS
-from scissordyn.study.execute import execute
+from scissordyn.study.answer.verdict import by_point
+from scissordyn.study.ask.design import DESIGNS
+from scissordyn.study.compute.execute import execute
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")

@@ -13,17 +13,17 @@ import scissordyn as sd
 from scissordyn.cli.answers import show_answers
 from scissordyn.plot.study import response_curves
 from scissordyn.run.options import Options
-from scissordyn.study.answer import by_point
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
-from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.indices import morris_indices
-from scissordyn.study.report import write_figures, write_report
-from scissordyn.study.requirement import Requirement
+from scissordyn.study.answer.indices import morris_indices
+from scissordyn.study.answer.report import write_figures, write_report
+from scissordyn.study.answer.summary import agreement, best_points, sensitivities, varied_numbers
+from scissordyn.study.answer.verdict import by_point
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.study.ask.goal import Goal, Optimisation
+from scissordyn.study.ask.requirement import Requirement
+from scissordyn.study.compute.store import COMPLETE, Store
 from scissordyn.study.result import StudyResult
-from scissordyn.study.store import COMPLETE, Store
-from scissordyn.study.summary import agreement, best_points, sensitivities, varied_numbers
 
 CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
 

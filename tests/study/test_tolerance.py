@@ -12,11 +12,11 @@ import scissordyn as sd
 from scissordyn.config.study import described_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.address import single
-from scissordyn.study.answer import by_point
-from scissordyn.study.distribution import Normal, Trapezoid, Triangular, Uniform, from_plain, to_plain
-from scissordyn.study.fit import DEVIATIONS, DIAMETERS, GRADES, read_fit
-from scissordyn.study.summary import varied_numbers
-from scissordyn.study.table import column
+from scissordyn.study.answer.summary import varied_numbers
+from scissordyn.study.answer.verdict import by_point
+from scissordyn.study.ask.distribution import Normal, Trapezoid, Triangular, Uniform, from_plain, to_plain
+from scissordyn.study.ask.fit import DEVIATIONS, DIAMETERS, GRADES, read_fit
+from scissordyn.study.compute.table import column
 from scissordyn.units import Quantity
 from study.test_study import UNTIL, arm
 
@@ -198,7 +198,7 @@ def two_joints() -> sd.Mechanism:
 def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     """A study of two joints by texts, not computed."""
     from scissordyn.config.study import StudyText
-    from scissordyn.study.description import Sampling
+    from scissordyn.study.ask.description import Sampling
 
     text = StudyText(Path("case"), vary=vary, uncertain=uncertain, sampling=Sampling(4))
     return described_study(two_joints().driven(speed=10.0), sd.Options(UNTIL), text)

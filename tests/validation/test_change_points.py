@@ -12,7 +12,7 @@ from benchmarks.change_points import judge, linkage, rocker_angle
 
 import scissordyn as sd
 from scissordyn.control.user import UserController
-from scissordyn.run.summary import summary_of
+from scissordyn.run.answer.summary import summary_of
 
 
 @pytest.mark.parametrize("seed", range(24))

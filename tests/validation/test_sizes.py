@@ -11,7 +11,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.kinematics.branching import MOST_EQUATIONS, passing_warnings
-from scissordyn.mechanics.elimination import Elimination
+from scissordyn.plan.elimination import Elimination
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.plan import plan

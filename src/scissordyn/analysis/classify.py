@@ -11,8 +11,8 @@ from scissordyn.analysis.contact import contact_spans, contact_statistics
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
+from scissordyn.run.answer.joints import some_clearance_joints
 from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
-from scissordyn.run.joints import some_clearance_joints
 
 MAPS = ("strobe", "cycle")
 """Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs."""

@@ -9,8 +9,8 @@ import xarray as xr
 
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
+from scissordyn.run.advance.spacing import time_mean
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
-from scissordyn.run.spacing import time_mean
 
 PART = re.compile(r"unit (\d+)/(bar \d+)")
 """Names of the bars of an array."""

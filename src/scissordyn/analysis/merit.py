@@ -9,9 +9,9 @@ import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
+from scissordyn.run.advance.spacing import time_mean
+from scissordyn.run.answer.joints import clearance_joints, largest_force
 from scissordyn.run.configuration import number_attribute, read_configuration
-from scissordyn.run.joints import clearance_joints, largest_force
-from scissordyn.run.spacing import time_mean
 
 
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:

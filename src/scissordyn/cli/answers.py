@@ -13,8 +13,8 @@ from scissordyn.cli.show import console
 from scissordyn.errors import command, printable
 
 if TYPE_CHECKING:
+    from scissordyn.study.answer.summary import Table
     from scissordyn.study.result import StudyResult
-    from scissordyn.study.summary import Table
 
 ROWS = 12
 """Points of a front or of a table that are shown."""
@@ -22,9 +22,9 @@ ROWS = 12
 
 def show_answers(result: StudyResult) -> None:
     """Print counts, what the study says, fractions, sensitivity, the best points and the worst cases."""
-    from scissordyn.study.indices import sensitivity
-    from scissordyn.study.ranking import rankings
-    from scissordyn.study.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
+    from scissordyn.study.answer.indices import sensitivity
+    from scissordyn.study.answer.ranking import rankings
+    from scissordyn.study.answer.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
 
     study, results = result.study, result.dataset
     print(f"{', '.join(f'{n} {name}' for name, n in result.counts.items())}; {study.points} points".replace(" ", " cases ", 1))
@@ -54,7 +54,7 @@ def show_answers(result: StudyResult) -> None:
 
 def _fidelity(result: StudyResult) -> None:
     """What cheap and accurate runs say together."""
-    from scissordyn.study.fidelity import fidelity_text
+    from scissordyn.study.answer.fidelity import fidelity_text
 
     if (verified := result.verified) is None:
         return
@@ -100,7 +100,7 @@ def _cell(text: str) -> Text:
 
 
 def _worst(result: StudyResult) -> None:
-    from scissordyn.study.conclusion import numbers_text
+    from scissordyn.study.answer.conclusion import numbers_text
 
     for one in result.worst(3) if result.study.requirements else ():
         what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
@@ -126,7 +126,7 @@ def show_causes(result: StudyResult) -> None:
 
 
 def _with_command(result: StudyResult, text: str, case: int) -> None:
-    from scissordyn.study.answer import replay_command
+    from scissordyn.study.answer.verdict import replay_command
 
     print(text)
     print(f"  {replay_command(result.store.address, case)}")

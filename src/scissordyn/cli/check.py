@@ -49,9 +49,9 @@ def check(
     from scissordyn.kinematics.branching import drive_warnings
     from scissordyn.kinematics.time_functions import check_tables
     from scissordyn.plan.plan import plan
-    from scissordyn.run.demand import check_samples
-    from scissordyn.run.summary import summary_of
-    from scissordyn.run.trajectory import make_driver
+    from scissordyn.run.advance.trajectory import make_driver
+    from scissordyn.run.answer.summary import summary_of
+    from scissordyn.run.start.demand import check_samples
     from scissordyn.units import short
 
     read = read_case(case, change or [])
@@ -81,7 +81,7 @@ def check(
     converged = None
     if converge is not None:
         from scissordyn.cli.converge import converged_lines, plain
-        from scissordyn.study.convergence import convergence, read_wanted
+        from scissordyn.study.compute.convergence import convergence, read_wanted
 
         response, within = read_wanted(converge)
         converged = convergence(mechanism, read.run, response, within=within, over="modes" if modes else "accuracy")

@@ -22,7 +22,7 @@ def cite(
     from scissordyn.cli.saved import read_run
     from scissordyn.cli.show import console
     from scissordyn.file.output_file import write_file
-    from scissordyn.run.citations import citations
+    from scissordyn.run.answer.citations import citations
 
     sample = "-o references.bib"
     if output is not None:

@@ -108,8 +108,8 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Figures of a run with their units, by name."""
     import numpy as np
 
-    from scissordyn.run.joints import clearance_joints
-    from scissordyn.run.summary import joint_summaries
+    from scissordyn.run.answer.joints import clearance_joints
+    from scissordyn.run.answer.summary import joint_summaries
 
     largest = {joint.name: joint.largest for joint in joint_summaries(run)} if "contact_joint" in run else {}
     found: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from scissordyn.errors import command
 
 if TYPE_CHECKING:
-    from scissordyn.study.convergence import Convergence
+    from scissordyn.study.compute.convergence import Convergence
 
 
 def converged_lines(found: Convergence, case: str, changed: Sequence[str] = ()) -> list[str]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scissordyn.run.driver import Driver
+    from scissordyn.run.advance.driver import Driver
 
 TRIED = 0.3
 """Time that is spent on the beginning of a run [s]."""
@@ -33,7 +33,7 @@ def limited(seconds: float) -> Callable[[float], None]:
 
 def cost_line(driver: Driver, until: float) -> str:
     """What the run of a new driver will take; empty if that is short or the beginning fails."""
-    from scissordyn.run.demand import duration
+    from scissordyn.run.start.demand import duration
 
     began = time.perf_counter()
     try:

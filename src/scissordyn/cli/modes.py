@@ -43,7 +43,7 @@ def modes(
     from scissordyn.cli.saved import seconds
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
-    from scissordyn.run.modes import modes as compute
+    from scissordyn.run.answer.modes import modes as compute
     from scissordyn.run.store import save
 
     for option, given, allowed in (

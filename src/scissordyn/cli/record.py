@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.run.advice import read_warnings
-from scissordyn.run.summary import joint_summaries, summary_of
+from scissordyn.run.answer.advice import read_warnings
+from scissordyn.run.answer.summary import joint_summaries, summary_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

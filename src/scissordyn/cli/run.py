@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.model.mechanism import Mechanism
-    from scissordyn.run.checkpoint import Checkpoint
+    from scissordyn.run.advance.checkpoint import Checkpoint
     from scissordyn.run.results import Results
 
 PATIENCE = 20.0
@@ -149,7 +149,7 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     """The checkpoint beside the file of the result."""
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.table import located
-    from scissordyn.run.checkpoint import Checkpoint
+    from scissordyn.run.advance.checkpoint import Checkpoint
     from scissordyn.units import quantities
 
     sample = "-o run.nc --checkpoint '60 s'"
@@ -167,8 +167,8 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None, *,
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
-    from scissordyn.run.demand import check_samples
     from scissordyn.run.simulate import results_of
+    from scissordyn.run.start.demand import check_samples
 
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
@@ -218,7 +218,7 @@ def _refined(result: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> list[Path]:
     from scissordyn.plot.report import draw_all
-    from scissordyn.run.interrupt import pass_on
+    from scissordyn.run.advance.interrupt import pass_on
     from scissordyn.run.simulate import simulate
 
     ideal = pass_on(simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"]))

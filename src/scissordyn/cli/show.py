@@ -17,11 +17,11 @@ from scissordyn.cli.scale import column
 from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
-from scissordyn.run.advice import MEANS, read_warnings
-from scissordyn.run.force_answer import estimate_in_words, parts_of_oiled
+from scissordyn.run.answer.advice import MEANS, read_warnings
+from scissordyn.run.answer.force_answer import estimate_in_words, parts_of_oiled
+from scissordyn.run.answer.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
+from scissordyn.run.answer.warn import energy_turned_over
 from scissordyn.run.results import Run
-from scissordyn.run.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
-from scissordyn.run.warn import energy_turned_over
 from scissordyn.units import counted, short
 
 WIDTH = 100

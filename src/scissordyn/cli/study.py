@@ -20,8 +20,8 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
-    from scissordyn.study.description import Study
-    from scissordyn.study.execute import Progress
+    from scissordyn.study.ask.description import Study
+    from scissordyn.study.compute.execute import Progress
     from scissordyn.study.result import StudyResult
 
 ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay", "convert")
@@ -83,7 +83,7 @@ def study(
     if what == "convert":
         return _convert(Path(store), output)
     from scissordyn.config.studies import open_study
-    from scissordyn.study.store import damage_text
+    from scissordyn.study.compute.store import damage_text
 
     result = open_study(store, allow_code=allow_code or [])
     if what in ("resume", "retry", "extend") and (damaged := result.store.damage()):
@@ -159,9 +159,9 @@ def compute(
 ) -> int:
     """Do what is missing of a study, and show its answers."""
     from scissordyn.run.engine import EngineError
-    from scissordyn.study.block import ProgramError
+    from scissordyn.study.compute.block import ProgramError
+    from scissordyn.study.compute.store import Store, StoreError
     from scissordyn.study.result import computed
-    from scissordyn.study.store import Store, StoreError
 
     store = Store(address)
 
@@ -259,8 +259,8 @@ def _status(result: StudyResult) -> int:
 
 def _convert(old: Path, output: str | None) -> int:
     """A study of format 2, a folder, as a file, with the accurate runs beside it."""
-    from scissordyn.study.convert import convert
-    from scissordyn.study.screening import verified_address
+    from scissordyn.study.compute.convert import convert
+    from scissordyn.study.compute.screening import verified_address
 
     target = output or str(old.with_suffix(".db"))
     beside = old.with_name(f"{old.stem}.verified{old.suffix}")
@@ -278,7 +278,7 @@ def _convert(old: Path, output: str | None) -> int:
 def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
     from scissordyn.cli.answers import show_answers
     from scissordyn.cli.output import check_folder
-    from scissordyn.study.report import write_figures
+    from scissordyn.study.answer.report import write_figures
 
     if plot is not None:
         check_folder(plot, "--plot figures")
@@ -291,7 +291,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
 
 
 def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
-    from scissordyn.study.answer import replay_command
+    from scissordyn.study.answer.verdict import replay_command
 
     address = result.store.address
     if case is None or not 0 <= case < result.store.cases:

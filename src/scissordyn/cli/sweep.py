@@ -52,8 +52,8 @@ def sweep(
     """Vary numbers of a case, keep all results in a store, and say where requirements are met."""
     from scissordyn.cli.study import compute
     from scissordyn.config.study import StudyText, study_of
-    from scissordyn.study.description import Sampling
-    from scissordyn.study.design import Design
+    from scissordyn.study.ask.description import Sampling
+    from scissordyn.study.ask.design import Design
 
     check_store_name(output)
     text = StudyText(

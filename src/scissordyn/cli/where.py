@@ -62,7 +62,7 @@ class Where:
             with Processes(self.workers) as processes:
                 yield processes
         elif self.scheduler is not None or self.cluster is not None:
-            from scissordyn.study.cluster import cluster
+            from scissordyn.study.compute.cluster import cluster
 
             with cluster(self.scheduler or self.cluster or "") as workers:
                 if self.scheduler is not None and not self.scheduler.startswith("tls://"):
@@ -73,7 +73,7 @@ class Where:
 
 
 def _check_workers(workers: int) -> None:
-    from scissordyn.run.demand import check_memory, count_in_words, machine_memory
+    from scissordyn.run.start.demand import check_memory, count_in_words, machine_memory
 
     most = machine_memory() // WORKER_BYTES
     check_memory(

@@ -19,7 +19,7 @@ from scissordyn.identification.free import Free, free_parameter
 from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
-from scissordyn.study.distribution import Interval, Normal
+from scissordyn.study.ask.distribution import Interval, Normal
 
 if TYPE_CHECKING:
     import xarray as xr

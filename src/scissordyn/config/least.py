@@ -12,7 +12,7 @@ from scissordyn.config.case import Case
 from scissordyn.config.studies import study
 from scissordyn.errors import InputError
 from scissordyn.model.address import number
-from scissordyn.study.distribution import Levels
+from scissordyn.study.ask.distribution import Levels
 
 VALUES = 8
 """Values that are tried at a time."""

@@ -18,8 +18,8 @@ from scissordyn.errors import InputError
 from scissordyn.model.address import changed
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
-from scissordyn.study.distribution import Interval, Levels, Names, Variation
-from scissordyn.study.factor import Factor
+from scissordyn.study.ask.distribution import Interval, Levels, Names, Variation
+from scissordyn.study.ask.factor import Factor
 from scissordyn.units import Quantity
 
 OF_FILE = ("structure", "bending", "panels", "payload")

@@ -13,10 +13,10 @@ from scissordyn.config.names import listed
 from scissordyn.config.study import factors_of
 from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError, command, did_you_mean
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.design import SAMPLED, Design
-from scissordyn.study.goal import Optimisation, read_goal
-from scissordyn.study.variant import with_places
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.design import SAMPLED, Design
+from scissordyn.study.ask.goal import Optimisation, read_goal
+from scissordyn.study.ask.variant import with_places
 from scissordyn.units import Quantity
 
 POINTS = 32

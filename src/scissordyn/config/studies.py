@@ -20,14 +20,14 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.options import Options
-from scissordyn.study.accurate import Accurate
-from scissordyn.study.description import OwnMeasure, Sampling, Study
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval, Levels, Variation
-from scissordyn.study.execute import Progress
-from scissordyn.study.requirement import Requirement, read_response
+from scissordyn.study.ask.accurate import Accurate
+from scissordyn.study.ask.description import OwnMeasure, Sampling, Study
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Interval, Levels, Variation
+from scissordyn.study.ask.requirement import Requirement, read_response
+from scissordyn.study.compute.execute import Progress
+from scissordyn.study.compute.store import Store
 from scissordyn.study.result import StudyResult, computed
-from scissordyn.study.store import Store
 
 Address = str | os.PathLike[str]
 Varied = Mapping[str, Any]

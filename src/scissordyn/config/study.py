@@ -31,12 +31,12 @@ from scissordyn.errors import InputError, command
 from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
-from scissordyn.study.accurate import Accurate
-from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
-from scissordyn.study.design import Design
-from scissordyn.study.distribution import Names, Variation
-from scissordyn.study.goal import Optimisation, read_goal
-from scissordyn.study.requirement import BY_COMPONENT, KINDS, SHORTFALL, Requirement, Response, read_response
+from scissordyn.study.ask.accurate import Accurate
+from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study, check_part
+from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.distribution import Names, Variation
+from scissordyn.study.ask.goal import Optimisation, read_goal
+from scissordyn.study.ask.requirement import BY_COMPONENT, KINDS, SHORTFALL, Requirement, Response, read_response
 
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""

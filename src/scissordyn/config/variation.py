@@ -11,7 +11,7 @@ from typing import Any
 from scissordyn.config.quantity import FAMILIAR, LEADING_NUMBER, read_quantity, unit_factor
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.study.distribution import (
+from scissordyn.study.ask.distribution import (
     Beta,
     Empirical,
     Interval,
@@ -24,7 +24,7 @@ from scissordyn.study.distribution import (
     Variation,
     Weibull,
 )
-from scissordyn.study.fit import read_fit
+from scissordyn.study.ask.fit import read_fit
 from scissordyn.units import Quantity
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"

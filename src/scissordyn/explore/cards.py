@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from scissordyn.run.force_answer import LESS, ForceAnswer, parts_of_oiled
+from scissordyn.run.answer.force_answer import LESS, ForceAnswer, parts_of_oiled
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
-    from scissordyn.run.bar_answer import BarAnswer
-    from scissordyn.run.summary import ActuatorAnswer, PointAnswer, Summary
+    from scissordyn.run.answer.bar_answer import BarAnswer
+    from scissordyn.run.answer.summary import ActuatorAnswer, PointAnswer, Summary
 
 MOST_CARDS = 3
 """Cards of tracked points, and of torques; those that are furthest beyond what is allowed come first."""

@@ -10,12 +10,12 @@ import numpy as np
 from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.source import TorqueSource, torque_sources
-from scissordyn.run.joints import clearance_joints
+from scissordyn.run.answer.joints import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from scissordyn.run.summary import PointAnswer, Summary
+    from scissordyn.run.answer.summary import PointAnswer, Summary
 
 MOST_POINTS = 100_000
 """Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""

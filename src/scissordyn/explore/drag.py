@@ -16,7 +16,7 @@ from scissordyn.explore.case import Case
 from scissordyn.explore.field import NUMBER, Field
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import outline, upright
-from scissordyn.run.placement import Placement, turned
+from scissordyn.run.answer.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 
 INSTANT = 1e-9

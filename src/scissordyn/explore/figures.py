@@ -11,14 +11,14 @@ import numpy as np
 from scissordyn.explore.columns import UNITS, chosen_point, chosen_torques, orbit, requirements, scaled
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import predictability_horizon
-from scissordyn.run.joints import clearance_joints
+from scissordyn.run.answer.joints import clearance_joints
 from scissordyn.units import short
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.plot.source import TorqueSource
-    from scissordyn.run.summary import PointAnswer, Summary
+    from scissordyn.run.answer.summary import PointAnswer, Summary
 
 NOW, PINNED = "blue", ("vermilion", "green", "purple")
 """Colours of the run that is shown and of pinned ones, the newest first, by their names in page.css."""

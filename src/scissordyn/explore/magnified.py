@@ -100,8 +100,8 @@ class Larger:
 
 def _scene(shown: Outcome, factor: float) -> str:
     from scissordyn.plot.canvas import packed_scene
-    from scissordyn.run.deflection import magnified_deflection
-    from scissordyn.run.spacing import spread_samples
+    from scissordyn.run.advance.spacing import spread_samples
+    from scissordyn.run.answer.deflection import magnified_deflection
 
     run, mechanism = shown.run, shown.case.mechanism
     assert run is not None

@@ -23,15 +23,15 @@ from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import largest_forces
-from scissordyn.run.advice import condensed
-from scissordyn.run.joints import clearance_joints
-from scissordyn.run.summary import summary_of
+from scissordyn.run.answer.advice import condensed
+from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.summary import summary_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.drag import Drag
-    from scissordyn.run.summary import Summary
+    from scissordyn.run.answer.summary import Summary
 
 FAULT = "a fault of scissordyn: the terminal of the explorer says where"
 

@@ -92,8 +92,8 @@ def _with_points(points: Points) -> RunCase:
 
 
 def _points_of_study(result: StudyResult) -> Points:
-    from scissordyn.study.answer import counts
-    from scissordyn.study.recommendation import recommended_point
+    from scissordyn.study.answer.recommendation import recommended_point
+    from scissordyn.study.answer.verdict import counts
 
     study, points = result.study, result.points
     factors = [factor.address for factor in study.factors]
@@ -120,7 +120,7 @@ def _points_of_study(result: StudyResult) -> Points:
 
 def _worst_case(result: StudyResult, point: int) -> int:
     """The case of a point that is farthest beyond a requirement, or nearest to it; the first one without requirements."""
-    from scissordyn.study.recommendation import least_margins
+    from scissordyn.study.answer.recommendation import least_margins
 
     study = result.study
     if not 0 <= point < result.points.sizes["point"]:

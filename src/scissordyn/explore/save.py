@@ -22,9 +22,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.file import svg
 from scissordyn.plot.structure import structure
+from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.options import AUTO
 from scissordyn.run.store import save
-from scissordyn.run.summary import summary_of
 
 Made = tuple[str, str, bytes]
 """Name, type of content, and content of a file."""

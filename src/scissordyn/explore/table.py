@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.numeral import decimals
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.run.summary import kinds_left_out
+from scissordyn.run.answer.summary import kinds_left_out
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,10 +14,10 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import TimeColumn, time_columns
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.cut import recorded
-from scissordyn.run.dataset import to_dataset
+from scissordyn.run.advance.cut import recorded
+from scissordyn.run.advance.trajectory import compute
+from scissordyn.run.answer.dataset import to_dataset
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import compute
 
 TURN = 2.0 * math.pi
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from scissordyn.errors import InputError, command
 from scissordyn.model.address import Place, changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.study.distribution import Interval, Normal, Variation
+from scissordyn.study.ask.distribution import Interval, Normal, Variation
 
 
 @dataclass(frozen=True)

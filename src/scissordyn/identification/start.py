@@ -11,12 +11,12 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import Held, Start, assemble, natural_state, placed_start
-from scissordyn.mechanics.elimination import in_words
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
-from scissordyn.run.driver import make_system
+from scissordyn.run.advance.driver import make_system
 
 ROUND_OFF = 1e-9
 """Singular values of the constraints below this fraction of the largest are zero."""

@@ -11,10 +11,10 @@ import numpy as np
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.kinematics.given import Given, change_towards, given_places, given_speeds
-from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
 from scissordyn.plan.coordinates import Constraint, PointMap
+from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.plan import Plan
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from scissordyn.component.place import GROUND
 from scissordyn.kinematics.closure import Closure
-from scissordyn.mechanics.elimination import in_words
+from scissordyn.plan.elimination import in_words
 
 CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 

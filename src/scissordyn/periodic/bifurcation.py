@@ -18,10 +18,10 @@ from scissordyn.periodic.diagram import conclude, diagram_from, empty_diagram, e
 from scissordyn.periodic.follow import carried
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, run_case
 from scissordyn.periodic.stroboscope import drive_period
-from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
+from scissordyn.run.advance.snapshot import Snapshot
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.run.options import Options, StartKind
-from scissordyn.run.snapshot import Snapshot
+from scissordyn.run.start.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.run.store import save
 from scissordyn.units import Meaning, checked
 

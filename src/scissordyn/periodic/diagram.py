@@ -21,11 +21,11 @@ from scissordyn.periodic.cycles import recorded
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, coordinates, enter, status_columns
 from scissordyn.periodic.stroboscope import start_state
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.snapshot import Snapshot
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import Outcome
-from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import load
-from scissordyn.study.grouped import grouped_lines
+from scissordyn.study.answer.grouped import grouped_lines
 
 TITLE = "scissordyn bifurcation"
 

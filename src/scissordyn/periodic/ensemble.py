@@ -17,13 +17,13 @@ from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.rows import COLUMNS, CycleCase, coordinates, enter, run_case, status_columns
 from scissordyn.periodic.stroboscope import drive_period, start_state
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.snapshot import Snapshot
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.demand import check_cycles
-from scissordyn.run.driver import make_system
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.options import Options, StartKind
-from scissordyn.run.snapshot import Snapshot
-from scissordyn.study.grouped import grouped_lines
+from scissordyn.run.start.demand import check_cycles
+from scissordyn.study.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 LEAST, MOST = 1e-16, 1e-6

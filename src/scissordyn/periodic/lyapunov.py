@@ -20,11 +20,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.trajectory import Trajectory, broken_off, compute, make_driver
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.driver import make_system
 from scissordyn.run.options import Options, StartKind
-from scissordyn.run.snapshot import Snapshot
-from scissordyn.run.trajectory import Trajectory, broken_off, compute, make_driver
 from scissordyn.units import checked
 
 NUDGE = 1e-7

@@ -11,9 +11,9 @@ import xarray as xr
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.cycles import DESCRIBED, per_cycle
 from scissordyn.periodic.stroboscope import run_cycles
+from scissordyn.run.advance.snapshot import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
 from scissordyn.run.options import Options, StartKind
-from scissordyn.run.snapshot import Snapshot
 
 PENDING = STATES[0]
 """Status of a case that has not been computed yet."""

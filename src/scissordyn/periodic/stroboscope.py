@@ -18,14 +18,14 @@ from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.mechanics.monitored import JOINT_FORCE, companions, oiled_contacts
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.demand import check_cycles
-from scissordyn.run.driver import Driver, counted
-from scissordyn.run.events import ACCOUNTS, accounts
-from scissordyn.run.method import Choice
+from scissordyn.run.advance.driver import Driver, counted
+from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.trajectory import broken_off, make_driver
+from scissordyn.run.answer.events import ACCOUNTS, accounts
+from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.options import Options, StartKind
-from scissordyn.run.snapshot import Snapshot
-from scissordyn.run.trajectory import broken_off, make_driver
-from scissordyn.run.warn import Extremes
+from scissordyn.run.start.demand import check_cycles
+from scissordyn.run.start.method import Choice
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ import numpy as np
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.port import AXIS
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.mechanics.elimination import Expression, add, scaled
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
+from scissordyn.plan.elimination import Expression, add, scaled
 from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
 SAME = 1e-9

@@ -15,8 +15,8 @@ from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy
-from scissordyn.mechanics.elimination import Expression
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import addresses, row_of
 

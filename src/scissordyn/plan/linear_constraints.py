@@ -17,13 +17,13 @@ import numpy as np
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
-from scissordyn.mechanics.elimination import NOTHING_LEFT, Elimination, add, scaled
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
+from scissordyn.plan.elimination import NOTHING_LEFT, Elimination, add, scaled
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
 from scissordyn.plan.redundancy import assembled_near_placed, basis_of, independent

@@ -15,7 +15,6 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.outputs import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import Model, Parameters
@@ -35,6 +34,7 @@ from scissordyn.plan.balance import balance
 from scissordyn.plan.bodies import body_maps
 from scissordyn.plan.branches import Branches, every_branch
 from scissordyn.plan.coordinates import Coordinates, PointMap
+from scissordyn.plan.elimination import in_words
 from scissordyn.plan.fit import same_tables
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.linear_constraints import reduced

@@ -8,11 +8,11 @@ import numpy as np
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.elimination import Elimination, Expression, contradiction, in_words
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.check import SAME_PLACE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
+from scissordyn.plan.elimination import Elimination, Expression, contradiction, in_words
 from scissordyn.plan.graph import members, reverse_cuthill_mckee
 
 CONTRADICTION = 1e-7

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.mechanics.elimination import JUMPED
 from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.elimination import JUMPED
 from scissordyn.plan.gradients import SMALLEST, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 

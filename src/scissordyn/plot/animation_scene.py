@@ -24,8 +24,8 @@ from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols
-from scissordyn.run.joints import joint_force
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.joints import joint_force
+from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr

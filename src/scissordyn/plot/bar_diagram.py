@@ -17,9 +17,9 @@ from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, VERMILION, dress, small
-from scissordyn.run.bars import PARTS, part_names
-from scissordyn.run.internal_forces import bars_of
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.bars import PARTS, part_names
+from scissordyn.run.answer.internal_forces import bars_of
+from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr

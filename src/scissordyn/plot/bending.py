@@ -38,7 +38,7 @@ from scissordyn.plot.style import (
     small,
 )
 from scissordyn.plot.window import window
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,8 +12,8 @@ from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import Joints, finish, names_of, time_scale
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels
 from scissordyn.plot.window import window
+from scissordyn.run.answer.film import MIXED
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.film import MIXED
 
 if TYPE_CHECKING:
     import xarray as xr

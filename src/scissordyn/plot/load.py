@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.payload import panel_ends, payload_points
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 SQUARE = 1.5
 """Half the side of a payload, in sizes of a block."""

@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import corners_of, upright
 from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import Canvas, dress, figure_size, legend, panels, small
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 AMPLITUDE = 0.06
 """Largest displacement of a drawn mode, as a fraction of the mechanism's longer side."""

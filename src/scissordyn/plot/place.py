@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 MARGIN = 0.1
 """Around a mechanism, as a fraction of its longer side."""

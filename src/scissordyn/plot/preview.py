@@ -20,7 +20,7 @@ from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.structure import draw_mechanism, fit_rings
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 from scissordyn.run.simulate import simulate
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.contact import with_instants
-from scissordyn.run.summary import actuator_limits
+from scissordyn.run.answer.summary import actuator_limits
 
 OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
 """Variables along the dimension of their sources, with those of their largest values."""

@@ -53,9 +53,9 @@ from scissordyn.plot.style import (
 )
 from scissordyn.plot.symbol import cross_sections, symbols
 from scissordyn.plot.window import window
-from scissordyn.run.deflection import magnified_deflection
-from scissordyn.run.joints import clearance_joints
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.deflection import magnified_deflection
+from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr

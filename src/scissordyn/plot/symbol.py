@@ -13,7 +13,7 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.placement import Placement
+from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.source import TorqueSource, torque_sources
 from scissordyn.plot.style import BLACK, ORANGE, VERMILION, Canvas, legend, literal, panels
 from scissordyn.plot.window import window
-from scissordyn.run.summary import at_limit
+from scissordyn.run.answer.summary import at_limit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, time_scale
 from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels, small
 from scissordyn.plot.window import window
-from scissordyn.run.summary import summary_of
+from scissordyn.run.answer.summary import summary_of
 
 if TYPE_CHECKING:
     import xarray as xr

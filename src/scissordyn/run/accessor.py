@@ -11,9 +11,9 @@ import xarray as xr
 from scissordyn.file.export import export
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.offer import offered
-from scissordyn.run.citations import Citations, citations
+from scissordyn.run.answer.citations import Citations, citations
+from scissordyn.run.answer.summary import Summary, summary_of
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.summary import Summary, summary_of
 
 
 @xr.register_dataset_accessor("scissordyn")  # type: ignore[no-untyped-call]

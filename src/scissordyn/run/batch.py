@@ -16,13 +16,13 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.bar_measures import check_bars
+from scissordyn.run.answer.bar_measures import check_bars
+from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
+from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import outcomes, workers_of
-from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
 from scissordyn.run.options import EventKind, Options, StartKind
-from scissordyn.run.warn import Extremes
 
 TITLE = "scissordyn batch"
 

@@ -15,17 +15,17 @@ from scissordyn.integrate import advance as loop
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
-from scissordyn.run.hard_contact import step_unused, stepping_warnings
-from scissordyn.run.ideal_path import IdealPath, ideal_path, stages
-from scissordyn.run.measure import Ended
-from scissordyn.run.method import choose_method
-from scissordyn.run.numbers import put_numbers
+from scissordyn.run.advance.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
+from scissordyn.run.advance.numbers import put_numbers
+from scissordyn.run.advance.slice import FIRST
+from scissordyn.run.advance.trajectory import broken_off, crosses, model_failure
+from scissordyn.run.answer.hard_contact import step_unused, stepping_warnings
+from scissordyn.run.answer.measure import Ended
 from scissordyn.run.options import Options
-from scissordyn.run.slice import FIRST
-from scissordyn.run.start import prepare_start
-from scissordyn.run.tolerance import error_weights
-from scissordyn.run.trajectory import broken_off, crosses, model_failure
+from scissordyn.run.start.ideal_path import IdealPath, ideal_path, stages
+from scissordyn.run.start.method import choose_method
+from scissordyn.run.start.start import prepare_start
+from scissordyn.run.start.tolerance import error_weights
 
 MOST_TOGETHER = 16
 """Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,

@@ -11,7 +11,7 @@ from scissordyn.component.rod import Rod
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.run.reaction import ideal_reactions
+from scissordyn.run.start.reaction import ideal_reactions
 from scissordyn.units import checked
 
 

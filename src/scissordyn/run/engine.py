@@ -26,7 +26,7 @@ from typing import Any, Generic, Self, TypeVar
 from cloudpickle import dumps
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
-from scissordyn.run.interrupt import look, stopped_by
+from scissordyn.run.advance.interrupt import look, stopped_by
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")

@@ -9,7 +9,7 @@ from scissordyn.component.force import Force
 from scissordyn.component.time_function import Tabulated, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.interrupt import pass_on
+from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.simulate import simulate
 from scissordyn.units import checked
 

@@ -15,22 +15,22 @@ from scissordyn.kinematics.branching import passing_warnings
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.run.advance.cut import recorded
+from scissordyn.run.advance.instants import MOST_INSTANTS, of_run, of_trajectory
+from scissordyn.run.advance.trajectory import FAILED, Trajectory, compute
+from scissordyn.run.answer.dataset import results
+from scissordyn.run.answer.hard_contact import hard_contact_warnings
+from scissordyn.run.answer.painleve import painleve_warnings
+from scissordyn.run.answer.predictability import compared, predictability
+from scissordyn.run.answer.state_scale import scale_warnings
+from scissordyn.run.answer.track import deviation_variables
+from scissordyn.run.answer.warn import contact_failures, run_warnings
 from scissordyn.run.configuration import is_run, read_configuration, write_configuration
-from scissordyn.run.cut import recorded
-from scissordyn.run.dataset import results
-from scissordyn.run.demand import check_samples
-from scissordyn.run.hard_contact import hard_contact_warnings
-from scissordyn.run.ideal_path import IdealPath, deviates, ideal_path
-from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
 from scissordyn.run.options import AUTO, EQUALLY_SPACED, EndTime, EventKind, Options, SampleCount, StartKind
-from scissordyn.run.painleve import painleve_warnings
-from scissordyn.run.predictability import compared, predictability
 from scissordyn.run.results import Results, Run
-from scissordyn.run.state_scale import scale_warnings
-from scissordyn.run.track import deviation_variables
-from scissordyn.run.trajectory import FAILED, Trajectory, compute
-from scissordyn.run.warn import contact_failures, run_warnings
+from scissordyn.run.start.demand import check_samples
+from scissordyn.run.start.ideal_path import IdealPath, deviates, ideal_path
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:

@@ -17,7 +17,14 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
-from scissordyn.study.answer import (
+from scissordyn.study.answer.conclusion import Conclusion, conclude
+from scissordyn.study.answer.export import export, table
+from scissordyn.study.answer.fidelity import Corrected, confirmed, estimates
+from scissordyn.study.answer.indices import sensitivity
+from scissordyn.study.answer.recommendation import Recommendation, recommended, recommended_point
+from scissordyn.study.answer.summary import design_size
+from scissordyn.study.answer.trend import Trend, trends
+from scissordyn.study.answer.verdict import (
     FeasibleFraction,
     Worst,
     by_point,
@@ -27,26 +34,19 @@ from scissordyn.study.answer import (
     warned,
     worst_cases,
 )
-from scissordyn.study.conclusion import Conclusion, conclude
-from scissordyn.study.description import Study
-from scissordyn.study.execute import Progress, execute, extend
-from scissordyn.study.export import export, table
-from scissordyn.study.fidelity import Corrected, confirmed, estimates
-from scissordyn.study.goal import Optimisation, read_goal
-from scissordyn.study.indices import sensitivity
-from scissordyn.study.optimise import Optimum, candidates, optimise
-from scissordyn.study.recommendation import Recommendation, recommended, recommended_point
-from scissordyn.study.screening import screened, verified_address
-from scissordyn.study.store import Store
-from scissordyn.study.summary import design_size
-from scissordyn.study.table import column
-from scissordyn.study.trend import Trend, trends
-from scissordyn.study.variant import labelled, made
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.goal import Optimisation, read_goal
+from scissordyn.study.ask.variant import labelled, made
+from scissordyn.study.compute.execute import Progress, execute, extend
+from scissordyn.study.compute.optimise import Optimum, candidates, optimise
+from scissordyn.study.compute.screening import screened, verified_address
+from scissordyn.study.compute.store import Store
+from scissordyn.study.compute.table import column
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from scissordyn.study.pictures import StudyPictures
+    from scissordyn.study.answer.pictures import StudyPictures
 
 Address = str | os.PathLike[str]
 Told = Callable[[Progress], None] | None
@@ -253,7 +253,7 @@ class StudyResult:
     @property
     def plot(self) -> StudyPictures:
         """Pictures: ``result.plot.map()``, ``curves()``, ``requirements()``, ``sensitivity()``, ``front()``."""
-        from scissordyn.study.pictures import StudyPictures
+        from scissordyn.study.answer.pictures import StudyPictures
 
         return StudyPictures(self)
 
@@ -398,7 +398,7 @@ class StudyResult:
         -------
         Path
         """
-        from scissordyn.study.report import write_figures, write_report
+        from scissordyn.study.answer.report import write_figures, write_report
 
         written = write_report(self.study, self.dataset, self.store.address, Path(path))
         if figures is not None:
@@ -413,7 +413,7 @@ class StudyResult:
         return f"<study '{self.store.address}': {'; '.join(parts)}>"
 
     def _repr_html_(self) -> str:
-        from scissordyn.study.report import conclusion_html, summary_html
+        from scissordyn.study.answer.report import conclusion_html, summary_html
 
         head = f"<b>Study {html.escape(Path(self.store.address).name)}</b>"
         return f"{head}{conclusion_html(self.study, self.dataset, self.store.address)}{summary_html(self.study, self.dataset)}"

@@ -16,9 +16,9 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.description import build_description, model_description
 from scissordyn.exchange.fmu.source import Source
 from scissordyn.plan.plan import plan
+from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
-from scissordyn.run.trajectory import make_driver
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism

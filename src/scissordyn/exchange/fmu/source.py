@@ -19,8 +19,8 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.pointer import RECIPES
-from scissordyn.run.driver import Driver, make_system
-from scissordyn.run.loop import MECHANICS
+from scissordyn.run.advance.driver import Driver, make_system
+from scissordyn.run.advance.loop import MECHANICS
 
 STATUSES = (
     *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),

@@ -11,7 +11,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.plan import Plan
-from scissordyn.run.driver import Driver
+from scissordyn.run.advance.driver import Driver
 
 
 @dataclass(frozen=True)

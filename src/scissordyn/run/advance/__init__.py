@@ -1,0 +1,1 @@
+"""Steps in time: the driver of a mechanism, its state, where it stops, and threads."""

@@ -1,0 +1,205 @@
+"""Checkpoints of long runs: the whole state of a driver in a file, from which the same run goes on bit for bit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time as clocks
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.file.output_file import check_target
+from scissordyn.file.provenance import provenance
+from scissordyn.model.record import DIGEST, first_difference
+from scissordyn.run.advance.driver import Driver
+from scissordyn.units import Quantity, check_quantities
+
+TITLE = "scissordyn checkpoint"
+
+SAMPLE = "-o run.nc --checkpoint '60 s'"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where a long run keeps its state, and how often: the same run, started again, goes on from there.
+
+    Parameters
+    ----------
+    path : path
+        Of the file. It must be absent, or a checkpoint of the same description, options and version of the package.
+    every : float
+        Time on the clock between two checkpoints [s]; with 0 after each slice of about a tenth of a second.
+    keep : bool
+        Whether the file stays when the run is over; it is removed otherwise. One that is interrupted is kept in any case.
+    """
+
+    path: str | os.PathLike[str]
+    every: Annotated[float, Quantity("s", minimum=0.0, maximum=1e7, help="time between two checkpoints")] = 60.0
+    keep: bool = False
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def remove(self) -> None:
+        """Remove the file if it is there."""
+        Path(self.path).unlink(missing_ok=True)
+
+
+@dataclass
+class Part:
+    """One computation of a run, such as the run itself or its repetition at a tighter tolerance."""
+
+    words: np.ndarray  # The arrays of its driver one after the other, as the eight bytes of their numbers
+    layout: Mapping[str, tuple[int, ...]]  # Names and shapes of the arrays
+    seconds: float  # How long it has been computed [s]
+
+    def arrays(self, like: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The arrays, with the types of those of a driver."""
+        found, at = {}, 0
+        for name, shape in self.layout.items():
+            size = int(np.prod(shape)) * (like[name].dtype.itemsize // 8)
+            found[name] = self.words[at : at + size].view(like[name].dtype).reshape(shape)
+            at += size
+        return found
+
+
+@dataclass
+class Keeper:
+    """Writes the checkpoints of one run."""
+
+    checkpoint: Checkpoint
+    attributes: Mapping[str, str]  # Of the file; a file with others is of another run
+    parts: dict[str, Part] = field(default_factory=dict)  # As they were last written or read
+    last: float = field(default_factory=clocks.monotonic)  # When that was [s]
+    problem: str = ""  # Why a checkpoint could not be written; empty if all could
+
+    def take_up(self, name: str, driver: Driver) -> float:
+        """Put the state of a part into its driver, if there is one; returns how long it has been computed already [s]."""
+        part = self.parts.get(name)
+        if part is None:
+            return 0.0
+        try:
+            driver.take_up(part.arrays(driver.arrays()))
+        except (InputError, KeyError, ValueError) as error:
+            raise _refused(self.checkpoint.path, f"does not fit this run ({error})") from None
+        return part.seconds
+
+    def watching(
+        self, name: str, driver: Driver, progress: Callable[[float], None] | None, seconds: Callable[[], float]
+    ) -> Callable[[float], None]:
+        """A function of the simulated time that calls `progress`, and writes a checkpoint when it is time for one."""
+
+        def told(time: float) -> None:
+            if clocks.monotonic() - self.last >= self.checkpoint.every:
+                self.write(name, driver, seconds())
+            if progress is not None:
+                progress(time)
+
+        return told
+
+    def write(self, name: str, driver: Driver, seconds: float) -> None:
+        """Write all parts, this one as its driver is now; if that fails, `problem` says why."""
+        arrays = driver.arrays()
+        words = [np.ascontiguousarray(part).reshape(-1).view(np.int64) for part in arrays.values()]
+        self.parts[name] = Part(np.concatenate(words), {key: part.shape for key, part in arrays.items()}, seconds)
+        content = np.concatenate([part.words for part in self.parts.values()])
+        layout = json.dumps(
+            {
+                key: {"arrays": part.layout, "words": part.words.size, "seconds": part.seconds}
+                for key, part in self.parts.items()
+            }
+        )
+        attributes = {
+            "title": TITLE,
+            **self.attributes,
+            "layout": layout,
+            DIGEST: _digest(content, layout),
+            "reached": driver.time,
+        }
+        import xarray as xr  # takes longer to import than most runs
+
+        from scissordyn.run.store import save
+
+        stored = xr.Dataset({"content": (("word",), content, {"long_name": "states of the run, as words of eight bytes"})})
+        self.last = clocks.monotonic()
+        try:
+            save(stored.assign_attrs(attributes), self.checkpoint.path)
+        except InputError as error:  # a full disk is no reason to lose the run itself
+            self.problem = error.what
+
+    def finish(self) -> None:
+        """The run is over."""
+        if not self.checkpoint.keep:
+            self.checkpoint.remove()
+
+
+def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
+    """What keeps the checkpoints of a run, with those that its file holds already."""
+    keeper = Keeper(checkpoint, {"configuration": configuration, "versions": provenance()})
+    check_target(checkpoint.path, sample=SAMPLE)
+    folder = Path(checkpoint.path).absolute().parent
+    if not folder.is_dir():
+        raise InputError(
+            f"cannot write '{checkpoint.path}': no folder '{folder}'", "a file name in a folder that exists", SAMPLE
+        )
+    if Path(checkpoint.path).exists() and os.stat(checkpoint.path).st_size:
+        keeper.parts = _read(checkpoint.path, keeper.attributes)
+    return keeper
+
+
+def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, Part]:
+    """The parts in a file, if they are of the run that is wanted."""
+    from scissordyn.run.store import load
+
+    stored = load(path)
+    if stored.attrs.get("title") != TITLE:
+        raise _refused(path, f"is a '{stored.attrs.get('title')}'")
+    for name, text in wanted.items():
+        there = stored.attrs.get(name)
+        if not isinstance(there, str) or there != text:
+            raise _refused(path, f"is of another run: {_difference(there, text, name)}")
+    content = stored["content"].values if "content" in stored else np.zeros(0, np.int64)
+    layout, digest = stored.attrs.get("layout"), stored.attrs.get(DIGEST)
+    if content.dtype != np.int64 or not isinstance(layout, str) or str(digest) != _digest(content, layout):
+        raise _refused(path, "is damaged")
+    parts, at = {}, 0
+    for key, part in json.loads(layout).items():
+        shapes = {name: tuple(shape) for name, shape in part["arrays"].items()}
+        parts[key] = Part(content[at : at + part["words"]], shapes, float(part["seconds"]))
+        at += part["words"]
+    return parts
+
+
+def _digest(content: np.ndarray, layout: str) -> str:
+    """Of the words and of what they are."""
+    return hashlib.sha256(content.tobytes() + layout.encode("utf-8", "surrogateescape")).hexdigest()
+
+
+def _refused(path: str | os.PathLike[str], why: str) -> InputError:
+    return InputError(
+        f"the checkpoint '{path}' {why}", "the checkpoint of the same case, options and version, or none", f"rm '{path}'"
+    )
+
+
+def _difference(there: Any, here: str, name: str) -> str:
+    """The first place at which two JSON texts differ."""
+    try:
+        one, other = (json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (there, here))
+    except (AttributeError, TypeError, ValueError):
+        return f"its {name} cannot be read"
+    if one == other:
+        return f"its {name} is written otherwise"
+    place, mine, wanted = first_difference(one, other, name)
+    return f"{place} = {_short(mine)} there, {_short(wanted)} here"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."

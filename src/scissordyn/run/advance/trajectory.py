@@ -1,0 +1,252 @@
+"""From a mechanism to samples and events."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.integration import Samples
+from scissordyn.kernel import Handle
+from scissordyn.laws.validity import contact_failure
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
+from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, singular_position
+from scissordyn.run.advance.checkpoint import Keeper
+from scissordyn.run.advance.driver import Driver, counted, make_system
+from scissordyn.run.answer.contacts import Contact, contacts
+from scissordyn.run.options import Options
+from scissordyn.run.start.method import Choice, choose_method
+from scissordyn.run.start.start import Prepared, prepare_start
+from scissordyn.run.start.tolerance import error_weights
+
+if TYPE_CHECKING:
+    from scissordyn.run.start.ideal_path import IdealPath
+
+CROSSED_FROM = 6
+"""Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
+
+HARD_CROSSED_FROM = 3
+"""The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
+
+UNSOLVED = 0.01
+"""Part of the steps with contacts whose impulses are not solved above which a run has failed."""
+
+FAILED = "the contact model has failed"
+
+INTERRUPTED = "interrupted"
+"""Both how a run ended and why."""
+
+CAUSES = {
+    loop.STEP_TOO_SMALL: "the step size fell to round-off",
+    loop.NOT_FINITE: "a law or a position became infinite or not a number",
+    loop.STUCK: "contacts and separations followed each other without any progress in time",
+}
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What a run returns: samples, events and how it ended."""
+
+    plan: Plan
+    system: Handle  # Of the mechanics' `System`
+    samples: Samples  # Trimmed to what was reached
+    log: np.ndarray  # (events,)
+    peak: np.ndarray  # (guards + monitors,) Of contacts still going on at the end, then of what is monitored throughout
+    end: float  # Time reached [s]
+    status: str  # "complete", "interrupted" or "failed"
+    cause: str  # Why it is not complete
+    statistics: dict[str, Any]  # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
+    immobile: tuple[str, ...]  # Clearance joints that cannot move
+    warnings: tuple[str, ...]  # From the start
+    steps: tuple[np.ndarray, np.ndarray, np.ndarray]  # Time, state and modes at the end of each step, if they were recorded
+    band: np.ndarray  # (monitors,) Of what is monitored throughout
+    # Instants at which the motion passed them, and half the steps across [s]
+    change_points: tuple[tuple[float, float], ...] = ()
+
+    def contacts(self) -> list[Contact]:
+        """All contacts in order of their starts."""
+        return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
+
+    def peaks(self, kind: int) -> np.ndarray:
+        """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""
+        return np.asarray(self.peak[monitored_rows(self.system.content.model, kind)])
+
+    def monitored(self, kind: int) -> np.ndarray:
+        """Which drives, components, contacts or tracked points have a quantity of one kind."""
+        monitor = self.system.content.model.monitor
+        return np.asarray(monitor[monitor[:, 0] == kind, 1])
+
+    def bands(self, kind: int) -> np.ndarray:
+        """Of one kind of quantity that is monitored throughout: limit, last instant above it, first at or below it."""
+        model = self.system.content.model
+        return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])
+
+
+def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]:
+    """A driver at the start of a run."""
+    system = make_system(plan)
+    prepared = prepare_start(plan, system, options.start)
+    tolerances = error_weights(plan, system, prepared.y, rtol=options.rtol, atol=options.atol)
+    choice = choose_method(plan, system, prepared.y, options, tolerances)
+    driver = Driver(
+        plan,
+        system,
+        prepared.y,
+        method=choice,
+        tolerances=tolerances,
+        crosses=crosses(plan, options),
+        initial_events=prepared.initial_events,
+    )
+    return driver, prepared, choice
+
+
+def crosses(plan: Plan, options: Options) -> bool:
+    """Whether steps go across contacts that begin and end."""
+    if options.events != "auto":
+        return options.events == "crossed"
+    if not plan.hard_places:
+        return len(plan.contacts) >= CROSSED_FROM
+    loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
+    return len(loose) >= HARD_CROSSED_FROM or any(part.declaration.gap is not None for part in plan.acting)
+
+
+def compute(
+    plan: Plan,
+    options: Options,
+    progress: Callable[[float], None] | None = None,
+    *,
+    times: np.ndarray | None = None,
+    record_steps: bool = False,
+    monitor: bool = True,
+    ideal: IdealPath | None = None,
+    keeper: Keeper | None = None,
+    part: str = "run",
+) -> Trajectory:
+    """Simulate a mechanism."""
+    driver, prepared, choice = make_driver(plan, options)
+    content = driver.system.content
+    still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))
+    driver.sample_at(np.linspace(0.0, options.until, options.count) if times is None else times)
+    driver.monitor(monitor)
+    if record_steps:
+        driver.record_steps()
+    if ideal is not None:
+        driver.compare_with(ideal.table, ideal.step)
+    cause, seconds = _advance(driver, options, progress, keeper, part)
+    ended = {"": "complete", INTERRUPTED: INTERRUPTED}.get(cause, "failed")
+    if cause:
+        cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
+    statistics = {
+        "method": choice.method,
+        "reason": choice.reason,
+        **counted(driver.state),
+        **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
+        "seconds": seconds,
+    }
+    return reached(
+        driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings, steps=driver.steps
+    )
+
+
+def reached(driver: Driver, **more: Any) -> Trajectory:
+    """What a driver has come to, with further parts of a `Trajectory`."""
+    known: dict[str, Any] = {"status": "complete", "cause": "", "statistics": {}, "immobile": (), "warnings": (), "steps": ()}
+    return Trajectory(
+        plan=driver.plan,
+        system=driver.system,
+        samples=driver.samples,
+        log=driver.log.copy(),
+        peak=driver.peak.copy(),
+        end=driver.time,
+        band=driver.band.copy(),
+        change_points=tuple(driver.change_points),
+        **{**known, **more},
+    )
+
+
+def _advance(
+    driver: Driver, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None, part: str
+) -> tuple[str, float]:
+    """Go on to the end: why it was not reached, or what is wrong there, empty if nothing is; and the seconds that it took."""
+    began = clocks.perf_counter()
+    if keeper is not None:
+        began -= keeper.take_up(part, driver)
+        progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
+    cause, status = "", loop.ADVANCING
+    try:
+        status = driver.advance(options.until, most_steps=options.most_steps - driver.tried, progress=progress)
+        if status == loop.ADVANCING:
+            cause = f"{options.most_steps} steps are not enough"
+    except KeyboardInterrupt:
+        cause = INTERRUPTED
+    seconds = clocks.perf_counter() - began
+    if keeper is not None and (status == loop.FINISHED or cause == INTERRUPTED):
+        keeper.write(part, driver, seconds)
+    cause = cause or broken_off(status, driver)
+    return (model_failure(driver) if not cause and status == loop.FINISHED else cause), seconds
+
+
+def model_failure(driver: Driver) -> str:
+    """Why the contact model of a run that has reached its end has failed; empty if it has not.
+
+    A journal was pressed in by more than its radius, hard surfaces overlap by more than their clearance, or impulses of many
+    steps are not solved.
+    """
+    plan, depth = driver.plan, driver.peak["largest"][driver.rows(INDENTATION)]
+    for j in plan.compliant_places:
+        clearance = plan.contacts[j].clearance
+        assert clearance is not None
+        failure = contact_failure(plan.contacts[j].name, clearance.surfaces, float(depth[j]))
+        if failure:
+            return f"{FAILED}: {failure}"
+    if driver.stepping is None:
+        return ""
+    counts = driver.stepping.counted()
+    if counts["steps_not_solved"] > UNSOLVED * counts["contact_steps"]:
+        return f"the impulses of {counts['steps_not_solved']} of {counts['contact_steps']} steps with contacts are not solved"
+    return _overlap(driver)
+
+
+def _overlap(driver: Driver) -> str:
+    """Which hard surfaces overlap by more than their clearance: the step was too long; empty if none do."""
+    plan = driver.plan
+    assert driver.stepping is not None
+    clearance = driver.system.content.parameters.contact["clearance"]
+    crossed = 'events = "crossed", or ' if driver.stepping.content.locate[0] else ""
+    for j, overlap in zip(plan.hard_places, driver.stepping.content.overlap.tolist(), strict=False):
+        if not overlap <= clearance[j]:
+            return (
+                f"the hard surfaces of joint '{plan.contacts[j].name}' overlap by {1e3 * overlap:.3g} mm at a clearance of "
+                f"{1e3 * clearance[j]:g} mm: the step of {driver.stepping.size:.3g} s is too long; type: {crossed}step = "
+                f'"{0.25 * driver.stepping.size:.2g} s"'
+            )
+    return ""
+
+
+def broken_off(status: int, driver: Driver) -> str:
+    """Why the loop broke off, with the parts that are at fault; empty if it did not."""
+    if status not in CAUSES:
+        return ""
+    plan, state = driver.plan, driver.state
+    named = failed_latch(plan, driver.system) or singular_position(plan, driver.system, state.y, driver.time)
+    return named or f"{CAUSES[status]}{_culprit(driver)}"
+
+
+def _culprit(driver: Driver) -> str:
+    """Which contact is in the worst state, for the message of a failed run."""
+    plan, state = driver.plan, driver.state
+    if not plan.contacts:
+        return ""
+    values, rates = np.zeros(state.mode.size), np.zeros(state.mode.size)
+    functions.guards(driver.time, state.y, driver.system.address, values, rates)
+    clearance = driver.system.content.parameters.contact["clearance"]
+    gap = values[: clearance.size]
+    j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
+    return f"; joint '{plan.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"

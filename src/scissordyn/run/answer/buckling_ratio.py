@@ -1,0 +1,170 @@
+"""How near bars of a mechanism in motion come to buckling, its drives locked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.integrate.integration import Samples
+from scissordyn.kernel import Handle
+from scissordyn.kinematics.assembly import basis_at_start
+from scissordyn.mechanics.outputs import Record
+from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.answer.bars import axial_force_at_points, bar_motions, marks_of, part_names
+from scissordyn.run.answer.geometric_stiffness import element_form, stiffness_of_bar, stiffness_of_element
+from scissordyn.run.answer.internal_forces import Bar, bars_of
+from scissordyn.run.results import Variable
+from scissordyn.run.start.rest import count_turns, touch_closed
+from scissordyn.run.start.stiffness import INDEPENDENT, At, component_maps, constraint_slopes, force_slopes
+
+INSTANTS = 5
+"""At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""
+
+SHARE = 0.1
+"""A bar takes part in a mode of buckling if so much of the work of all compressions is its own."""
+
+UNRESOLVED = 1e-15
+"""Stiffnesses below this part of the largest, times the number of coordinates, are those of free motions, which are locked."""
+
+
+class Forces(NamedTuple):
+    """Axial forces of a bar over time, shape (nt, places), and the distances of the places from its first end."""
+
+    bar: Bar
+    axial: np.ndarray
+    places: np.ndarray
+
+    @property
+    def compression(self) -> np.ndarray:
+        """Largest along the bar at each instant [N]."""
+        return np.asarray(np.maximum(-self.axial, 0.0).max(axis=1))
+
+    @property
+    def slenderness(self) -> float:
+        """Length squared over bending stiffness [1/N]."""
+        return self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
+
+
+def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapping[str, Variable]) -> np.ndarray:
+    """The largest ratio of each bar's compression to that at which the mechanism would buckle if all axial forces grew alike.
+
+    The samples are divided into parts. At the position of each part where bars are compressed most, drives, servos and free
+    motions locked and joints ideal, K a = factor G a with the stiffness K of the material and G the geometric stiffness of
+    the least tension or largest compression at each place among the part's samples. The ratio is the largest 1/factor among
+    the modes that a bar takes part in; 0 without compression.
+    """
+    bars = bars_of(plan.mechanism)
+    ratio = np.zeros(len(bars))
+    if not bars or not samples.time.size:
+        return ratio
+    forces = [_forces(bar, variables) for bar in bars]
+    heed = np.max([force.compression * force.slenderness for force in forces], axis=0)
+    if not heed.max() > 0.0:
+        return ratio
+    frozen = _Frozen(plan)
+    for part in np.array_split(np.arange(samples.time.size), INSTANTS):
+        if part.size and heed[part].max() > 0.0:
+            k = int(part[np.argmax(heed[part])])
+            ratio = np.maximum(ratio, frozen.ratios(k, samples, found, [(f, f.axial[part].min(axis=0)) for f in forces]))
+    return ratio
+
+
+def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
+    names = {name: k for k, name in enumerate(variables["beam"].values.astype(str).tolist())}
+    if bar.whole:
+        own = [names[name] for name in part_names(bar.whole)]
+        parts = [variables[f"beam_{at}axial_force"].values[:, own] for at in ("start_", "", "end_")]
+        ends = marks_of(bar.whole)
+        places = np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1]), ends[1:]], axis=1)
+        return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
+    own = [names[beam.name] for beam in bar.beams]
+    return Forces(bar, variables["beam_axial_force"].values[:, own], np.arange(len(own)) + 0.0)
+
+
+class _Frozen:
+    """The ideal mechanism at positions of a run."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.ideal = plan, plan.ideal
+        self.system: Handle = make_system(self.ideal)
+        n = self.ideal.coordinates.free
+        columns = n + self.system.content.model.nb
+        by_column = np.asarray(self.ideal.coordinates.matrix @ np.eye(columns)[:, :n]).T
+        self.axes = {axis.bar.name: axis for axis in self.ideal.coordinates.natural.axes}
+        self.shapes = {name: axis.vectors(by_column) for name, axis in self.axes.items()}
+        self.number = {part.name: i for i, part in enumerate(self.ideal.acting)}
+
+    def ratios(self, k: int, samples: Samples, found: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
+        """Of all bars at sample k, with some axial forces along them."""
+        at = self._placed(k, samples, found)
+        stiffness = force_slopes(at, float(samples.time[k]))
+        geometric = []
+        for force, axial in forces:
+            now, added = (
+                self._of_whole(k, samples, found, force, axial)
+                if force.bar.whole
+                else self._of_elements(k, found, force, axial)
+            )
+            stiffness -= now
+            geometric.append(added)
+        content = at.system.content
+        gradients, _ = constraint_slopes(at, np.zeros(content.work.multiplier.size))
+        _, sizes, basis = np.linalg.svd(np.vstack([gradients, *self._servos()]))
+        allowed = basis[int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0))) :].T
+        values, vectors = np.linalg.eigh(0.5 * allowed.T @ (stiffness + stiffness.T) @ allowed)
+        stiff = values > UNRESOLVED * values.size * np.max(np.abs(values), initial=0.0)
+        scaled = allowed @ vectors[:, stiff] / np.sqrt(values[stiff])
+        works, modes = np.linalg.eigh(-scaled.T @ sum(geometric) @ scaled)
+        shares = np.array([-np.sum((scaled @ modes) * (part @ scaled @ modes), axis=0) for part in geometric])
+        least = np.minimum(SHARE * np.sum(np.maximum(shares, 0.0), axis=0), shares.max(axis=0))
+        return np.asarray(np.max(np.where((shares >= least) & (works > 0.0), works, 0.0), axis=1, initial=0.0))
+
+    def _placed(self, k: int, samples: Samples, found: Record) -> At:
+        """The ideal mechanism where the one that is run is at sample k."""
+        content, time = self.system.content, float(samples.time[k])
+        turned = {body.name: float(found.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
+        count_turns(self.ideal, content, turned | {"ground": 0.0})
+        natural = np.asarray(self.plan.coordinates.matrix @ found.X[k])
+        position = self.ideal.coordinates.nearest(basis_at_start(content, time)[0], natural)
+        state = np.concatenate([position, np.zeros(position.size + int(content.model.state_start[-1]))])
+        touch_closed(self.system, state)
+        return At(self.ideal, self.system, state)
+
+    def _of_whole(
+        self, k: int, samples: Samples, found: Record, force: Forces, axial: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Geometric stiffness of a bar by modes, of the present axial forces and of others."""
+        bar: Any = force.bar.whole
+        axis, by = self.axes[bar.name], self.shapes[bar.name]
+        present = [part[k : k + 1] if isinstance(part, np.ndarray) else part for part in found]
+        motions = bar_motions(self.plan, Record(*present), samples.time[k : k + 1])
+        motion = motions[[axis.bar.name for axis in self.plan.coordinates.natural.axes].index(bar.name)]
+        vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
+        now = stiffness_of_bar(axis, vectors, by, points, axial_force_at_points(axis, motion)[0])
+        return now, stiffness_of_bar(axis, vectors, by, points, np.interp(points, force.places, axial) * weights)
+
+    def _of_elements(self, k: int, found: Record, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same of a chain of beam elements."""
+        content = self.system.content
+        now, added = np.zeros((2, content.model.n, content.model.n))
+        for beam, other in zip(force.bar.beams, axial.tolist(), strict=True):
+            maps, rows = component_maps(content, self.number[beam.name])
+            now += float(content.work.result[self.number[beam.name], 6]) * stiffness_of_element(maps, rows)
+            chord = float(np.hypot(*maps[:2]))
+            normal, start, end = (np.array([-maps[j + 1], maps[j]]) for j in (0, 4, 2))
+            turned = normal @ rows[:2] / chord**2
+            added += other * element_form(chord, turned, start @ rows[4:] - turned, end @ rows[2:4] - turned)
+        return now, added
+
+    def _servos(self) -> list[np.ndarray]:
+        """Gradients of the angles that servos hold: their stiffness is that of a controller, not of the material."""
+        gradients = []
+        for part in self.ideal.acting:
+            if isinstance(part, Actuator):
+                (_, _, ax, ay, bx, by), rows = component_maps(self.system.content, self.number[part.name])
+                gradients.append(ax * rows[3] - ay * rows[2] - bx * rows[5] + by * rows[4])
+        return gradients

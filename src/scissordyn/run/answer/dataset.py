@@ -1,0 +1,437 @@
+"""A trajectory as the Dataset that the user reads."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scissordyn.component.declaration import Component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import AXIS
+from scissordyn.control.signal import MEASURED
+from scissordyn.errors import InputError
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    COMPONENT_OUTPUT,
+    DRIVE_TORQUE,
+    EXCEEDED,
+    FRICTION_RATIO,
+    INDENTATION,
+    JOINT_FORCE,
+    PRESSURE_VELOCITY,
+    oiled_contacts,
+)
+from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.system import RESULTS
+from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.trajectory import Trajectory
+from scissordyn.run.answer.bars import bar_variables
+from scissordyn.run.answer.buckling_ratio import buckling_ratios
+from scissordyn.run.answer.contacts import columns
+from scissordyn.run.answer.events import ACCOUNTS, accounts, event_variables
+from scissordyn.run.answer.film import film_variables
+from scissordyn.run.answer.internal_forces import largest_variables
+from scissordyn.run.answer.peak_estimate import peak_forces
+from scissordyn.run.answer.synchronisation import synchronisation_variables
+from scissordyn.run.answer.track import track_variables
+from scissordyn.run.configuration import TITLE
+from scissordyn.run.results import Results, Variable, Variables
+from scissordyn.run.start.distributed import with_distributed_mass
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
+    return Variable(dims, values, {"units": units, "long_name": long_name})
+
+
+def _named(dim: str, names: list[str]) -> Variable:
+    return Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
+
+
+def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) -> xr.Dataset:
+    """All results of a run as a Dataset."""
+    return results(plan, configuration, path, found).dataset()
+
+
+def results(plan: Plan, configuration: str, path: Trajectory, found: Record) -> Results:
+    """All results of a run; nothing is simulated here."""
+    variables = {
+        "time": _described(("time",), path.samples.time, "s", "time"),
+        "body": _named("body", [body.name for body in plan.bodies]),
+        "joint": _named("joint", list(plan.joint_names)),
+        "axis": _named("axis", ["x", "y"]),
+        **_motion_variables(plan, path, found),
+        **_joint_variables(plan, path, found),
+        **_rod_variables(plan, path, found),
+        **_control_variables(plan, path, found),
+        **_energy_variables(plan, path, found),
+        **_drive_variables(plan, path, found),
+        **_contact_variables(plan, path),
+        **track_variables(path, found),
+        **synchronisation_variables(plan, found),
+        **event_variables(plan, path.log),
+    }
+    components = _component_variables(plan, path, found)
+    for name in components.keys() & variables.keys():
+        raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
+    variables |= components
+    ratios = buckling_ratios(plan, path.samples, found, variables)
+    variables |= largest_variables(plan.mechanism, variables, path.samples.time, ratios)
+    attributes = {
+        "title": TITLE,
+        "status": path.status,
+        "cause": path.cause,
+        "end": path.end,
+        "statistics": json.dumps(path.statistics),
+        "warnings": "[]",
+        "configuration": configuration,
+        "length_error": float(found.length_error[0]),
+    }
+    return Results(variables, attributes)
+
+
+def largest_along_bars(path: Trajectory, found: Record) -> Variables:
+    """`largest_variables` of a run of which nothing else is asked."""
+    plan = path.plan
+    variables = {
+        "body": _named("body", [body.name for body in plan.bodies]),
+        **_motion_variables(plan, path, found),
+        **_component_variables(plan, path, found),
+    }
+    ratios = buckling_ratios(plan, path.samples, found, variables)
+    return largest_variables(plan.mechanism, variables, path.samples.time, ratios)
+
+
+def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    point, rotation = ("time", "body", "axis"), ("time", "body")
+    x, y = np.array([body.centre for body in plan.bodies]).T
+    cos, sin = np.cos(found.angle), np.sin(found.angle)
+    origin = found.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    variables = {
+        "origin": _described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
+        "position": _described(point, found.position, "m", "position of the mass centre"),
+        "velocity": _described(point, found.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(point, found.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(rotation, found.angle, "rad", "angle"),
+        "angular_velocity": _described(rotation, found.angular_velocity, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(rotation, found.angular_acceleration, "rad/s^2", "angular acceleration"),
+    }
+    guide = plan.output_guide
+    if guide is not None:
+        guided = path.plan.coordinates.place(guide.follower)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        for name, values, units in (
+            ("position", guided.at(found.X) - np.array(guide.through), "m"),
+            ("velocity", guided.at(found.V), "m/s"),
+            ("acceleration", guided.at(found.A), "m/s^2"),
+        ):
+            text = f"{name} of the guided point along its guide"
+            variables[f"slider_{name}"] = _described(("time",), values @ along, units, text)
+    return variables
+
+
+def _reactions(plan: Plan, found: Record, time: np.ndarray) -> np.ndarray:
+    """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
+    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, time))
+    reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
+    at = plan.places(contact.name for contact in plan.contacts)
+    reaction[:, at] = found.wrench[:, : at.size, :2]
+    films = len(plan.contacts) + len(plan.mechanism.components)
+    for f, (joint, _, _) in enumerate(plan.lubricated):
+        reaction[:, plan.places([joint.name])[0]] += found.wrench[:, films + f, :2]
+    for j, point in enumerate(plan.contact_points, len(plan.clearance_joints)):
+        reaction[:, plan.places([point.guide])] += found.wrench[:, j : j + 1, :2]
+    reaction[:, plan.places(joint.name for joint in plan.ideal_joints)] = joints
+    for g, guide in enumerate(plan.ideal_guides):
+        across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
+        if guide.body != GROUND:
+            cos, sin = found.direction[:, plan.body_place(guide.body)].T
+            across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
+        reaction[:, plan.places([guide.name])[0]] = guided[:, g : g + 1] * across
+    return reaction
+
+
+def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
+    names = list(plan.joint_names)
+    per_joint = ("time", "joint")
+    what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
+    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, found, path.samples.time), "N", what)}
+    if not plan.contacts:
+        return variables
+    at = plan.places(contact.name for contact in plan.contacts)
+    instants, contact = found.X.shape[0], found.contact
+
+    def everywhere(values: np.ndarray) -> np.ndarray:
+        full = np.full((instants, len(names)), np.nan)
+        full[:, at] = values
+        return full
+
+    eccentricity = np.full((instants, len(names), 2), np.nan)
+    eccentricity[:, at, 0] = contact["distance"] * contact["nx"]
+    eccentricity[:, at, 1] = contact["distance"] * contact["ny"]
+    touching = np.zeros((instants, len(names)), bool)
+    touching[:, at] = path.samples.mode[:, : at.size] == 1
+    clearance = np.full(len(names), np.nan)
+    clearance[at] = path.system.content.parameters.contact["clearance"]
+    about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
+    variables |= {
+        "eccentricity": _described((*per_joint, "axis"), eccentricity, "m", about),
+        "indentation": _described(per_joint, everywhere(contact["depth"]), "m", "indentation, negative in free flight"),
+        "normal_force": _described(per_joint, everywhere(contact["normal"]), "N", "normal contact force"),
+        "friction_force": _described(per_joint, everywhere(contact["tangential"]), "N", "tangential contact force"),
+        "slip_speed": _described(per_joint, everywhere(contact["slip"]), "m/s", "slip speed of the two surfaces"),
+        "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
+        "clearance": _described(("joint",), clearance, "m", "radial clearance"),
+    }
+    variables |= _joint_peaks(plan, path, at)
+    if plan.contact_points:
+        plane = np.isin(names, [point.name for point in plan.contact_points])
+        variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
+    for j, joint in enumerate(plan.contacts):
+        assert joint.clearance is not None
+        if joint.clearance.contact == "hard":
+            continue
+        first = 2 * path.plan.coordinates.free + int(path.system.content.model.state_start[j])
+        for s, declared in enumerate(joint.clearance.friction.states):
+            name = declared.name
+            if name not in variables:
+                empty = np.full((instants, len(names)), np.nan)
+                variables[name] = _described(per_joint, empty, declared.unit, name.replace("_", " "))
+            state = path.samples.state[:, first + s]
+            variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
+    return variables
+
+
+def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
+    """Located maxima per joint; NaN where there is no such quantity."""
+    pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
+    bristles = at[path.monitored(FRICTION_RATIO)]
+    oiled, whole = at[oiled_contacts(path.system.content.model)], path.peaks(JOINT_FORCE)
+    about = "friction over the static limit of its law"
+    variables: Variables = {}
+    for name, joints, values, units, text in (
+        (
+            "peak_pressure_velocity",
+            at,
+            pressure["largest"],
+            "Pa m/s",
+            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed",
+        ),
+        ("peak_indentation", at, depth["largest"], "m", "largest indentation"),
+        ("peak_indentation_time", at, depth["largest_time"], "s", "when the indentation is largest"),
+        ("joint_peak_force", oiled, whole["largest"], "N", "largest force that an oiled joint transmits, of metal and film"),
+        ("joint_peak_force_time", oiled, whole["largest_time"], "s", "when an oiled joint transmits the largest force"),
+        ("peak_friction_ratio", bristles, ratio["largest"], "1", f"largest {about}, where the law has internal states"),
+        ("friction_excess_time", bristles, ratio["excess_time"], "s", f"how long {about} is above {EXCEEDED:g}"),
+    ):
+        if values.size:
+            full = np.full(len(plan.joint_names), np.nan)
+            full[joints[: values.size]] = values
+            variables[name] = _described(("joint",), full, units, text)
+    return variables
+
+
+def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    """What the components declare, along one dimension for each kind."""
+    variables: Variables = {}
+    peaks = path.peaks(COMPONENT_FORCE)
+    largest_outputs = dict(zip(path.monitored(COMPONENT_OUTPUT).tolist(), path.peaks(COMPONENT_OUTPUT), strict=True))
+    kinds: dict[str, list[int]] = {}
+    controlled = dict(plan.actuators)
+    for i, component in enumerate(plan.acting):
+        if i not in controlled and component.declaration.port is not AXIS:
+            kinds.setdefault(component.declaration.section, []).append(i)
+    parts: tuple[Component, ...] = plan.acting
+    for section, index in kinds.items():
+        declared = parts[index[0]].declaration
+        variables[section] = _named(section, [parts[i].name for i in index])
+        if declared.force is None:
+            torque = found.wrench[:, [len(plan.contacts) + i for i in index], 2]
+            text = f"torque of a locked {declared.label} on its body"
+            variables[f"{section}_torque"] = _described(("time", section), torque, "N m", text)
+        else:
+            largest = peaks[[i for i in index if i < len(plan.components)]]
+            kind = "torque" if declared.port.forces == ("torque",) else "force"
+            unit = "N m" if kind == "torque" else "N"
+            variables[f"{section}_peak_{kind}"] = _described((section,), largest["largest"], unit, f"largest {kind}")
+            when = largest["largest_time"]
+            variables[f"{section}_peak_{kind}_time"] = _described((section,), when, "s", f"when the {kind} is largest")
+        for output in declared.reported:
+            if declared.force is None and not output.coordinate:
+                continue
+            source = found.coordinate if output.coordinate else found.result
+            last = output.first + output.components
+            values = source[:, index, output.first : last] if output.components > 1 else source[:, index, output.first]
+            dims = ("time", section, "axis") if output.components > 1 else ("time", section)
+            text = f"{output.help} ({declared.label})"
+            variables[f"{section}_{output.name}"] = _described(dims, np.ascontiguousarray(values), output.unit, text)
+        for output in declared.outputs_monitored:
+            found_peaks = [largest_outputs[i * RESULTS + output.first] for i in index]
+            for name, column, unit, text in (
+                (f"{section}_peak_{output.name}", "largest", output.unit, f"largest value: {output.help}"),
+                (f"{section}_peak_{output.name}_time", "largest_time", "s", f"when it is largest: {output.help}"),
+            ):
+                variables[name] = _described((section,), np.array([peak[column] for peak in found_peaks]), unit, text)
+        first = 2 * path.plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
+        for s, state in enumerate(declared.states):
+            text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
+            found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
+            variables.setdefault(f"{section}_{state.name}", found_there)
+    variables.update(bar_variables(plan, path.samples.time, found, variables))
+    variables.update(film_variables(plan, path.samples.time, variables))
+    return variables
+
+
+def _rod_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    if not plan.rods:
+        return {}
+    spans = [
+        path.plan.coordinates.place(rod.end).at(found.X) - path.plan.coordinates.place(rod.start).at(found.X)
+        for rod in plan.rods
+    ]
+    span = np.stack(spans, axis=1)
+    length = np.sqrt(np.sum(span * span, axis=-1))
+    tension = -np.sum(found.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
+    return {
+        "rod": _named("rod", [rod.name for rod in plan.rods]),
+        "rod_force": _described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
+        "rod_length": _described(("time", "rod"), length, "m", "length of a rod"),
+    }
+
+
+def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
+    chosen = plan.actuators
+    if not chosen:
+        return {}
+    index = [i for i, _ in chosen]
+    over, content = ("time", "actuator"), path.system.content
+    peaks = path.peaks(COMPONENT_FORCE)[index]
+    variables: Variables = {
+        "actuator": _named("actuator", [part.name for _, part in chosen]),
+        "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
+        "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
+        "peak_control_torque": _described(("actuator",), peaks["largest"], "N m", "largest torque that a controller gives"),
+        "peak_control_torque_time": _described(("actuator",), peaks["largest_time"], "s", "when that torque is largest"),
+    }
+    recorder = content.model.recorder
+    if np.any(recorder >= 0):
+        for name, unit in MEASURED.items():
+            at = (recorder[index] >= 0) & [part.controller.recorded == name for _, part in chosen]
+            if at.any():
+                values = np.where(at, found.observed[:, index, 1], np.nan)
+                text = f"{name.replace('_', ' ')} as a controller with a delay records it"
+                variables[f"recorded_{name}"] = _described(over, values, unit, text)
+    for place, (i, part) in enumerate(chosen):
+        first = 2 * path.plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
+        for s, declared in enumerate(part.controller.states):
+            name = declared.name
+            if name not in variables:
+                empty = np.full((found.X.shape[0], len(chosen)), np.nan)
+                variables[name] = _described(over, empty, declared.unit, name.replace("_", " "))
+            variables[name].values[:, place] = path.samples.state[:, first + s]
+    return variables
+
+
+def _energy_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    found_accounts = accounts(plan, path.samples.total, path.log, path.samples.time)
+    account = dict(zip(ACCOUNTS, found_accounts.T, strict=True))
+    energy = found.kinetic + found.potential + found.elastic + found.stored
+    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
+    work = account["drive_work"] + account["load_work"] + account["motor_work"]
+    named = {
+        "kinetic_energy": (found.kinetic, "kinetic energy"),
+        "potential_energy": (found.potential, "potential energy of gravity"),
+        "elastic_energy": (found.elastic, "elastic energy of the contacts"),
+        "stored_energy": (found.stored, "energy stored in springs and other components"),
+        "drive_work": (account["drive_work"], "work of the drives, their impulses included"),
+        "motor_work": (account["motor_work"], "work of motors and actuators"),
+        "load_work": (account["load_work"], "work of forces and torques"),
+        "damping_loss": (account["damping_loss"], "energy dissipated by contact damping"),
+        "friction_loss": (account["friction_loss"], "energy dissipated by friction"),
+        "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
+        "switching_loss": (account["switching_loss"], "energy dissipated by latches that lock and tape springs that snap"),
+        "dissipated_energy": (lost, "dissipated energy"),
+        "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
+    }
+    return {name: _described(("time",), np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
+
+
+def _drive_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    if not plan.drives:
+        return {}
+    peaks = path.peaks(DRIVE_TORQUE)
+    variables = {
+        "drive": _named("drive", [drive.body for drive in plan.drives]),
+        # with several drives the first is the one that the contract names; all of them stand beside it
+        "drive_torque": _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque"),
+        "peak_drive_torque": _described(("drive",), peaks["largest"], "N m", "largest driving torque"),
+        "peak_drive_torque_time": _described(("drive",), peaks["largest_time"], "s", "when the driving torque is largest"),
+    }
+    if len(plan.drives) > 1:
+        variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")
+    return variables
+
+
+LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"
+"""Columns of contacts that hard ones have not."""
+
+
+def _impact_variables(plan: Plan, table: dict[str, np.ndarray], step: float) -> Variables:
+    """Of contacts in hard joints; their impacts have no largest force, which is estimated."""
+    hard = plan.hard_places
+    if not hard:
+        return {}
+    estimate, when, least = np.full((3, table["joint"].size), np.nan)
+    for j in hard:
+        own, clearance = table["joint"] == j, plan.contacts[j].clearance
+        assert clearance is not None
+        struck, lasting = peak_forces(clearance, table["struck"][own]), table["peak_normal_force"][own]
+        estimate[own] = np.fmax(struck, lasting)
+        # what is largest in the first step of a contact may be an impulse that others pass on to it
+        lasting = np.where(table["peak_normal_time"][own] > step, lasting, 0.0)
+        approach = peak_forces(clearance, table["effective_mass"][own] * table["approach_speed"][own] ** 2)
+        least[own] = np.fmin(np.fmax(approach, lasting), estimate[own])
+        when[own] = np.where(struck >= lasting, table["struck_time"][own], table["peak_normal_time"][own])
+        for name in LOCATED:
+            table[name][own] = np.nan
+    text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
+    mass = "effective mass along the normal at the start of a hard contact"
+    return {
+        "peak_force_estimate": _described(("contact",), estimate, "N", text),
+        "peak_force_estimate_time": _described(("contact",), when, "s", "time from the start to that force"),
+        "peak_force_estimate_least": _described(("contact",), least, "N", f"{text}; by its approach and lasting forces"),
+        "effective_mass": _described(("contact",), table["effective_mass"], "kg", mass),
+    }
+
+
+def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
+    table = columns(path.contacts())
+    names = np.array([joint.name for joint in plan.contacts], dtype=object)
+    joint = names[table["joint"]] if names.size else names
+    along = ("contact",)
+    return {
+        **_impact_variables(plan, table, path.statistics.get("step", 0.0)),
+        "contact_joint": Variable(along, joint.astype(str), {"long_name": "joint"}),
+        "contact_start": _described(along, table["start"], "s", "start of the contact"),
+        "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
+        "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),
+        "peak_force": _described(along, table["peak_force"], "N", "largest force: normal force and friction"),
+        "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest force"),
+        "peak_normal_force": _described(along, table["peak_normal_force"], "N", "largest normal force"),
+        "peak_normal_time": _described(
+            along, table["peak_normal_time"], "s", "time from the start to the largest normal force"
+        ),
+        "contact_duration": _described(along, table["duration"], "s", "duration"),
+        "rebound_speed": _described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
+        "impulse": _described(along, table["impulse"], "N s", "impulse of the normal force"),
+        "contact_damping_loss": _described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
+        "contact_friction_loss": _described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
+    }

@@ -1,0 +1,403 @@
+"""Along bars that bend: deflection, internal forces and stress at chosen places, and where they are largest."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.pattern import matching
+from scissordyn.plan.bending import HERMITE, beams_of
+from scissordyn.plan.flexible import flexible_bars
+from scissordyn.run.answer.bars import PARTS, marks_of, part_names
+from scissordyn.run.configuration import read_configuration
+from scissordyn.run.results import Variable, Variables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
+NODES = 0.5 * (1.0 + POINTS)
+
+INSIDE = 4
+"""Parts of an element at whose ends the largest values are looked for."""
+
+QUANTITIES = {
+    "deflection": ("m", "distance from the line through the ends of the bar, towards +y of the bar"),
+    "axial_force": ("N", "axial force, tension positive"),
+    "shear_force": ("N", "shear force"),
+    "bending_moment": ("N m", "bending moment, positive where it curves the bar towards +y"),
+    "stress": ("Pa", "stress in the extreme fibre, 0 if the material is unknown"),
+    "utilisation": ("1", "that stress over the yield strength, 0 if it is unknown"),
+    "buckling_ratio": (
+        "1",
+        "compression over that at which the mechanism buckles, drives locked, if all axial forces grow alike",
+    ),
+}
+
+
+class Bar(NamedTuple):
+    """A bar that bends: its elements from one end to the other, or the one part that it is."""
+
+    name: str
+    beams: tuple[Beam, ...]
+    whole: FlexibleBar | None = None
+
+    @property
+    def parts(self) -> tuple[Beam | FlexibleBar, ...]:
+        """The components that it is made of."""
+        return (self.whole,) if self.whole else self.beams
+
+    @property
+    def length(self) -> float:
+        """Unstrained [m]."""
+        return self.whole.length if self.whole else sum(beam.length for beam in self.beams)
+
+
+def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
+    """The bars that bend, each with its elements in order; a beam of a user's own is a bar by itself."""
+    groups = itertools.groupby(beams_of(mechanism), key=lambda beam: beam.name.rsplit("/beam ", 1)[0])
+    wholes = (Bar(bar.name.removesuffix("/beam"), (), bar) for bar in flexible_bars(mechanism))
+    return (*(Bar(name, tuple(beams)) for name, beams in groups), *wholes)
+
+
+def internal_forces(
+    run: xr.Dataset,
+    mechanism: Mechanism | None = None,
+    *,
+    bars: str | Iterable[str] = "all",
+    places: int | ArrayLike = 11,
+) -> xr.Dataset:
+    """Deflection, internal forces and stress along bars that bend.
+
+    They follow from equilibrium with what acts at the end of an element or on the cross-sections of a flexible bar, with weight
+    and inertia. Along a flexible bar they are interpolated between start, middle and end of the parts that a run reports.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism, optional
+        The one that was run; the one that the run holds if not given.
+    bars : str or iterable of str
+        Names or patterns.
+    places : int or array_like
+        Along each bar as parts of its length, 0 to 1; or how many, evenly spaced.
+
+    Returns
+    -------
+    Dataset
+        Over (time, bar, place): `deflection` [m] from the line through the ends of the bar, `axial_force`, `shear_force` [N],
+        `bending_moment` [N m], `stress` [Pa], `utilisation`, `buckling_ratio`; `position` [m] of the axis over axis too;
+        `distance` [m] of each place from the first end.
+
+    Raises
+    ------
+    InputError
+        If no bar bends, or a place is not on a bar.
+    """
+    described = mechanism or read_configuration(run).build_mechanism()
+    known = bars_of(described)
+    if not known or "beam_axial_force" not in run:
+        raise InputError("internal forces of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
+    at = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.atleast_1d(np.asarray(places, float))
+    if at.ndim != 1 or at.size == 0 or not np.all((at >= 0.0) & (at <= 1.0)):
+        raise InputError(
+            f"places = {places!r} along a bar", "parts of its length from 0 to 1, or how many", "places=[0.25, 0.5]"
+        )
+    names = [bar.name for bar in known]
+    chosen = [bar for bar in known if bars == "all" or bar.name in matching("bar", bars, names)]
+    read = _Read(run, described)
+    found = [_along(bar, read, at) for bar in chosen]
+    for bar, along in zip(chosen, found, strict=True):
+        along["buckling_ratio"] = _compression(along) / float(run["bar_buckling_load"][names.index(bar.name)])
+    over = ("time", "bar", "place")
+    variables: dict[str, Any] = {
+        name: (over, np.stack([one[name] for one in found], axis=1), {"units": unit, "long_name": text})
+        for name, (unit, text) in QUANTITIES.items()
+    }
+    position = np.stack([one["position"] for one in found], axis=1)
+    variables["position"] = ((*over, "axis"), position, {"units": "m", "long_name": "place of the bar's axis"})
+    distance = np.array([[bar.length * part for part in at] for bar in chosen])
+    coordinates = {
+        "time": run["time"],
+        "bar": [bar.name for bar in chosen],
+        "place": ("place", at, {"long_name": "part of the bar's length from its first end"}),
+        "axis": ["x", "y"],
+        "distance": (("bar", "place"), distance, {"units": "m", "long_name": "from the first end, unstrained"}),
+    }
+    import xarray as xr  # takes longer to import than most runs
+
+    return xr.Dataset(variables, coordinates, {"title": "scissordyn internal forces"})
+
+
+def _compression(found: dict[str, np.ndarray]) -> np.ndarray:
+    return np.asarray(np.maximum(-found["axial_force"], 0.0))
+
+
+def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
+    """The largest size of each quantity along each bar, with instant and distance from its first end.
+
+    Among the samples, at the quarters of each element. `bar_buckling_load` is the largest compression of each bar over its
+    largest buckling ratio.
+
+    Shapes: `time` (samples,) [s], `ratios` (bars,).
+    """
+    bars = bars_of(mechanism)
+    if not bars or not time.size:
+        return {}
+    read = _Read(variables, mechanism)
+    largest = {name: np.zeros((3, len(bars))) for name in QUANTITIES}
+    loads = np.full(len(bars), np.inf)
+    for b, bar in enumerate(bars):
+        ends = marks_of(bar.whole) if bar.whole else np.cumsum([0.0, *(beam.length for beam in bar.beams)])
+        within = ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, INSIDE, endpoint=False)
+        at = np.append(within.ravel() / ends[-1], 1.0)
+        found = _along(bar, read, at)
+        compression = _compression(found)
+        if ratios[b] > 0.0 and compression.any():
+            loads[b] = float(compression.max()) / ratios[b]
+        found["buckling_ratio"] = compression / loads[b]
+        for name, kept in largest.items():
+            size = np.abs(found[name])
+            row, column = np.unravel_index(int(np.argmax(size)), size.shape)
+            kept[:, b] = found[name][row, column], time[row], at[column] * ends[-1]
+    about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
+    made = {"bar_buckling_load": Variable(("bar",), loads, {"units": "N", "long_name": about})}
+    made |= {"bar": Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
+    for name, (unit, text) in QUANTITIES.items():
+        for k, (suffix, units, about) in enumerate(
+            (
+                ("", unit, "largest"),
+                ("_time", "s", "when it is largest:"),
+                ("_place", "m", "distance from the first end there:"),
+            )
+        ):
+            described = {"units": units, "long_name": f"{about} {text}"}
+            made[f"bar_largest_{name}{suffix}"] = Variable(("bar",), largest[name][k], described)
+    return made
+
+
+class _Read:
+    """Places and motion of cross-sections and outputs of beams, by name, over time."""
+
+    def __init__(self, source: Any, mechanism: Mechanism) -> None:
+        self.source = source
+        angle = mechanism.gravity_direction
+        self.gravity = mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
+        self.bodies = {name: k for k, name in enumerate(source["body"].values.astype(str).tolist())}
+        self.beams = {name: k for k, name in enumerate(source["beam"].values.astype(str).tolist())}
+
+    def pose(self, body: str) -> tuple[np.ndarray, np.ndarray]:
+        """Place [m] of a cross-section, whose point is its mass centre, and its angle [rad]."""
+        k = self.bodies[body]
+        return self.source["position"].values[:, k], self.source["angle"].values[:, k]
+
+    def motion(self, body: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Acceleration [m/s^2], angular velocity [rad/s] and angular acceleration [rad/s^2] of a cross-section."""
+        k = self.bodies[body]
+        acceleration, speed, rate = (
+            self.source[name].values[:, k] for name in ("acceleration", "angular_velocity", "angular_acceleration")
+        )
+        return acceleration, speed, rate
+
+    def beam(self, output: str, name: str) -> np.ndarray:
+        """An output of a beam."""
+        return np.asarray(self.source[f"beam_{output}"].values[:, self.beams[name]])
+
+
+def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
+    """All quantities at parts of a bar's length, shape (samples, places)."""
+    return _along_whole(bar.whole, read, at * bar.length) if bar.whole else _along_elements(bar, read, at)
+
+
+def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
+    ends = np.cumsum([0.0, *(beam.length for beam in bar.beams)])
+    which = np.clip(np.searchsorted(ends, at * ends[-1], side="right") - 1, 0, len(bar.beams) - 1)
+    parts = []
+    for k, beam in enumerate(bar.beams):
+        inside = (at[which == k] * ends[-1] - ends[k]) / beam.length
+        if inside.size:
+            parts.append(_element(beam, read, np.clip(inside, 0.0, 1.0)))
+    found = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    order = np.argsort(np.argsort(which, kind="stable"), kind="stable")
+    found = {name: values[:, order] for name, values in found.items()}
+    first, last = read.pose(bar.beams[0].start[0])[0], read.pose(bar.beams[-1].end[0])[0]
+    line = last - first
+    line /= np.hypot(*line.T)[:, None]
+    away = found["position"] - first[:, None]
+    found["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
+    return found
+
+
+def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
+    """All quantities at distances from the first end of a flexible bar, shape (samples, places)."""
+    places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
+    names = part_names(bar)
+    start, end, away = (
+        np.stack([read.beam(output, name) for name in names], axis=1) for output in ("start_moment", "end_moment", "deflection")
+    )
+    away = np.hstack([np.zeros_like(away[:, :1]), away])
+    part = np.clip(np.searchsorted(marks, distance, side="right") - 1, 0, marks.size - 2)
+    length = np.diff(marks)[part]
+    xi = (distance - marks[part]) / length
+    # through start, middle and end of each part; the moment has the slopes that the shear force is
+    three = np.array([(1.0 - xi) * (1.0 - 2.0 * xi), 4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)])
+    normal, shear = (
+        sum(
+            weight * np.stack([read.beam(f"{at}{kind}", names[k]) for k in part], axis=1)
+            for weight, at in zip(three, ("start_", "", "end_"), strict=True)
+        )
+        for kind in ("axial_force", "shear_force")
+    )
+    slopes = (-length * np.stack([read.beam(f"{at}_shear_force", names[k]) for k in part], axis=1) for at in ("start", "end"))
+    bending = sum(
+        weight * value
+        for weight, value in zip(_hermite(xi)[[0, 2, 1, 3]], (start[:, part], end[:, part], *slopes), strict=True)
+    )
+    deflection = np.zeros((len(start), distance.size))
+    span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
+    for k in range(places.size - 1):
+        inside, own = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
+        deflection[:, inside] = away[:, own] @ _through(marks[own], distance[inside])
+    strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
+    points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
+    line = points[:, -1] - points[:, 0]
+    line /= np.hypot(*line.T)[:, None]
+    projected = np.einsum("tka,ta->tk", points - points[:, :1], line)
+    along = projected @ np.stack([np.interp(distance, places, unit) for unit in np.eye(places.size)])
+    normal_line = np.stack([-line[:, 1], line[:, 0]], axis=1)
+    position = points[:, :1] + along[..., None] * line[:, None] + deflection[..., None] * normal_line[:, None]
+    stress = bar.youngs_modulus * strain
+    return {
+        "position": position,
+        "deflection": deflection,
+        "axial_force": normal,
+        "shear_force": shear,
+        "bending_moment": bending,
+        "stress": stress,
+        "utilisation": stress / bar.yield_strength if bar.yield_strength else 0.0 * stress,
+    }
+
+
+def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """The polynomial through values at nodes at some places: by the values, shape (nodes, places)."""
+    middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
+    table = np.vander((at - middle) / half, nodes.size, increasing=True)
+    return np.asarray(np.linalg.solve(np.vander((nodes - middle) / half, increasing=True).T, table.T))
+
+
+def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
+    """Within an element: its axis, and what is in equilibrium with the part from xi to its end."""
+    shape = _Shape(beam, read)
+    x, y = shape.axis(xi)
+    here = shape.rotation(xi)
+    (fx, fy), moment = shape.at_end()
+    # the part from xi on: what acts at its end, and its weight and inertia there
+    rest = 1.0 - xi
+    between = xi[:, None] + rest[:, None] * NODES
+    weight = 0.5 * WEIGHTS * rest[:, None] * beam.length
+    px, py = (weight * part for part in shape.load(between))
+    gone_x, gone_y = (each - own[..., None] for each, own in zip(shape.axis(between), (x, y), strict=True))
+    along, across = fx[:, None] + px.sum(axis=2), fy[:, None] + py.sum(axis=2)
+    bending = moment[:, None] + (shape.chord[:, None] - x) * fy[:, None] + y * fx[:, None]
+    bending = bending + np.sum(gone_x * py - gone_y * px, axis=2)
+    normal = along * np.cos(here) + across * np.sin(here)
+    strain = np.abs(normal) / beam.axial_stiffness + 0.5 * beam.depth * np.abs(bending) / beam.bending_stiffness
+    stress = beam.youngs_modulus * strain
+    return {
+        "position": np.stack(shape.turned_back(x, y), axis=-1) + shape.start[:, None],
+        "axial_force": normal,
+        "shear_force": across * np.cos(here) - along * np.sin(here),
+        "bending_moment": bending,
+        "stress": stress,
+        "utilisation": stress / beam.yield_strength if beam.yield_strength else 0.0 * stress,
+    }
+
+
+class _Shape:
+    """An element over time, in the frame of its chord: rotation psi as in `component.beam`, loads, forces at its end."""
+
+    def __init__(self, beam: Beam, read: _Read) -> None:
+        (self.start, turned), (end, end_turned) = read.pose(beam.start[0]), read.pose(beam.end[0])
+        self.chord = np.hypot(*(end - self.start).T)
+        self.direction = np.arctan2(*(end - self.start).T[::-1])
+        self.p1, self.p2 = (
+            np.remainder(angle - self.direction + math.pi, 2.0 * math.pi) - math.pi for angle in (turned, end_turned)
+        )
+        self.a = _closing(self.p1, self.p2)
+        self.cosines = np.cos(self.rotation(NODES)) @ (0.5 * WEIGHTS)
+        self.elastic = tuple(read.beam(name, beam.name) for name in ("axial_force", "start_moment", "end_moment"))
+        self.beam = beam
+        # accelerations of the nodes' places and directions, less gravity, in the frame of the chord: shape (4, samples, 2)
+        moved = []
+        for (name, _), angle in ((beam.start, self.p1), (beam.end, self.p2)):
+            acceleration, speed, rate = read.motion(name)
+            moved.append(np.stack(self.turned_in(*(acceleration - read.gravity).T), axis=-1))
+            cos, sin = np.cos(angle), np.sin(angle)
+            moved.append(np.stack([-sin * rate - cos * speed**2, cos * rate - sin * speed**2], axis=-1) * beam.length)
+        self.moved = np.array(moved)
+
+    def rotation(self, xi: np.ndarray) -> np.ndarray:
+        """Psi at xi, time first."""
+        return _rotation(self.p1, self.p2, self.a, xi)
+
+    def axis(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Along and across the chord, from its start [m]."""
+        psi = self.rotation(xi[..., None] * NODES)
+        weight = 0.5 * WEIGHTS * xi[..., None] * (self.chord / self.cosines).reshape(-1, *[1] * (xi.ndim + 1))
+        return np.sum(weight * np.cos(psi), axis=-1), np.sum(weight * np.sin(psi), axis=-1)
+
+    def load(self, xi: np.ndarray) -> np.ndarray:
+        """Weight less inertia per length at xi, shape (2, samples, ...)."""
+        found: np.ndarray = -self.beam.mass_per_length * np.einsum("hta,h...->at...", self.moved, _hermite(xi))
+        return found
+
+    def at_end(self) -> tuple[np.ndarray, np.ndarray]:
+        """Force [N] along and across the chord, and moment [N m], that the next part exerts on the end of the element."""
+        axial, first, last = self.elastic
+        consistent = self.beam.mass_per_length * self.beam.length / 420.0 * HERMITE
+        place, direction = (np.einsum("h,hta->at", consistent[k], self.moved) for k in (2, 3))
+        cos, sin = np.cos(self.p2), np.sin(self.p2)
+        moment = last + self.beam.length * (cos * direction[1] - sin * direction[0])
+        return np.array([axial / self.cosines, (first - last) / self.chord]) + place, moment
+
+    def turned_in(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Vectors over time into the frame of the chord."""
+        cos, sin = np.cos(self.direction), np.sin(self.direction)
+        return cos * x + sin * y, cos * y - sin * x
+
+    def turned_back(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Vectors over time and places out of the frame of the chord."""
+        cos, sin = np.cos(self.direction)[:, None], np.sin(self.direction)[:, None]
+        return cos * x - sin * y, sin * x + cos * y
+
+
+def _hermite(xi: np.ndarray) -> np.ndarray:
+    """Cubic shapes of both ends' places and directions."""
+    square, cube = xi * xi, xi * xi * xi
+    return np.array([1.0 - 3.0 * square + 2.0 * cube, xi - 2.0 * square + cube, 3.0 * square - 2.0 * cube, cube - square])
+
+
+def _rotation(p1: np.ndarray, p2: np.ndarray, a: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """Psi at xi, time first."""
+    shape = (-1, *[1] * xi.ndim)
+    first, second, third = p1.reshape(shape), p2.reshape(shape), a.reshape(shape)
+    psi: np.ndarray = first * (1.0 + xi * (3.0 * xi - 4.0)) + second * xi * (3.0 * xi - 2.0) + third * 6.0 * xi * (1.0 - xi)
+    return psi
+
+
+def _closing(p1: np.ndarray, p2: np.ndarray) -> np.ndarray:
+    """The part of psi with which the chord ends where it has to, int sin psi = 0, by Newton's method."""
+    a = np.zeros_like(p1)
+    for _ in range(3):
+        psi = _rotation(p1, p2, a, NODES)
+        a = a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * NODES * (1.0 - NODES)) @ WEIGHTS)
+    return a

@@ -1,0 +1,396 @@
+"""What the designer asked for, from a run: tracked points, actuators, the largest force, the span and the horizon."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.motor import Motor
+from scissordyn.errors import InputError, printable
+from scissordyn.run.answer.bar_answer import BarAnswer, bar_answer
+from scissordyn.run.answer.force_answer import ForceAnswer, force_after_start
+from scissordyn.run.answer.placement import placed
+from scissordyn.run.answer.words import Words
+from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.results import Run, along
+from scissordyn.run.start.ideal_path import PARTS
+from scissordyn.units import counted, short
+
+AT_LIMIT = 1.0 - 1e-9
+"""Torque over its limit from which on an actuator counts as at its limit."""
+
+ROUND_OFF = 1e-12
+"""Sides of a span below this fraction of the longest are round-off."""
+
+SAME = 1e-3
+"""Change of a span, as a fraction of it, below which it counts as none."""
+
+WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
+"""Accounts of work in a run, and whose work they are."""
+
+
+@dataclass(frozen=True)
+class PointAnswer(Words):
+    """A tracked point against its tolerance."""
+
+    name: str
+    deviation: float  # Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early
+    when: float  # Instant of it [s]
+    tolerance: float | None  # [m]
+    # From when on it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
+    settled: float | None
+    at_end: float  # Its deviation at the last sample [m]
+    # What servos, bending and clearance add to it, of those that are there [m]: largest of the samples, and at the last one
+    parts: dict[str, float]
+    parts_at_end: dict[str, float]
+
+    @property
+    def met(self) -> bool | None:
+        """Whether it never leaves its tolerance; None if there is none, or the deviation is not known."""
+        if self.tolerance is None or not math.isfinite(self.deviation):
+            return None
+        return self.deviation <= self.tolerance
+
+    @property
+    def share(self) -> float:
+        """Its deviation over its tolerance; 0 without one, and -1 where the deviation is not known."""
+        return self.deviation / (self.tolerance or math.inf) if math.isfinite(self.deviation) else -1.0
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers, and whether the tolerance is met."""
+        return {**super().plain(), "met": self.met}
+
+    def __str__(self) -> str:
+        name = f"Tracked point {printable(self.name)}"
+        if not math.isfinite(self.deviation):
+            return f"{name}: its deviation is not known, as the rigid ideal mechanism does not reach the end of the run."
+        said = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}{_parts(self.parts)}"
+        said += f"; {short(self.at_end, 'm')} at the end{_parts(self.parts_at_end)}"
+        if self.tolerance is None:
+            return f"{said}; no tolerance is given."
+        if self.met:
+            return f"{said}; tolerance {short(self.tolerance, 'm')}: met."
+        ratio = self.deviation / self.tolerance
+        settled = f"; within it from {short(self.settled, 's')} on" if self.settled is not None else ""
+        return f"{said}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}{settled}."
+
+
+def _parts(sizes: dict[str, float]) -> str:
+    """The parts of a deviation in words; one alone is all of it."""
+    there = ", ".join(f"{name} {short(size, 'm')}" for name, size in sizes.items())
+    return f" ({there})" if len(sizes) > 1 else f", by {next(iter(sizes))}" if sizes else ""
+
+
+@dataclass(frozen=True)
+class ActuatorAnswer(Words):
+    """A drive, an actuator or a motor against its limit."""
+
+    name: str
+    kind: str
+    torque: float  # Its largest torque [N m]
+    when: float  # Instant of it [s]; NaN if the run does not have it
+    limit: float | None  # [N m]
+    time_at_limit: float  # How long it is at its limit [s], as the samples show it
+
+    @property
+    def saturated(self) -> bool:
+        """Whether it reaches its limit."""
+        return self.limit is not None and self.torque >= AT_LIMIT * self.limit
+
+    def __str__(self) -> str:
+        when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
+        if math.isinf(self.torque):
+            name = f"{self.kind.capitalize()} {printable(self.name)}"
+            return f"{name}: the torque grows without limit towards the locking position{when}."
+        said = f"{self.kind.capitalize()} {printable(self.name)}: largest torque {short(self.torque, 'N m')}{when}"
+        if self.limit is None:
+            return f"{said}."
+        if not self.saturated:
+            return f"{said}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
+        lasting = f"for {short(self.time_at_limit, 's')}" if self.time_at_limit > 0.0 else "for less than a sample"
+        return f"{said}: at its limit of {short(self.limit, 'N m')} {lasting}."
+
+
+@dataclass(frozen=True)
+class SpanAnswer(Words):
+    """Width and height of the region that the points of all bodies take."""
+
+    start: tuple[float, float]  # At the first and the last sample [m]
+    end: tuple[float, float]
+
+    @property
+    def change(self) -> str:
+        """In which sense the longer of the two sides changes."""
+        longer = int(np.argmax(np.maximum(self.start, self.end)))
+        first, last = self.start[longer], self.end[longer]
+        if abs(last - first) <= SAME * max(first, last):
+            return "keeps its length"
+        return "extends" if last > first else "folds"
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers, and whether it extends or folds."""
+        return {**super().plain(), "change": self.change}
+
+    def __str__(self) -> str:
+        first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
+        return f"Span: {first} at the start, {last} at the end: it {self.change}."
+
+
+@dataclass(frozen=True)
+class Summary(Words):
+    """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first."""
+
+    points: tuple[PointAnswer, ...]  # Each tracked point against its tolerance
+    actuators: tuple[ActuatorAnswer, ...]  # Each drive, actuator and motor against its limit
+    force: ForceAnswer | None  # None for a run without contacts
+    span: SpanAnswer | None  # None where the run does not say where its points are
+    bars: BarAnswer | None  # None where no bar bends
+    work: dict[str, float]  # Work over the whole run by whose it is, and "dissipated" [J]
+    horizon: float | None  # Until when the run is predictable [s]; None if that was not computed
+    horizon_contacts: int | None  # Number of contacts until then
+    horizon_text: str = ""  # In place of both where the run has words for it
+
+    @property
+    def met(self) -> bool | None:
+        """Whether every tracked point with a tolerance stays within it; None if there is none."""
+        known = [point.met for point in self.points if point.met is not None]
+        return all(known) if known else None
+
+    @property
+    def lines(self) -> list[str]:
+        """One sentence for each answer."""
+        found = [str(part) for part in (*self.points, *self.actuators, self.force, self.span, self.bars) if part is not None]
+        if self.work:
+            parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
+            found.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
+        if self.horizon is not None:
+            found.append(f"Trusted until {short(self.horizon, 's')}, through {counted(self.horizon_contacts or 0)}.")
+        elif self.horizon_text:
+            found.append(f"The predictability horizon is {self.horizon_text}.")
+        return found
+
+    def plain(self) -> dict[str, Any]:
+        """Its numbers, and whether the tolerances are met."""
+        return {**super().plain(), "met": self.met}
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+@dataclass(frozen=True)
+class JointSummary(Words):
+    """The contacts and the largest force of one joint in a run."""
+
+    name: str
+    contacts: int
+    fraction: float  # Of the time, in contact
+    # Largest force that the joint transmits [N]; NaN where a hard contact had neither an impact nor a sampled force
+    largest: float
+    when: float  # Its instant [s]
+    # Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
+    # that last, as the samples have them
+    estimated: bool = False
+    metal: float = math.nan  # Of an oiled joint, the largest of each part [N]; NaN of a dry one
+    film: float = math.nan
+    least: float = math.nan  # Of hard contacts, the least that the force is estimated to be [N]
+
+
+def joint_summaries(run: Run) -> list[JointSummary]:
+    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
+    end, found = float(run.attrs["end"]), []
+    oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
+    for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
+        here = run["contact_joint"].values == joint
+        start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
+        lasting = np.where(np.isnan(lasting), end - start, lasting)
+        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
+        found.append(JointSummary(str(joint), start.size, fraction, *_largest_force(run, here), least=_least_force(run, here)))
+        if joint in oiled:
+            found[-1] = _with_film(run, found[-1])
+    return found
+
+
+def _with_film(run: Run, joint: JointSummary) -> JointSummary:
+    """A joint with what metal and film transmit together, and each alone."""
+    at, film = (run[dim].values.tolist().index(joint.name) for dim in ("joint", "film"))
+    largest, when = (float(run[name].values[at]) for name in ("joint_peak_force", "joint_peak_force_time"))
+    metal = joint.largest if joint.contacts else 0.0
+    return JointSummary(
+        joint.name,
+        joint.contacts,
+        joint.fraction,
+        largest,
+        when,
+        False,
+        metal,
+        float(run["film_peak_force"].values[film]),
+    )
+
+
+def kinds_left_out(run: Run) -> tuple[str, ...]:
+    """Variables of contacts that a table of them goes without: peaks if all are hard, impulses if none is."""
+    if "peak_force_estimate" not in run:
+        return ("impulse",)
+    peaks = run["peak_force"].values
+    if np.isnan(peaks).all():
+        return "peak_force", "peak_time"
+    return () if np.isnan(peaks).any() else ("impulse",)
+
+
+def _largest_force(run: Run, here: np.ndarray) -> tuple[float, float, bool]:
+    """Of the contacts of a joint [N], its instant [s], and whether it is an estimate."""
+    start, peaks = run["contact_start"].values[here], run["peak_force"].values[here]
+    if not np.isnan(peaks).all():
+        highest = int(np.nanargmax(peaks))
+        return float(peaks[highest]), float(start[highest] + run["peak_time"].values[here][highest]), False
+    if "peak_force_estimate" not in run or np.isnan(estimates := run["peak_force_estimate"].values[here]).all():
+        return math.nan, math.nan, True
+    highest = int(np.nanargmax(estimates))
+    return float(estimates[highest]), float(start[highest] + run["peak_force_estimate_time"].values[here][highest]), True
+
+
+def _least_force(run: Run, here: np.ndarray) -> float:
+    """What the hard contacts of a joint are estimated to reach at least [N]: NaN of others."""
+    if "peak_force_estimate_least" not in run or np.isnan(least := run["peak_force_estimate_least"].values[here]).all():
+        return math.nan
+    return float(np.nanmax(least))
+
+
+def summary_of(run: Run) -> Summary:
+    """What a designer asks of a run, from what it has recorded."""
+    trusted = float(run.attrs.get("trusted_until", math.nan))
+    known = math.isfinite(trusted)
+    joints = joint_summaries(run) if "contact_joint" in run else []
+    largest = max((joint for joint in joints if not math.isnan(joint.largest)), key=lambda joint: joint.largest, default=None)
+    described = _mechanism(run)
+    return Summary(
+        points=tuple(_points(run, described)),
+        actuators=tuple(_actuators(run, described)),
+        force=None if largest is None else _force(run, largest),
+        span=_span(run, described),
+        bars=bar_answer(run),
+        work=_work(run),
+        horizon=trusted if known else None,
+        horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,
+        horizon_text="" if known else str(run.attrs.get("predictability", "")),
+    )
+
+
+def _force(run: Run, joint: JointSummary) -> ForceAnswer:
+    options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
+    later = None if options is None else force_after_start(run, options.start, joint)
+    start, after = later or (None, None)
+    return ForceAnswer(
+        joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film, joint.least
+    )
+
+
+def _mechanism(run: Run) -> Any:
+    """What a run says of its mechanism, or None where it says nothing; nothing is executed."""
+    return read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None
+
+
+def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
+    if "peak_track_deviation" not in run or not run.sizes["time"]:
+        return
+    tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
+    parts = along(run["deviation_part"], "track", "axis", "time", "part")
+    for k, name in enumerate(run["track"].values.astype(str).tolist()):
+        settled, sizes = float(run["settling_time"].values[k]), np.hypot(*parts[k])
+        there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] != 0.0)]
+        yield PointAnswer(
+            name=name,
+            deviation=float(run["peak_track_deviation"].values[k]),
+            when=float(run["peak_track_deviation_time"].values[k]),
+            tolerance=tolerances.get(name),
+            settled=settled if math.isfinite(settled) else None,
+            at_end=float(along(run["track_deviation"], "track", "time")[k, -1]),
+            parts={PARTS[part]: float(sizes[:, part].max()) for part in there},
+            parts_at_end={PARTS[part]: float(sizes[-1, part]) for part in there},
+        )
+
+
+def actuator_limits(run: Run) -> dict[str, float]:
+    """The limits of actuators and motors that have one, by name [N m]."""
+    return _limits(_mechanism(run))
+
+
+def _limits(described: Any) -> dict[str, float]:
+    found = {}
+    for part in () if described is None else described.components:
+        kind = type(part)
+        if kind not in (Actuator, Motor):
+            continue
+        try:
+            limit = getattr(part.controller if kind is Actuator else part, "limit", None)
+        except InputError:  # a controller without such a number
+            limit = None
+        if limit is not None:
+            found[str(part.name)] = float(limit)
+    return found
+
+
+def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
+    """When a torque is at its limit: from sample to sample, with half the way to the samples beside them.
+
+    Shapes: `time, torque` (samples,) [s].
+    """
+    if limit is None or time.size < 2:
+        return []
+    middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
+    there = np.concatenate([[False], np.abs(torque) >= AT_LIMIT * limit, [False]]).astype(int)
+    change = np.diff(there)
+    return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
+
+
+def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
+    if "peak_drive_torque" in run:
+        for k, name in enumerate(run["drive"].values.astype(str).tolist()):
+            torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
+            if "singular position" in run.attrs["cause"] and when >= float(run["time"].values[-1:].sum()):
+                torque = math.inf  # what is largest behind the last sample grows with each step towards the position
+            yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
+    limits = _limits(described)
+    for kind, curve, peak in (
+        ("actuator", "control_torque", "peak_control_torque"),
+        ("motor", "motor_torque", "motor_peak_torque"),
+    ):
+        if curve not in run or peak not in run:
+            continue
+        for k, name in enumerate(run[kind].values.astype(str).tolist()):
+            values, limit = along(run[curve], "time", kind)[:, k], limits.get(name)
+            lasting = sum(end - start for start, end in at_limit(run["time"].values, values, limit))
+            when = float(run[f"{peak}_time"].values[k]) if f"{peak}_time" in run else math.nan
+            yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting)
+
+
+def _span(run: Run, described: Any) -> SpanAnswer | None:
+    if described is None or "position" not in run or not run.sizes["time"]:
+        return None
+    places = {str(name): k for k, name in enumerate(run["body"].values)}
+    position = along(run["position"], "time", "body", "axis")[[0, -1]]
+    angle = along(run["angle"], "time", "body")[[0, -1]]
+    found = []
+    for body in described.bodies:
+        k, local = places[body.name], np.array([body.centre, *dict(body.points).values()], float) - np.array(body.centre, float)
+        found.append(placed(position[:, k], angle[:, k] if body.inertia is not None else np.zeros(2), local))
+    if not found:
+        return None
+    sides = np.ptp(np.concatenate(found, axis=1), axis=1)
+    start, end = np.where(sides < ROUND_OFF * sides.max(), 0.0, sides).tolist()
+    return SpanAnswer(tuple(start), tuple(end))
+
+
+def _work(run: Run) -> dict[str, float]:
+    if "dissipated_energy" not in run or not run.sizes["time"]:
+        return {}
+    last = {name: float(run[name].values[-1]) for name, _ in WORKS if name in run}
+    return {
+        **{whose: last[name] for name, whose in WORKS if name in last and np.any(run[name].values)},
+        "dissipated": float(run["dissipated_energy"].values[-1]),
+    }

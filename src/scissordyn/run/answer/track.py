@@ -1,0 +1,63 @@
+"""Motion of tracked points, and their deviation from the commanded path."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scissordyn.mechanics.monitored import TRACK_DEVIATION
+from scissordyn.mechanics.outputs import Record
+from scissordyn.run.advance.trajectory import Trajectory
+from scissordyn.run.answer.settling import SETTLING, settling_times
+from scissordyn.run.options import Options
+from scissordyn.run.results import Run, Variable, Variables, along
+from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
+
+
+def track_variables(path: Trajectory, found: Record) -> Variables:
+    """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none."""
+    tracks = path.plan.tracks
+    if not tracks:
+        return {}
+    maps = [path.plan.coordinates.tracked(track) for track in tracks]
+    dims = ("time", "track", "axis")
+    variables: Variables = {
+        "track": Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
+    }
+    for name, rows, units in (("position", found.X, "m"), ("velocity", found.V, "m/s"), ("acceleration", found.A, "m/s^2")):
+        values = np.stack([each.at(rows) for each in maps], axis=1)
+        text = f"{name} of the tracked point"
+        variables[f"track_{name}"] = Variable(dims, values, {"units": units, "long_name": text})
+    return variables
+
+
+def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: Options) -> Variables:
+    """Distance of the tracked points from where they are on the commanded path, and what adds to it."""
+    place = ideal.at(run["time"].values)
+    positions = along(run["track_position"], "time", "track", "axis")
+    difference = positions - place
+    parts = deviation_parts(ideal, path.plan.mechanism, options, run["time"].values, positions)
+    about = "distance of the tracked point from where it is on the commanded path of the rigid ideal mechanism"
+    peaks = path.peaks(TRACK_DEVIATION)
+    # an integral of squares that are round-off may end below zero
+    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
+    columns = (
+        ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
+        ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),
+        ("rms_track_deviation", mean, "m", f"r.m.s. {about}"),
+        ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
+    )
+    unknown = ideal.end < path.end * (1.0 - 1e-9)
+    of_parts = _text("m", "what servos, bending and clearance add to the deviation of the tracked point")
+    return {
+        "part": Variable(("part",), np.array(PARTS), {"long_name": "cause of a deviation"}),
+        "deviation_part": Variable(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), of_parts),
+        "track_deviation": Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
+        **{
+            name: Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))
+            for name, values, units, text in columns
+        },
+    }
+
+
+def _text(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}

@@ -1,0 +1,81 @@
+"""Small motions about a position: where it is, the stiffness there, and the motions that the constraints allow."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from scissordyn.component.torque import Torque
+from scissordyn.mechanics import functions
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.start.rest import count_turns, equilibrium, touch_closed, turns
+from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_clearances
+from scissordyn.run.start.stiffness import At
+
+Position = Literal["static", "concentric"]
+
+
+class Place(NamedTuple):
+    """A position of the ideal mechanism: natural coordinates, and by how much each body has turned."""
+
+    natural: np.ndarray
+    turned: dict[str, float]
+
+
+def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, Place]:
+    """A mechanism whose drives stand still, from the place before if there is one; with clearances, resting in contact."""
+    ideal = still.ideal
+    system, n = make_system(ideal), ideal.coordinates.free
+    if before is None:
+        y = prepare_start(ideal, system, position).y
+    else:
+        count_turns(ideal, system.content, before.turned)
+        found = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
+        if position == "static":
+            found = equilibrium(ideal, system, found).position
+        y = np.zeros(2 * n + int(system.content.model.state_start[-1]))
+        y[:n] = found
+    functions.accept(0.0, y, system.address, np.zeros(2))
+    at = At(ideal, system, y)
+    place = Place(at.natural, turns(ideal, system.content))
+    if still.contacts:
+        handle, rest = rest_with_clearances(still, system, y[:n])
+        state = np.concatenate([rest.position, np.zeros(rest.position.size + int(handle.content.model.state_start[-1]))])
+        functions.accept(0.0, state, handle.address, np.zeros(2))
+        at = At(still, handle, state)
+    return at, place
+
+
+def released(at: At) -> At:
+    """The same position with the drives replaced by the constant torques that hold it."""
+    mechanism = at.plan.mechanism
+    holding: tuple[Any, ...] = tuple(
+        Torque(f"torque that holds '{drive.body}'", drive.body, torque=1.0) for drive in mechanism.drives
+    )
+    first = len(mechanism.components)
+    free = plan(dataclasses.replace(mechanism, drives=(), components=(*mechanism.components, *holding)))
+    system = make_system(free)
+    count_turns(free, system.content, turns(at.plan, at.system.content))
+    start = assembled_near(free, system.content, at.natural, straight=False)
+    state = np.concatenate([start.position, start.velocity, np.zeros(int(system.content.model.state_start[-1]))])
+    functions.accept(0.0, state, system.address, np.zeros(2))
+    touch_closed(system, state)
+    torque, n = system.content.parameters.component[first : first + len(holding), 0], free.coordinates.free
+
+    def acceleration() -> np.ndarray:
+        rate = np.zeros(state.size)
+        functions.activate(system.address)
+        functions.rate(0.0, state, system.address, rate)
+        return rate[n : 2 * n]
+
+    torque[:] = 0.0
+    without, by_torque = acceleration(), []
+    for k in range(len(holding)):
+        torque[k] = 1.0
+        by_torque.append(acceleration() - without)
+        torque[k] = 0.0
+    torque[:] = np.linalg.lstsq(np.array(by_torque).T, -without)[0]
+    return At(free, system, state)

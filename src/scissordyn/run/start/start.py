@@ -1,0 +1,365 @@
+"""The state a run starts from: journals concentric, resting in contact, as placed, or the whole mechanism at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
+from scissordyn.kernel import Handle
+from scissordyn.kinematics.assembly import (
+    Held,
+    Start,
+    assemble,
+    basis_at_start,
+    held_rods,
+    natural_state,
+    placed_start,
+)
+from scissordyn.kinematics.given import prescribed_bodies
+from scissordyn.laws.damping.proportional import DampingFactor
+from scissordyn.laws.evaluate import elastic_energy, elastic_force
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.system import APPROACH_FLOOR, System
+from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.plan.acting import start_coordinates
+from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
+from scissordyn.plan.coordinates import combined
+from scissordyn.plan.elastic_law import elastic_law
+from scissordyn.plan.elimination import in_words
+from scissordyn.plan.plan import Plan
+from scissordyn.run.advance.cause import check_springs, full_coordinates
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.options import StartKind
+from scissordyn.run.start.reaction import ideal_reactions
+from scissordyn.run.start.rest import Rest, count_turns, equilibrium, turns
+
+MOVED = 1e-3
+"""An assembly that moves a given origin by more than this fraction of the mechanism's size is said."""
+
+TURNED = 1e-3
+"""Likewise for angles [rad]."""
+
+STRAIGHT = 1e-6
+"""A beam element that is placed straight and with its length to within this fraction of it starts so."""
+
+KEPT = 1e-6
+"""A given speed that is not met to this fraction of the largest is said."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A state to start from."""
+
+    y: np.ndarray  # (ny,)
+    initial_events: tuple[list[float], ...]  # Of contacts and components that act from the start on
+    warnings: tuple[str, ...]
+
+
+def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
+    """The state to start from."""
+    content = system.content
+    guess, held = placed_start(plan, content), Held(places=True, speeds=True)
+    held_rods(plan, content, held)
+    _hold_references(plan, content, held)
+    warnings: list[str] = []
+    if kind in ("concentric", "in-contact"):
+        _hold_straight(plan, held)
+    match kind:
+        case "as-placed":
+            start = assembled = assemble(plan, content, guess, held)
+        case "in-contact" if plan.contacts:
+            assembled = _concentric(plan, content, guess, held)
+            start = _resting(plan, content, assembled, held)
+        case "static":
+            place, turned, growth = _resting_place(plan)
+            if growth > 0.0:
+                warnings.append(
+                    f"start = 'static' is an unstable equilibrium: a small motion grows by e in {1.0 / growth:.3g} s"
+                )
+            count_turns(plan, content, turned)
+            assembled = _concentric(plan, content, guess, held)
+            start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
+        case _:
+            start = assembled = _concentric(plan, content, guess, held)
+    warnings += _moved(plan, content, assembled)
+    warnings += _changed_speeds(plan, content, start, kind)
+    warnings += plan.out_of_proportion + plan.rounded_lengths
+    y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
+    check_springs(plan, full_coordinates(plan, content, y, 0.0))
+    events = _touching(plan, system, y, kind)
+    _store_energy(plan, system, y)
+    return Prepared(y, tuple(events), tuple(warnings))
+
+
+def _concentric(plan: Plan, system: System, guess: Start, held: Held) -> Start:
+    """The state of the mechanism with ideal joints, on the same drives."""
+    if plan.contact_points:  # an ideal guide holds what its contact points do not
+        ideal = plan.ideal
+        handle = make_system(ideal)
+        held = Held(places=True, speeds=True)
+        held_rods(ideal, handle.content, held)
+        _hold_straight(ideal, held)
+        _hold_references(ideal, handle.content, held)
+        start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
+        position, velocity = natural_state(ideal, handle.content, start)
+        b, rate = basis_at_start(system)
+        return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
+    for j, joint in enumerate(plan.clearance_joints):
+        held.add(joint.name, plan.eccentricity(j), (0.0, 0.0), (0.0, 0.0), plan.coordinates.size)
+    return assemble(plan, system, guess, held)
+
+
+def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
+    """The state in which the journals rest in contact along the ideal reactions."""
+    if plan.contact_points:
+        raise InputError(
+            f"start = 'in-contact' with the clearance guide '{plan.contact_points[0].guide}', whose contact points may "
+            "rest in several ways",
+            "start = 'static', or 'concentric', from which they settle",
+        )
+    offsets = _resting_offsets(plan, system, ideal_reactions(plan))
+    resting = Held(speeds=True)
+    held_rods(plan, system, resting)
+    _hold_straight(plan, resting)
+    _hold_references(plan, system, resting)
+    for j, joint in enumerate(plan.clearance_joints):
+        resting.add(joint.name, plan.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), plan.coordinates.size)
+    return assemble(plan, system, start, resting)
+
+
+def _held_at(plan: Plan, system: System, place: np.ndarray) -> Held:
+    """Journals held where they are at a position."""
+    held, full = Held(), np.append(place, basis_at_start(system)[0])
+    for j, joint in enumerate(plan.clearance_joints):
+        vector = plan.eccentricity(j)
+        held.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), plan.coordinates.size)
+    return held
+
+
+def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
+    """Free coordinates, turns and growth of equilibrium: of the ideal mechanism, then near it of that with clearances."""
+    still = plan.at_rest
+    ideal = still.ideal
+    system = make_system(ideal)
+    first = assemble(ideal, system.content, placed_start(ideal, system.content), Held(places=True))
+    rest = equilibrium(ideal, system, first.position)
+    if not plan.contacts:
+        return rest.position, turns(ideal, system.content), rest.growth
+    handle, rest = rest_with_clearances(still, system, rest.position, rest.load)
+    return rest.position, turns(still, handle.content), rest.growth
+
+
+def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
+    """Static equilibrium of a mechanism with clearances, near that of the one with ideal joints."""
+    ideal, rest = still.ideal, Start(place, np.zeros_like(place))
+    handle = make_system(still)
+    count_turns(still, handle.content, turns(ideal, system.content))
+    b, rate = basis_at_start(handle.content)
+    position, velocity = natural_state(ideal, system.content, rest)
+    start = Start(still.coordinates.nearest(b, position), still.coordinates.nearest(rate, velocity))
+    forces = ideal_reactions(still, rest.position, system.content.state.reference)
+    with_clearance = [joint.clearance is not None for joint in still.joints]
+    if np.all(np.isfinite(forces[with_clearance])):
+        offsets, held = _resting_offsets(still, handle.content, forces), Held()
+        for j, joint in enumerate(still.clearance_joints):
+            held.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
+        start = assemble(still, handle.content, start, held)
+    return handle, equilibrium(still, handle, start.position, load)
+
+
+def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
+    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
+    offsets = np.zeros((len(plan.clearance_joints), 2))
+    names = [other.name for other in plan.joints]
+    for j, joint in enumerate(plan.clearance_joints):
+        reaction = force[names.index(joint.name)]
+        if not np.all(np.isfinite(reaction)):
+            raise InputError(
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
+                "joints than the mechanism needs, or a singular position)",
+                "start = 'concentric'",
+            )
+        size = float(np.hypot(*reaction))
+        depth = _indentation(system, j, size)
+        reach = system.parameters.contact["clearance"][j] + depth
+        offsets[j] = -reach * reaction / size if size > 0.0 else 0.0
+    return offsets
+
+
+def _indentation(system: System, j: int, force: float) -> float:
+    """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
+    numbers = system.parameters
+    if force == 0.0 or numbers.law["stiffness"][j] == 0:  # a hard contact
+        return 0.0
+    kind, row = numbers.law["stiffness"][j], numbers.elastic[j]
+    low, high = 0.0, float(numbers.contact["clearance"][j])
+    while elastic_force(kind, high, row) < force and high < numbers.contact["radius"][j]:
+        high *= 2.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if elastic_force(kind, middle, row) < force:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _touching(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+    """Let everything act that is past its gap at the start; returns the rows of the event log.
+
+    A concentric start has no contacts, whatever round-off says; stops and cables may act.
+    """
+    content: System = system.content
+    contacts, rows = content.parameters.contact.size, []
+    value, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
+    functions.guards(0.0, y, system.address, value, rate)
+    latches = {int(content.model.component_guard[component]) for _, _, component in content.model.latch.tolist()}
+    for guard in np.flatnonzero(value > 0.0).tolist():
+        if guard in latches or (guard < contacts and kind == "concentric"):
+            continue
+        data = np.zeros(RESET_DATA)
+        functions.touch(0.0, y, guard, system.address, data)
+        row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
+        rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+        if guard in plan.compliant_places and data[0] <= APPROACH_FLOOR and _has_range(plan.contacts[guard].clearance):
+            content.state.memory[guard] = -APPROACH_FLOOR  # see `rate_in_range`
+    return rows
+
+
+def _has_range(clearance: Clearance | GuideClearance | None) -> bool:
+    """Whether the damping of a contact is a factor, derived for rates up to the speed at which the contact began."""
+    return clearance is not None and isinstance(clearance.damping, DampingFactor)
+
+
+def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
+    """Write the elastic energy of hard contacts that are closed at the start, which is a state of theirs."""
+    content: System = system.content
+    depth, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
+    functions.guards(0.0, y, system.address, depth, rate)
+    for j in plan.hard_places:
+        clearance = plan.contacts[j].clearance
+        if content.state.mode[j] == 1 and clearance is not None:
+            law = elastic_law(clearance)
+            y[content.model.elastic_state[j]] = elastic_energy(law.energy, law.force, depth[j], law.row)
+
+
+def _hold_references(plan: Plan, system: System, held: Held) -> None:
+    """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
+    numbers, model, work = system.parameters, system.model, system.work
+    for i, component in plan.actuators:
+        if component.start_on_reference:
+            first = model.function[i]
+            rows = numbers.motion[numbers.motion_start[first] : numbers.motion_start[first + 1]]
+            function_at(0.0, rows, work.function_value)
+            angle, speed = work.function_value[:2].tolist()
+            cos, sin = math.cos(angle), math.sin(angle)
+            name = f"the reference of actuator '{component.name}'"
+            held.add(name, plan.coordinates.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
+            system.state.reference[model.reference_of[i]] = angle
+
+
+def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
+    """The state at rest nearest to natural coordinates in which rods have their given directions."""
+    guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
+    held = Held()
+    held_rods(plan, system, held)
+    if straight:
+        _hold_straight(plan, held)
+    return assemble(plan, system, Start(guess, np.zeros_like(guess)), held)
+
+
+def _hold_straight(plan: Plan, held: Held) -> None:
+    """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones."""
+    coordinates = plan.coordinates
+    for beam in beams_of(plan.mechanism):
+        x, y, angle = start_coordinates(plan.mechanism, beam)
+        if max(abs(x - beam.length), abs(y), abs(angle) * beam.length) > STRAIGHT * beam.length:
+            continue  # placed bent
+        ends = combined((coordinates.place(beam.end), 1.0), (coordinates.place(beam.start), -1.0))
+        directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
+        for vector, scale in straight_maps(beam, ends, *directions):
+            held.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+    for axis in coordinates.natural.axes:
+        if is_straight(axis, coordinates.placed[0]):
+            vectors, length = straight_bar(coordinates, axis)
+            for vector, scale in vectors:
+                held.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+            held.constraints.append(length)
+
+
+def _moved(plan: Plan, system: System, start: Start) -> list[str]:
+    """The given places and angles that assembly changed noticeably, most first, and what they are now."""
+    given, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
+    size = plan.coordinates.size
+    if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
+        return []
+    prescribed = prescribed_bodies(plan)
+    changes: list[tuple[float, str]] = []
+    for body in plan.bodies:
+        p = plan.coordinates.natural.offsets[body.name]
+        far = math.dist(position[p : p + 2], given[p : p + 2])
+        if body.position is not None and far > MOVED * size:
+            here, there = _pair_texts(position[p : p + 2].tolist(), body.position)
+            text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m, given is {there} m"
+            changes.append((far, text))
+        if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
+            (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
+            angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
+            if abs(angle) > TURNED:
+                turn = math.degrees(angle)
+                here, there = _texts(math.degrees(body.angle) + turn, math.degrees(body.angle))
+                text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg, given are {there} deg"
+                changes.append((abs(angle) * size, text))
+    changes.sort(key=lambda change: -change[0])
+    return [f"to assemble the mechanism at the start, {in_words([text for _, text in changes], 3)}"] if changes else []
+
+
+def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
+    """The given speeds that are not kept, and what they are instead."""
+    velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
+    full, rates = np.append(start.position, b), np.append(start.velocity, rate)
+    size, changes = plan.coordinates.size, []
+    given = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
+    allowed = KEPT * max([*given, float(np.max(np.abs(velocity), initial=0.0))])
+    for body in plan.bodies:
+        p = plan.coordinates.natural.offsets[body.name]
+        now = [speed if abs(speed) > allowed else 0.0 for speed in velocity[p : p + 2].tolist()]
+        if body.velocity is not None and math.dist(body.velocity, now) > allowed:
+            here, there = _pair_texts(now, body.velocity)
+            changes.append(f"the origin of body '{body.name}' starts at {here} m/s, given are {there} m/s")
+        if body.angular_velocity is not None and body.rotates:
+            direction = plan.coordinates.direction(body.name)
+            (x, y), (x_rate, y_rate) = direction.at(full), direction.at(rates)
+            turning = float((x * y_rate - y * x_rate) / (x * x + y * y))
+            if abs(turning - body.angular_velocity) * size > allowed:
+                here, there = _texts(turning if abs(turning) * size > allowed else 0.0, body.angular_velocity)
+                changes.append(f"body '{body.name}' starts at {here} rad/s, given are {there} rad/s")
+    if not changes:
+        return []
+    if kind == "static":
+        return [f"start = 'static' is at rest but for drives: {in_words(changes, 3)}"]
+    advice = "" if kind == "as-placed" or not plan.contacts else "; start = 'as-placed' keeps what clearance joints allow of it"
+    return [f"joints and drives do not admit the speeds given together: {in_words(changes, 3)}{advice}"]
+
+
+def _texts(one: float, other: float) -> tuple[str, str]:
+    """Two numbers with as many digits, four at least, as tell them apart."""
+    for digits in range(4, 17):
+        shown = f"{one:.{digits}g}", f"{other:.{digits}g}"
+        if shown[0] != shown[1]:
+            break
+    return shown
+
+
+def _pair_texts(one: Sequence[float], other: Sequence[float]) -> tuple[str, str]:
+    """Likewise for vectors."""
+    near = 1e-9 * math.dist(one, other)
+    columns = [_texts(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(one, other, strict=True)]
+    return ", ".join(column[0] for column in columns), ", ".join(column[1] for column in columns)

@@ -1,0 +1,1 @@
+"""What a study says: requirements met, trends, rankings, reports."""

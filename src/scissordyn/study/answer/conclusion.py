@@ -1,0 +1,236 @@
+"""The first page of a study: whether and where the requirements are met, what binds, what the responses go with, what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.study.answer.fact import Fact
+from scissordyn.study.answer.next_step import next_steps
+from scissordyn.study.answer.recommendation import Recommendation, recommended
+from scissordyn.study.answer.summary import Table, meaning
+from scissordyn.study.answer.trend import Need, Trend, needed, trends, with_indicators
+from scissordyn.study.answer.verdict import answered, by_point, case_values, feasible_fraction
+from scissordyn.study.ask.description import Study
+from scissordyn.study.compute.table import column
+from scissordyn.units import counted
+
+NEGLIGIBLE = 0.05
+"""Change of a response over the whole range of a number, as a fraction, that is not worth a word."""
+
+NAMED = (1.0, 2.0, -1.0, 0.5)
+"""Exponents that have words of their own."""
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """What a study has found, in the order in which it is wanted."""
+
+    verdict: tuple[Fact, ...]  # Whether and where the requirements are met; the point to build; its probability
+    margins: Table | None  # Of that point
+    trends: tuple[Fact, ...]  # Of each response, and what requirements need
+    next: tuple[tuple[Fact, str], ...]  # Why, and a command
+
+    def to_plain(self) -> list[dict[str, Any]]:
+        """All facts as plain data for JSON."""
+        steps = [{**fact.to_plain(), "command": command} for fact, command in self.next]
+        return [*(fact.to_plain() for fact in (*self.verdict, *self.trends)), *steps]
+
+
+def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
+    """What a study has found."""
+    by_response = trends(study, results)
+    point = recommended(study, results) if study.requirements else None
+    needs: list[Need] = []
+    if point is not None:
+        middles = {factor.name: float(np.nanmedian(results[column(factor.name)].values)) for factor in study.uncertain}
+        needs = needed(study, results, by_response, with_indicators(study, {**point.numbers, **middles}))
+    facts = [_trend(results, both[0], study) for both in by_response.values()]
+    facts += _without_number(study, results)
+    facts += [_need(results, study, need, by_response) for need in needs]
+    steps = next_steps(study, results, address, point, needs)
+    verdict = () if point is None else (_verdict(study, results), *_point(study, results, point))
+    if not verdict and study.requirements:
+        verdict = (Fact("unknown"),)
+    return Conclusion(verdict, None if point is None else _margins(study, results, point), tuple(facts), tuple(steps))
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _verdict(study: Study, results: xr.Dataset) -> Fact:
+    """Whether and where the requirements are met."""
+    fraction = feasible_fraction(study, results)[-1]
+    about: dict[str, Any] = {"fraction": fraction.fraction, "low": _known(fraction.low), "high": _known(fraction.high)}
+    if study.points == 1 and study.uncertain:
+        return Fact("probability", numbers={**about, "trials": fraction.trials})
+    points = by_point(study, results)
+    always = (points["met"] == 1.0) & (points["complete"] == 1.0)
+    whole, part = int(always.sum()), int(((points["met"] > 0.0) & ~always).sum())
+    about |= {"tried": int((points["complete"] > 0.0).sum()), "partly": part or None}
+    about["of"] = "points tried" if study.optimisation is not None else "range"
+    if not whole:
+        return Fact("met in part" if part else "met nowhere", numbers=about)
+    there = points.isel(point=np.flatnonzero(always.values))
+    where = tuple(_region(there, points, factor.address) for factor in study.factors)
+    return Fact("met", numbers={**about, "always": whole, "where": where})
+
+
+def _region(there: xr.Dataset, points: xr.Dataset, address: str) -> Fact:
+    """Over what range of a number, or with which names, requirements are met."""
+    scale = scale_of(points[address])
+    if scale.labels:
+        places = (np.unique(some[address].values) for some in (there, points))
+        met, tried = (", ".join(scale.text(float(place)) for place in these) for these in places)
+        return Fact("met names", address, {"names": met, "tried": None if met == tried else tried})
+    first, last, least, most = (float(end) for some in (there, points) for end in (some[address].min(), some[address].max()))
+    kind = "met value" if scale.text(first) == scale.text(last) else "met range"
+    return Fact(kind, address, {"first": first, "last": last, "least": least, "most": most}, scale)
+
+
+def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fact, ...]:
+    """The recommended point, or the nearest, and how surely it meets the requirements."""
+    if not study.factors:
+        return (Fact("binds", point.binding),)
+    several = study.points > 1
+    kind = ("recommended" if point.probability > 0.0 else "nearest") if several else "only point"
+    facts = [Fact(kind, point.binding, {"point": point.point, "where": _values(study, results, point.numbers)})]
+    if np.isfinite(point.low):
+        hits = round(point.probability * point.samples)
+        about = {"hits": hits, "samples": point.samples, "fraction": point.probability, "low": point.low, "high": point.high}
+        facts.append(Fact("samples", numbers={**about, "chosen": "decide" if several and hits else None}))
+    return tuple(facts)
+
+
+def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tuple[Fact, ...]:
+    """Values of numbers that vary, or names."""
+    return tuple(
+        Fact("name", address, {"value": value})
+        if isinstance(value, str)
+        else Fact("value", address, {"value": value}, _scale(results, study, address, value))
+        for address, value in numbers.items()
+    )
+
+
+def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
+    """Numbers with their units: ``A.clearance = 0.12 mm, drive.speed = 100 rpm``."""
+    return ", ".join(map(str, _values(study, results, numbers)))
+
+
+def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> Scale:
+    shown = next((factor.shown for factor in (*study.factors, *study.uncertain) if factor.name == address), {})
+    unit = results[column(address)].attrs.get("units", "1")
+    return scale_of(xr.DataArray(list(values), attrs={"units": unit, **shown}))
+
+
+def margin_text(margin: float) -> str:
+    """A margin as a fraction of the bound."""
+    return f"{margin:+.1%}" if math.isfinite(margin) else "not met" if margin < 0.0 else "met"
+
+
+def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Table:
+    meanings = {requirement.label: meaning(results, requirement) for requirement in study.requirements}
+    explained, rows = any(meanings.values()), []
+    for margin in point.margins:
+        means = (meanings[margin.requirement],) if explained else ()
+        rows.append((margin.requirement, *means, margin.text, margin_text(margin.margin)))
+    note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
+    head = ("requirement", *(("meaning",) if explained else ()), "value there", "margin")
+    return Table(head, rows, f"Point {point.point}", (note,))
+
+
+def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
+    about: dict[str, Any] = {"r2": trend.r2, "error": trend.error}
+    if not trend.clear:
+        return Fact("no trend", trend.response, {**about, "numbers": ", ".join(trend.numbers)})
+    effects = np.abs(trend.effects)
+    if trend.form == "linear":  # of the response in the middle of the ranges
+        middle = dict(zip(trend.numbers, trend.ranges.mean(axis=1).tolist(), strict=True))
+        effects = effects / max(abs(trend.value(middle)), 1e-300)
+    order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > NEGLIGIBLE]
+    if not order:
+        return Fact("constant", trend.response, about)
+    little = ", ".join(name for k, name in enumerate(trend.numbers) if k not in order)
+    how = tuple(_power(trend, k) if trend.form == "power" else _line(results, study, trend, k) for k in order)
+    return Fact("trend", trend.response, {**about, "how": how, "little": little or None})
+
+
+def _without_number(study: Study, results: xr.Dataset) -> list[Fact]:
+    """Responses that have no trend because some cases have no number of them."""
+    facts = []
+    for response in answered(study, results):
+        values = case_values(study, results, response)
+        if missing := int(np.isinf(values).sum()):
+            cases = counted(int(np.sum(~np.isnan(values))), "case")
+            facts.append(Fact("no number", response.name, {"missing": missing, "cases": cases}))
+    return facts
+
+
+def _power(trend: Trend, k: int) -> Fact:
+    name, slope, half = trend.numbers[k], float(trend.slopes[k]), float(trend.intervals[k])
+    verb = "rises" if slope > 0.0 else "falls"
+    if not trend.logarithmic[k]:
+        return Fact("factor", name, {"verb": verb, "factor": math.exp(abs(float(trend.effects[k])))})
+    named = next((value for value in NAMED if abs(slope - value) <= max(min(half, 0.1), 0.05)), None)
+    kind = "exponent" if named is None else f"exponent {named:g}"
+    return Fact(kind, name, {"verb": verb, "slope": slope, "half": half})
+
+
+def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
+    """How a straight line goes with a number."""
+    name, change = trend.numbers[k], float(trend.effects[k])
+    first, last = (float(end) for end in trend.ranges[k])
+    shown = scale_of(xr.DataArray(change, attrs={"units": trend.units})).said(abs(change), 3)
+    about = {"verb": "rises" if change > 0.0 else "falls", "change": shown, "effect": change, "first": first, "last": last}
+    if name not in study.addresses:
+        return Fact("line of a name", name, about)
+    return Fact("line", name, about, _scale(results, study, name, first, last))
+
+
+def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, tuple[Trend, ...]]) -> Fact:
+    """What a requirement needs of a number; extrapolated or not."""
+    requirement = next(wanted for wanted in study.requirements if wanted.label == need.requirement)
+    trend = by_response[requirement.response.name][0]
+    k = trend.numbers.index(need.number)
+    first, last = (float(end) for end in trend.ranges[k])
+    upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
+    about: dict[str, Any] = {
+        "number": need.number,
+        "side": "at most" if upper else "at least",
+        "value": need.value,
+        "first": first,
+        "last": last,
+        "others": "as" if len(study.addresses) > 1 else None,
+        "failing": need.failing or None,
+        "points": counted(need.points, "point"),
+    }
+    kind = "need beyond" if need.extrapolated else "need"
+    if math.isnan(need.value):
+        kind = "met everywhere" if need.everywhere else "not enough"
+    if need.other is not None:
+        form = "a straight line" if trend.form == "power" else "a power law"
+        about |= {"lacking": form} if math.isnan(need.other) else {"form": form, "other": need.other}
+    return Fact(kind, need.requirement, about, _scale(results, study, need.number, first, last))
+
+
+def trend_table(study: Study, results: xr.Dataset) -> Table | None:
+    """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
+    rows, head = [], ("response", *study.addresses, "R2", "error at points left out")
+    for name, both in trends(study, results).items():
+        law = next((trend for trend in both if trend.form == "power"), None)
+        if law is not None:
+            cells = dict(zip(law.numbers, zip(law.slopes, law.intervals, law.logarithmic, strict=True), strict=True))
+            texts = [
+                f"{cells[address][0]:.2f} ± {cells[address][1]:.2f}" if address in cells and cells[address][2] else "-"
+                for address in study.addresses
+            ]
+            rows.append((name, *texts, f"{law.r2:.2f}", f"{law.error:.1%}"))
+    note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."
+    return Table(head, rows, "Exponents", (note,)) if rows else None

@@ -1,0 +1,190 @@
+"""What a study says, as tables and sentences for the terminal and the report: in the units in which the user reads them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.run.answer.measure import MEASURES
+from scissordyn.study.answer.fact import Fact
+from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values, feasible_fraction
+from scissordyn.study.ask.description import Factor, Study
+from scissordyn.study.ask.distribution import Beta, Interval, Levels, LogNormal, Names, Normal, Uniform, Weibull
+from scissordyn.study.ask.requirement import Requirement, response_unit
+from scissordyn.study.compute.optimise import candidates
+from scissordyn.study.compute.table import column
+from scissordyn.units import counted
+
+SHOWN = 6
+"""Levels of a factor that are listed."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text."""
+
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    title: str = ""
+    notes: tuple[str, ...] = ()  # Sentences below it
+
+
+def design_size(study: Study) -> str:
+    """Points, samples and members in words."""
+    parts = [f"{counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
+    if study.uncertain:
+        of_each = " of each" if study.factors else ""
+        parts.append(f"{counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
+    if study.members > 1:
+        parts.append(f"{study.members} members of each")
+    return ", ".join(parts)
+
+
+def varied_numbers(study: Study, results: xr.Dataset) -> Table:
+    """The numbers that vary, and over what."""
+    rows = [(factor.address, "chosen", _over(results, factor)) for factor in study.factors]
+    rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
+    return Table(("number", "role", "values"), rows)
+
+
+def _over(results: xr.Dataset, factor: Factor) -> str:
+    """What a factor varies over, in words."""
+    variation = factor.variation
+    about = {"units": results[column(factor.name)].attrs.get("units", "1"), **factor.shown}
+    ends = [end for end in variation.ends if np.isfinite(end) and end]
+    scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
+    unit = f" {scale.unit}" if scale.unit else ""
+    match variation:
+        case Levels() | Names():
+            values = [scale.text(value, 6) for value in variation.levels()]
+            return ", ".join(values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]) + unit
+        case Interval() | Uniform():
+            low, high = (scale.text(end, 6) for end in variation.ends)
+            logarithmic = ", logarithmic" if isinstance(variation, Interval) and variation.logarithmic else ""
+            return f"{variation.kind}: {low} to {high}{unit}{logarithmic}"
+        case Normal():
+            low, high = (scale.text(end, 6) for end in variation.ends)
+            truncated = f", truncated to {low} to {high}{unit}" if ends else ""
+            return f"normal: {scale.text(variation.mean, 6)} ± {scale.text(variation.deviation, 6)}{unit}{truncated}"
+        case LogNormal():
+            return (
+                f"lognormal: median {scale.text(variation.median, 6)}{unit}, deviation {variation.deviation:g} of the logarithm"
+            )
+        case Weibull():
+            size, least = scale.text(variation.scale, 6), scale.text(variation.location, 6)
+            return f"weibull: shape {variation.shape:g}, scale {size}{unit}, from {least}{unit}"
+        case Beta():
+            low, high = (scale.text(end, 6) for end in variation.ends)
+            return f"beta: shapes {variation.alpha:g} and {variation.beta:g}, {low} to {high}{unit}"
+    low, high = (scale.text(end, 6) for end in variation.ends)
+    return f"{variation.kind}: {low} to {high}{unit}"
+
+
+def agreement(study: Study, points: xr.Dataset) -> Fact | None:
+    """Where members disagree; None without members."""
+    if study.members == 1:
+        return None
+    count, differ = points.sizes["point"], int(points["disagrees"].sum())
+    if not differ:
+        return Fact("agree", numbers={"least": AGREEMENT})
+    undecided = int(points["undecided"].sum()) or "none" if study.requirements else None
+    about = {"least": AGREEMENT, "differ": differ, "tried": counted(count, "point"), "fraction": _percent(differ / count)}
+    return Fact("disagree", numbers={**about, "undecided": undecided})
+
+
+def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Table:
+    """Smallest, median and largest value of each response over the complete cases, and how far members differ."""
+    rows = []
+    for response in answered(study, results):
+        values = case_values(study, results, response)
+        if np.isfinite(values).any():
+            ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")
+            scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, response)}))
+            shown = [text if math.isfinite(end) else "none" for end, text in zip(ends, scale.cells(*ends), strict=True)]
+            spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
+            rows.append((response.name, *shown, scale.unit or "1", *spread))
+    members = ("largest spread of members",) if study.members > 1 else ()
+    return Table(("response", "smallest", "median", "largest", "unit", *members), rows)
+
+
+def requirement_fractions(study: Study, results: xr.Dataset) -> Table:
+    """The fraction of the range that meets each requirement, and all of them; no rows without requirements."""
+    meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
+    rows, explained = [], any(meanings)
+    for fraction, text in zip(feasible_fraction(study, results), meanings, strict=False):
+        interval = "no sample" if np.isnan(fraction.low) else f"{fraction.low:.1%} to {fraction.high:.1%}"
+        rows.append(
+            (fraction.label, *((text,) if explained else ()), f"{fraction.fraction:.1%}", interval, str(fraction.trials))
+        )
+    head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
+    return Table(head, rows)
+
+
+def interval_note(study: Study, results: xr.Dataset) -> str:
+    """What the intervals of `requirement_fractions` are, or why there are none."""
+    there = any(np.isfinite(fraction.low) for fraction in feasible_fraction(study, results))
+    note = "Interval of Clopper and Pearson." if there else f"The points of the design '{study.design.kind}' are no sample."
+    return f"{note} Failed cases are left out."
+
+
+def meaning(results: xr.Dataset, requirement: Requirement) -> str:
+    """What the function of the user that a requirement is about says of itself; empty for a measure of the package."""
+    if requirement.measure in MEASURES:
+        return ""
+    text = str(results[requirement.measure].attrs.get("long_name", ""))
+    return "" if text.startswith("measure '") else text
+
+
+def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
+    """A table for each response of what it depends on."""
+    tables = []
+    for name, table in indices.items():
+        factors = [table.sel(factor=factor) for factor in table["factor"].values]
+        if table.attrs["method"] == "morris":
+            scale = scale_of(table["effect"].assign_attrs(units=table.attrs["units"]))
+            head = (scale.label("mean effect"), scale.label("deviation"))
+            cells = [[_within(row, "effect", scale), *scale.cells(float(row["deviation"]))] for row in factors]
+        else:
+            head = ("first order", "total")
+            cells = [[_within(row, key, Scale(1.0, "")) for key in ("first", "total")] for row in factors]
+        rows = [(str(row["factor"].item()), *texts) for row, texts in zip(factors, cells, strict=True)]
+        left_out = table.attrs["left_out"]
+        notes = (f"{counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
+        tables.append(Table((f"{name} depends on", *head), rows, name, notes))
+    return tables
+
+
+def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
+    """An index with half of its interval."""
+    value, half = scale.cells(float(row[key]), float(row[f"{key}_interval"]))
+    return f"{value} ± {half}"
+
+
+def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
+    """The Pareto front, or the best point of one goal; None without an optimisation."""
+    if study.optimisation is None:
+        return None
+    search = candidates(study, results)
+    rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
+    names = [factor.address for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
+    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
+    scales = {name: scale_of(search.points[name].isel(point=rows)) for name in names}
+    columns = [scales[n].cells(*(signs.get(n, 1.0) * search.points[n].values[rows[:most]]), digits=5) for n in names]
+    shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
+    notes = [f"{counted(search.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
+    if len(rows) > most:
+        notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
+    if search.best >= 0 and float(search.points["violation"][search.best]) > 0.0:
+        notes.append("No point meets all requirements; this is the one that violates them least.")
+    head = ("point", *(scales[name].label(name) for name in names))
+    return Table(head, shown, "Pareto front" if search.best < 0 else "Best point", tuple(notes))
+
+
+def _percent(fraction: float) -> str:
+    """A fraction; one that is not 0 never reads as 0."""
+    return f"{fraction:.1%}" if fraction == 0.0 or fraction >= 1e-3 else "below 0.1%"

@@ -1,0 +1,139 @@
+"""Fields of responses between the points of a study, for its maps."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from scipy.stats import qmc
+
+from scissordyn.plot.study_field import Bound, Field
+from scissordyn.study.answer.trend import CLEAR
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.distribution import Interval
+from scissordyn.study.compute.kriging import LEAST, MOST, Kriging
+
+CELLS = 48
+"""Cells of a field along each number."""
+
+TRIED = 4096
+"""Points at which the interpolation is searched."""
+
+OTHERS = 16
+"""Points whose other numbers a field is averaged over."""
+
+
+class Surfaces:
+    """Responses of a study of few points, interpolated by kriging."""
+
+    def __init__(self, study: Study, points: xr.Dataset) -> None:
+        self._study, self._points = study, points
+        self._names: list[str] = [factor.address for factor in study.factors]
+        self._known: dict[str, Kriging | None] = {}
+
+    def field(self, response: str, x: str, y: str) -> Field | None:
+        """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
+        model = self.model(response)
+        if model is None:
+            return None
+        places = [self._names.index(name) for name in (x, y)]
+        table = self._table()
+        across, up = (self._steps(place, table[:, place]) for place in places)
+        rows = table[np.unique(np.linspace(0, table.shape[0] - 1, OTHERS).astype(int))]
+        rows = rows if len(self._names) > 2 else rows[:1]
+        total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
+        for row in rows:
+            at = np.tile(row, (CELLS**2, 1))
+            at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
+            mean, deviation = model.predict(at)
+            total += mean
+            squared += deviation**2
+        values = self._points[response].values
+        shape = (CELLS, CELLS)
+        return Field(
+            across,
+            up,
+            (total / len(rows)).reshape(shape),
+            np.sqrt(squared / len(rows)).reshape(shape),
+            float(np.nanstd(values)),
+            model.error,
+        )
+
+    def bounds(self, x: str, y: str) -> list[Bound]:
+        """The requirements whose responses have a field."""
+        lines = []
+        for requirement in self._study.requirements:
+            field = self.field(requirement.response.name, x, y)
+            if field is not None:
+                lines.append(Bound(requirement.label, field, requirement.bound))
+        return lines
+
+    def _table(self) -> np.ndarray:
+        return np.stack([self._points[name].values for name in self._names], axis=1)
+
+    def _logarithmic(self, place: int) -> bool:
+        variation = self._study.factors[place].variation
+        return isinstance(variation, Interval) and variation.logarithmic
+
+    def _steps(self, place: int, values: np.ndarray) -> np.ndarray:
+        """Within the data: nothing is extrapolated along an axis."""
+        space = np.geomspace if self._logarithmic(place) else np.linspace
+        return np.asarray(space(float(values.min()), float(values.max()), CELLS))
+
+    def model(self, response: str) -> Kriging | None:
+        """The interpolation of a response; None where points do not predict each other."""
+        if response not in self._known:
+            self._known[response] = self._fitted(response)
+        return self._known[response]
+
+    def _fitted(self, response: str) -> Kriging | None:
+        if any(factor.labels for factor in self._study.factors):  # between names there is nothing
+            return None
+        table, values = self._table(), self._points[response].values
+        if np.isinf(values).any():  # points without a number would read as if the others went on there
+            return None
+        there = np.isfinite(values) & np.all(np.isfinite(table), axis=1)
+        sizes = [np.unique(table[there, place]).size for place in range(table.shape[1])]
+        if not max(LEAST, 2 * len(self._names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+            return None
+        logarithmic = np.array([self._logarithmic(place) for place in range(len(self._names))])
+        model = Kriging(table[there], values[there], logarithmic)
+        return model if model.predicted >= CLEAR else None
+
+
+def map_extras(
+    study: Study, points: xr.Dataset, colour: str, x: str = "", y: str = "", surfaces: Surfaces | None = None
+) -> tuple[Field | None, list[Bound]]:
+    """The field under a map and the lines of requirements over it; nothing for grids and where nothing can be interpolated."""
+    names = [factor.address for factor in study.factors]
+    if len(names) < 2:
+        return None, []
+    x = x or names[0]
+    y = y or next(name for name in names if name != x)
+    surfaces = surfaces or Surfaces(study, points)
+    bounds = surfaces.bounds(x, y)
+    if colour == "met":
+        return None, bounds
+    labels = {requirement.label for requirement in study.requirements if requirement.response.name == colour}
+    return surfaces.field(colour, x, y), [bound for bound in bounds if bound.label in labels]
+
+
+def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:
+    """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all."""
+    surfaces = Surfaces(study, points)
+    models = [surfaces.model(one.response.name) for one in study.requirements]
+    if not study.factors or None in models:
+        return None
+    drawn = qmc.Sobol(len(study.factors), rng=np.random.default_rng(0)).random(TRIED)
+    at = np.stack([factor.variation.quantile(drawn[:, k]) for k, factor in enumerate(study.factors)], axis=1)
+    tried = np.stack([points[factor.address].values for factor in study.factors], axis=1)
+    at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated
+    margins = [
+        requirement.margin(model.predict(at)[0])
+        for requirement, model in zip(study.requirements, models, strict=True)
+        if model is not None
+    ]
+    least = np.min(margins, axis=0)
+    best = int(np.argmax(least))
+    if not least[best] > 0.0:
+        return None
+    return {factor.address: float(value) for factor, value in zip(study.factors, at[best], strict=True)}

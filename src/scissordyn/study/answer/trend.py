@@ -1,0 +1,270 @@
+"""How responses go with the numbers that vary: power laws and straight lines, by least squares, judged by cross-validation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from scissordyn.study.answer.verdict import CONFIDENCE, answered, case_values
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.requirement import Requirement, response_unit, response_values
+from scissordyn.study.compute.store import COMPLETE
+from scissordyn.study.compute.table import column
+
+CLEAR = 0.5
+"""Predicted share of the variance, each point left out in turn, from which a trend is stated."""
+
+EXTRA = 2
+"""Points more than coefficients from which one is fitted."""
+
+ALIKE = 0.05
+"""Difference of the predicted shares of two forms that fit equally well."""
+
+FAR = 10.0
+"""A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A response as a function of the numbers that vary.
+
+    Parameters
+    ----------
+    response : str
+    units : str
+        Of the response.
+    form : {"power", "linear"}
+        Constant times powers of the numbers (those that are not positive enter as an exponential), or constant plus multiples.
+    numbers : tuple of str
+        Addresses; of a name but the first of a list, "ADDRESS = NAME in place of FIRST", a number that is 1 or 0.
+    constant : float
+        Of the logarithm of the response, or of the response.
+    slopes : ndarray
+        Exponents, or change of the response per unit of the number.
+    intervals : ndarray
+        Half of the 95 % intervals of the slopes: jackknife over the points, Student's t.
+    logarithmic : tuple of bool
+        Whether a number enters by its logarithm.
+    ranges : ndarray, shape (numbers, 2)
+        Smallest and largest value in the data.
+    r2 : float
+        Coefficient of determination of the fit, of the logarithms for a power law.
+    predicted : float
+        The same with each point predicted by the others, of the response itself; below 0 for a useless fit.
+    error : float
+        Root mean square of these predictions' errors, as a fraction of the mean response.
+    points : int
+    """
+
+    response: str
+    units: str
+    form: str
+    numbers: tuple[str, ...]
+    constant: float
+    slopes: np.ndarray
+    intervals: np.ndarray
+    logarithmic: tuple[bool, ...]
+    ranges: np.ndarray
+    r2: float
+    predicted: float
+    error: float
+    points: int
+
+    @property
+    def clear(self) -> bool:
+        """Whether the trend predicts points that it has not seen."""
+        return self.predicted >= CLEAR
+
+    @property
+    def effects(self) -> np.ndarray:
+        """Change of the response over the range of each number: of its logarithm for a power law."""
+        terms = [self.term(k, high) - self.term(k, low) for k, (low, high) in enumerate(self.ranges)]
+        return np.asarray(self.slopes * np.array(terms))
+
+    @property
+    def significant(self) -> np.ndarray:
+        """Whether the interval of each slope excludes 0."""
+        return np.asarray(np.abs(self.slopes) > self.intervals)
+
+    def term(self, k: int, value: float) -> float:
+        """How a number enters: its logarithm or itself."""
+        return math.log(value) if self.logarithmic[k] else float(value)
+
+    def value(self, numbers: dict[str, float]) -> float:
+        """The response at given numbers in SI."""
+        total = self.constant + sum(
+            slope * self.term(k, numbers[name]) for k, (name, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
+        )
+        return math.exp(total) if self.form == "power" else total
+
+    def inverse(self, name: str, response: float, numbers: dict[str, float]) -> float:
+        """The value of a number at which the response is a given one, the others as they are; NaN if there is none."""
+        k = self.numbers.index(name)
+        wanted = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
+        rest = self.constant + sum(
+            slope * self.term(j, numbers[other])
+            for j, (other, slope) in enumerate(zip(self.numbers, self.slopes, strict=True))
+            if j != k
+        )
+        with np.errstate(all="ignore"):
+            term = float(np.float64(wanted - rest) / self.slopes[k])
+            return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
+
+
+@dataclass(frozen=True)
+class Need:
+    """The value of a number at which a trend meets a bound."""
+
+    requirement: str
+    number: str
+    value: float  # In SI; NaN if the trend reaches the bound nowhere near the data
+    extrapolated: bool  # Whether it is beyond the data
+    failing: int = 0  # Points on its right side that have a case that does not meet the requirement, and all that are there
+    points: int = 0
+    everywhere: bool = False  # Whether the trend meets the bound over the whole range of the number
+    other: float | None = None  # What the other form of trend gives, where it fits as well and the value is extrapolated
+
+
+def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
+    """Both forms of trend of each response as `fitted` orders them; not of too few points, nor of shares that are 0 or 1."""
+    per_point, members = study.per_point, study.members
+    rows = (results.sizes["case"] // per_point) * per_point
+    numbers = with_indicators(
+        study, {name: results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.addresses}
+    )
+    x = np.stack(list(numbers.values()), axis=1)
+    groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
+    by_response = {}
+    for response in answered(study, results):
+        cells = case_values(study, results, response)[:rows].reshape(-1, members)
+        there = np.isfinite(cells)
+        if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
+            continue
+        if np.isin(cells[there], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
+            continue
+        values = np.where(there, cells, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+        both = fitted(x, values, groups, tuple(numbers), response.name, response_unit(results, response))
+        if both:
+            by_response[response.name] = both
+    return by_response
+
+
+def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """The same numbers, with 1 or 0 for each name but the first in place of where it stands."""
+    named = [factor for factor in study.apart if factor.labels]
+    numbers_of_cases = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
+    for factor in named:
+        first, *others = factor.labels
+        for place, label in enumerate(others, 1):
+            numbers_of_cases[f"{factor.name} = {label} in place of {first}"] = 1.0 * (numbers[factor.name] == place)
+    return numbers_of_cases
+
+
+def fitted(
+    x: np.ndarray, values: np.ndarray, groups: np.ndarray, names: tuple[str, ...], response: str = "", units: str = "1"
+) -> tuple[Trend, ...]:
+    """Power law and straight line through values of a response: the power law first unless the line predicts better.
+
+    Shapes: `x` (n, numbers), `values` (n,), `groups` (n,).
+    """
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    x, values, groups = x[there], values[there], np.unique(groups[there], return_inverse=True)[1]
+    varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
+    x, names = x[:, varies], tuple(names[k] for k in varies)
+    count = int(groups.max(initial=-1)) + 1
+    if not names or count < len(names) + 1 + EXTRA or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
+        return ()
+    ranges = np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
+    forms = (["power"] if values.min() > 0.0 and (ranges[:, 0] > 0.0).any() else []) + ["linear"]
+    both = []
+    for form in forms:
+        logarithmic = tuple(form == "power" and bool(low > 0.0) for low in ranges[:, 0])
+        terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
+        y = np.log(values) if form == "power" else values
+        slopes, constant, intervals, inner, outer = _jackknife(terms, y, groups, count)
+        guessed = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
+        wrong = values - guessed
+        r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
+        predicted = 1.0 - float(np.sum(wrong**2) / np.sum((values - values.mean()) ** 2))
+        error = float(np.sqrt(np.mean(wrong**2)) / np.mean(np.abs(values)))
+        both.append(
+            Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
+        )
+    return tuple(sorted(both, key=lambda trend: -trend.predicted - ALIKE * (trend.form == "power")))
+
+
+def _jackknife(
+    terms: np.ndarray, y: np.ndarray, groups: np.ndarray, count: int
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]:
+    """Slopes, constant, half intervals of the slopes, fitted values, and those with the group of each row left out."""
+    middle, width = terms.mean(axis=0), np.ptp(terms, axis=0)
+    design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned whatever the units are
+    products, sums = design[:, :, None] * design[:, None, :], design * y[:, None]
+    of_group = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
+    np.add.at(of_group[0], groups, products)
+    np.add.at(of_group[1], groups, sums)
+    whole = np.linalg.pinv(products.sum(axis=0), hermitian=True) @ sums.sum(axis=0)
+    inverses = np.linalg.pinv(products.sum(axis=0) - of_group[0], hermitian=True)
+    without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
+    variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
+    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(count - design.shape[1], 1)) * np.sqrt(variance)
+    slopes = whole[1:] / width
+    outer = np.einsum("ij,ij->i", design, without[groups])
+    return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
+
+
+def needed(
+    study: Study, results: xr.Dataset, by_response: dict[str, tuple[Trend, ...]], numbers: dict[str, float]
+) -> list[Need]:
+    """What each requirement needs of the number that is chosen and on which its response depends most."""
+    chosen = {factor.address for factor in study.factors}
+    needs = []
+    for requirement in study.requirements:
+        best, *others = by_response.get(requirement.response.name, ()) or (None,)
+        if best is None or not best.clear:
+            continue
+        able = np.where([name in chosen for name in best.numbers] & best.significant, np.abs(best.effects), 0.0)
+        if not able.any():
+            continue
+        k = int(np.argmax(able))
+        name, (low, high) = best.numbers[k], best.ranges[k]
+        value = _reached(best, name, requirement.bound, numbers)
+        beyond = not low <= value <= high
+        failing, points = _failing(study, results, requirement, best, k, value)
+        ends = np.array([best.value({**numbers, name: end}) for end in (low, high)])
+        everywhere = bool(requirement.met(ends).all())
+        other = next((form for form in others if best.predicted - form.predicted < ALIKE), None) if beyond else None
+        second = None if other is None else _reached(other, name, requirement.bound, numbers)
+        needs.append(Need(requirement.label, name, value, beyond, failing, points, everywhere, second))
+    return needs
+
+
+def _failing(
+    study: Study, results: xr.Dataset, requirement: Requirement, trend: Trend, k: int, value: float
+) -> tuple[int, int]:
+    """Points on the right side of what a requirement needs of a number that have a case that misses it, and all there."""
+    name = trend.numbers[k]
+    if name not in study.addresses or not math.isfinite(value):
+        return 0, 0
+    upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
+    numbers, complete = results[column(name)].values, results["status"].values == COMPLETE
+    there = complete & ((numbers <= value) if upper else (numbers >= value))
+    point = np.arange(numbers.size) // study.per_point
+    missed = there & ~requirement.met(response_values(results, requirement.response))
+    return int(np.unique(point[missed]).size), int(np.unique(point[there]).size)
+
+
+def _reached(trend: Trend, name: str, bound: float, numbers: dict[str, float]) -> float:
+    """Where a trend reaches a bound; NaN where it does not near the data, or only beyond 0, where positive numbers end."""
+    value, k = trend.inverse(name, bound, numbers), trend.numbers.index(name)
+    if not math.isfinite(value) or (trend.ranges[k, 0] > 0.0 >= value):
+        return math.nan
+    place, (low, high) = trend.term(k, value), (trend.term(k, end) for end in trend.ranges[k])
+    reach = max(high - low, math.log(FAR) if trend.logarithmic[k] else 0.0)
+    return value if low - reach <= place <= high + reach else math.nan

@@ -1,0 +1,258 @@
+"""Answers of a study: which points meet the requirements, how surely, where members disagree, and what is worst."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from scissordyn.errors import command
+from scissordyn.study.answer.grouped import grouped, grouped_lines
+from scissordyn.study.ask.description import Study
+from scissordyn.study.ask.part_unit import whole_responses
+from scissordyn.study.ask.requirement import Response, response_unit, response_values, value_text
+from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING
+from scissordyn.study.compute.table import column
+
+AGREEMENT = 1e-3
+"""Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
+far above."""
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class FeasibleFraction:
+    """A fraction of a study's range with its confidence interval.
+
+    Parameters
+    ----------
+    label : str
+    fraction : float
+    low, high : float
+        95 % interval of Clopper and Pearson; NaN for designs that are no samples.
+    trials : int
+        Points or samples that count as independent.
+    """
+
+    label: str
+    fraction: float
+    low: float
+    high: float
+    trials: int
+
+    def __str__(self) -> str:
+        interval = "" if np.isnan(self.low) else f" ({self.low:.0%} to {self.high:.0%})"
+        return f"{self.label}: {self.fraction:.0%} of the range{interval}"
+
+
+@dataclass(frozen=True)
+class Worst:
+    """A case far from what is required.
+
+    Parameters
+    ----------
+    case : int
+    requirement : str
+    value : float
+    text : str
+        The value with its unit, or why there is none.
+    margin : float
+        As a fraction of the bound; negative where it is not met.
+    numbers : dict of str to float or str
+        The chosen and the uncertain numbers and names of the case, in SI, by address.
+    """
+
+    case: int
+    requirement: str
+    value: float
+    text: str
+    margin: float
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+
+def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
+    """The numbers that requirements and goals are about, and all other measures.
+
+    Shapes: returns (cases,).
+    """
+    return {response.name: response_values(results, response) for response in answered(study, results)}
+
+
+def answered(study: Study, results: xr.Dataset) -> list[Response]:
+    """The responses that requirements and goals are about, and those of the other measures."""
+    chosen: list[Response] = [requirement.response for requirement in study.requirements]
+    goals = study.optimisation.goals if study.optimisation else ()
+    chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
+    chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
+    covered = {(response.measure, response_unit(results, response)) for response in chosen}
+    there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
+    every = (response for name in there for response in whole_responses(results, name))
+    return chosen + [response for response in every if (response.measure, response_unit(results, response)) not in covered]
+
+
+def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
+    """A response of all cases, NaN for those that are not complete.
+
+    A complete case without a number of what is required does not meet it: the number counts as infinite, on the wrong side.
+    """
+    values = response_values(results, response)
+    if response in [requirement.response for requirement in study.requirements]:
+        values = np.where(np.isnan(values), -np.inf if response.smallest else np.inf, values)
+    return np.where(results["status"].values == COMPLETE, values, np.nan)
+
+
+def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
+    """What is known of each point of the design."""
+    count = results.sizes["case"] // study.per_point
+    rows = slice(0, count * study.per_point)
+    shape = (count, study.sampling.samples, study.members)
+    complete = (results["status"].values[rows] == COMPLETE).reshape(shape)
+    variables: dict[str, object] = {}
+    for factor in study.factors:
+        variable = results[column(factor.address)]
+        values = variable.values[rows].reshape(count, -1)[:, 0]
+        variables[factor.address] = ("point", values, {**variable.attrs, **factor.shown, "role": "factor"})
+    differs = np.zeros(count, bool)
+    for response in answered(study, results):
+        name = response.name
+        cells = case_values(study, results, response)[rows].reshape(shape)
+        about = {"units": response_unit(results, response), "role": "response"}
+        variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
+        variables[f"worst {name}"] = (
+            "point",
+            _extreme(cells.reshape(count, -1), response.smallest),
+            {**about, "role": "worst"},
+        )
+        spread = _spread(cells)
+        variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
+        differs |= spread > AGREEMENT
+    for response in (response for name in study.measure_names for response in whole_responses(results, name)):
+        differs |= _spread(np.where(complete, response_values(results, response)[rows].reshape(shape), np.nan)) > AGREEMENT
+    met = meets_all(study, results)[rows].reshape(shape)
+    with np.errstate(invalid="ignore"):
+        fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
+    mixed = np.any((met & complete).any(axis=2) & (~met & complete).any(axis=2), axis=1)
+    variables["met"] = ("point", fraction, {"units": "1", "long_name": "fraction of cases that meet the requirements"})
+    variables["complete"] = ("point", complete.mean(axis=(1, 2)), {"units": "1", "long_name": "fraction of cases complete"})
+    variables["disagrees"] = ("point", differs, {"long_name": "members disagree"})
+    variables["undecided"] = ("point", mixed & (study.members > 1), {"long_name": "members disagree on the requirements"})
+    return xr.Dataset(variables)
+
+
+def _spread(cells: np.ndarray) -> np.ndarray:
+    """Largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
+    with np.errstate(invalid="ignore"):  # of numbers that are infinite
+        spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
+    return _extreme(np.where(np.isnan(spread), 0.0, spread), False)
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    there = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(there, values, 0.0).sum(axis=-1) / there.sum(axis=-1))
+
+
+def _extreme(values: np.ndarray, smallest: bool) -> np.ndarray:
+    """Along the last axis; NaN where nothing is known."""
+    there, sign = ~np.isnan(values), -1.0 if smallest else 1.0
+    extreme = sign * np.max(np.where(there, sign * values, -np.inf), axis=-1)
+    return np.where(there.any(axis=-1), extreme, np.nan)
+
+
+def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Whether each case is complete and meets all requirements.
+
+    Shapes: returns (cases,).
+    """
+    met = results["status"].values == COMPLETE
+    for requirement in study.requirements:
+        met = met & requirement.met(response_values(results, requirement.response))
+    return np.asarray(met)
+
+
+def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
+    """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
+    complete = results["status"].values == COMPLETE
+    labelled = [
+        (requirement.label, requirement.met(response_values(results, requirement.response)))
+        for requirement in study.requirements
+    ]
+    every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
+    count = complete.size // study.per_point
+    rows = slice(0, count * study.per_point)
+    by_samples = count == 1
+    shape = (count, study.sampling.samples, study.members)
+    weight = complete[rows].reshape(shape)
+    fractions_met = []
+    for label, met in every:
+        cells = (met[rows] & complete[rows]).reshape(shape)
+        axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
+        completed = weight.sum(axis=axis)
+        fractions = cells.sum(axis=axis)[completed > 0] / completed[completed > 0]
+        fraction = float(np.mean(fractions)) if fractions.size else float("nan")
+        low, high = _interval(fraction, fractions.size) if _is_sample(study, by_samples) else (np.nan, np.nan)
+        fractions_met.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
+    return fractions_met
+
+
+def _is_sample(study: Study, by_samples: bool) -> bool:
+    kind = study.sampling.kind if by_samples else study.design.kind
+    return kind in ("random", "latin-hypercube", "sobol") and (by_samples or bool(study.factors))
+
+
+def _interval(fraction: float, trials: int) -> tuple[float, float]:
+    """Clopper and Pearson's interval; conservative where trials are fractions, and for stratified samples."""
+    if not trials or np.isnan(fraction):
+        return float("nan"), float("nan")
+    successes, tail = fraction * trials, 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes, trials - successes + 1.0))
+    high = 1.0 if successes >= trials else float(stats.beta.ppf(1.0 - tail, successes + 1.0, trials - successes))
+    return low, high
+
+
+def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
+    """The cases that are farthest beyond a requirement, or nearest to it."""
+    apart = study.per_point if study.factors else study.members
+    complete = results["status"].values == COMPLETE
+    by_place: dict[int, Worst] = {}
+    for requirement in study.requirements:
+        values = response_values(results, requirement.response)
+        margins = np.where(complete, requirement.margin(values), np.inf)
+        seen = set[int]()
+        for case in np.argsort(margins, kind="stable"):
+            point = int(case) // apart
+            if margins[case] == np.inf or len(seen) >= count:
+                break
+            if point not in seen:
+                seen.add(point)
+                if point not in by_place or by_place[point].margin > margins[case]:
+                    value, text = float(values[case]), value_text(results, requirement.response, int(case))
+                    numbers = {address: float(results[column(address)][case]) for address in study.addresses}
+                    by_place[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
+    return sorted(by_place.values(), key=lambda worst: worst.margin)[:count]
+
+
+def replay_command(address: str, case: int) -> str:
+    """What to type to simulate a case again, with its histories."""
+    return command("scissordyn", "study", "replay", address, case)
+
+
+def causes(results: xr.Dataset) -> dict[str, list[int]]:
+    """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one."""
+    failed = np.flatnonzero(results["status"].values == FAILED).tolist()
+    return grouped((str(results["cause"].values[case]), case) for case in failed)
+
+
+def warned(results: xr.Dataset) -> dict[str, list[int]]:
+    """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one."""
+    return grouped_lines(results["warnings"].values if "warnings" in results else ())  # a store of an earlier version has none
+
+
+def counts(results: xr.Dataset) -> tuple[int, int, int]:
+    """Complete, failed and pending cases."""
+    status = results["status"].values
+    return int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), int(np.sum(status == PENDING))

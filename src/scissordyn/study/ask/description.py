@@ -1,0 +1,407 @@
+"""What a study computes: what varies, the design, what is uncertain, members, measures and requirements."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scissordyn.analysis.motor import MotorCurve
+from scissordyn.errors import InputError, command, did_you_mean, whole_number
+from scissordyn.file.provenance import provenance
+from scissordyn.model.address import number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plugin.user_file import file_digest, load_function, split_reference
+from scissordyn.run.answer.measure import MEASURES, parts_of
+from scissordyn.run.configuration import read_mechanism
+from scissordyn.run.options import Options
+from scissordyn.run.start.demand import check_cases
+from scissordyn.study.ask.accurate import Accurate, mechanism_text, read_options
+from scissordyn.study.ask.design import Design, design_size, design_values, sobol_dimensions
+from scissordyn.study.ask.factor import Factor as Factor
+from scissordyn.study.ask.factor import Sampling as Sampling
+from scissordyn.study.ask.factor import plain_factor, read_factor
+from scissordyn.study.ask.goal import Optimisation
+from scissordyn.study.ask.part_unit import check_unit
+from scissordyn.study.ask.requirement import Requirement, Response
+from scissordyn.study.ask.variant import check_variants, own_values
+
+NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")
+"""Rooms that no measure of a case depends on."""
+
+UNCERTAIN_SEEDS = 2**32
+"""Added to the seed of the uncertain numbers, which are to be independent of those of the design."""
+
+
+@dataclass(frozen=True)
+class OwnMeasure:
+    """A measure that is a Python function of the user's."""
+
+    name: str
+    function: Callable[..., float] | str  # Or ``"file.py:function"``. Returns a number
+    # What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
+    # `run.measure.Ended` of the batch
+    of: str = "dataset"
+    units: str = "1"
+    digest: str = ""  # Of its file
+
+    def __post_init__(self) -> None:
+        if self.of not in ("dataset", "accumulators"):
+            raise InputError(f"a measure of '{self.of}'", "dataset, accumulators")
+        if not self.name.isidentifier() or self.name in MEASURES:
+            raise InputError(
+                f"'{self.name}' as the name of your own measure", "a name that is not taken, of letters and digits"
+            )
+        if isinstance(self.function, str):
+            self._check_reference(self.function)
+            path, name = split_reference("measure", self.function)
+            object.__setattr__(self, "function", f"{path}:{name}")
+            object.__setattr__(self, "digest", self.digest or file_digest(path))
+
+    def _check_reference(self, reference: str) -> None:
+        file, _, name = reference.rpartition(":")
+        sample = f"'{self.name} = mine.py:{name if name.isidentifier() else 'late'}'"
+        if not file.endswith(".py") or not name.isidentifier():
+            raise InputError(f"measure '{self.name}' from '{reference}'", "a Python file and a function in it", sample)
+        if not Path(file).expanduser().is_file():
+            raise InputError(f"measure '{self.name}': no file '{file}'", "a Python file that exists", sample)
+
+    def callable(self) -> Callable[..., float]:
+        """The function itself."""
+        return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
+
+    def to_plain(self) -> dict[str, Any]:
+        """As plain data; a function that is no file's as its source, to compare with."""
+        if isinstance(self.function, str):
+            return {"name": self.name, "function": self.function, "of": self.of, "units": self.units, "digest": self.digest}
+        if isinstance(self.function, MotorCurve):
+            return {"name": self.name, "function": "", "of": self.of, "units": self.units, "motor": asdict(self.function)}
+        try:
+            source = inspect.getsource(self.function)
+        except (OSError, TypeError):
+            source = repr(getattr(self.function, "__code__", self.function))
+        digest = hashlib.sha256(source.encode()).hexdigest()[:16]
+        return {"name": self.name, "function": "", "of": self.of, "units": self.units, "digest": digest}
+
+
+@dataclass(frozen=True)
+class Cases:
+    """The numbers of some cases."""
+
+    values: dict[str, np.ndarray]  # By address, in SI
+    members: np.ndarray
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study of a mechanism.
+
+    Case number = (point x samples + sample) x members + member, so that a point's cases are neighbours.
+    """
+
+    mechanism: Mechanism  # Of a study that is only read, the text of its case file: nothing is executed
+    options: Options
+    factors: tuple[Factor, ...]
+    design: Design = field(default_factory=Design)
+    measures: tuple[str, ...] = ("peak_force", "peak_drive_torque")
+    own_measures: tuple[OwnMeasure, ...] = ()
+    uncertain: tuple[Factor, ...] = ()  # Numbers that nobody chooses
+    sampling: Sampling = field(default_factory=Sampling)
+    members: int = 1  # Runs of each sample, from starts that differ by round-off
+    perturbation: float = 1e-14  # Of the starts
+    requirements: tuple[Requirement, ...] = ()
+    optimisation: Optimisation | None = None  # Proposes the points of an adaptive design
+    # Of single joints, drives, components or tracked points: answers in place of the largest value of all of them
+    responses: tuple[Response, ...] = ()
+    accurate: Accurate | None = None  # The runs that verify those of this study, which are cheap
+    # The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none
+    variants: tuple[Mechanism, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.factors and not self.uncertain:
+            raise InputError(
+                "a study in which nothing varies", "addresses and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
+            )
+        if self.sampling.samples > 1 and not self.uncertain:
+            raise InputError(
+                f"{self.sampling.samples} samples of no uncertain number",
+                "a number that nobody chooses, with its distribution",
+                "--uncertain A.damping.restitution='uniform(0.5, 0.9)', or the same in [uncertain]",
+            )
+        whole_number("members", self.members)
+        for name in self.measures:
+            if name not in MEASURES:
+                raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+        known = self.measure_names
+        twice = next((name for name in known if known.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"two measures named '{twice}'", "a name for each measure", f"'{twice}2 = mine.py:function'")
+        for requirement in self.requirements:
+            if requirement.measure not in known:
+                raise InputError(
+                    f"'{requirement.label}': the study has no measure '{requirement.measure}'"
+                    f"{did_you_mean(requirement.measure, known)}",
+                    ", ".join(known),
+                )
+        if isinstance(self.mechanism, Mechanism):
+            for mechanism in self.variants or (self.mechanism,):
+                self._check_mechanism(mechanism)
+            check_variants(self)
+        self._check_size()
+
+    def _check_mechanism(self, mechanism: Mechanism) -> None:
+        """Raise `InputError` for what a mechanism does not have, or not in that range."""
+        addresses = self.addresses
+        chosen = {factor.address: factor.variation for factor in self.factors}
+        for factor in (each for each in (*self.factors, *self.uncertain) if not each.texts):
+            quantity = number(mechanism, factor.address).quantity
+            assert quantity is not None
+            if factor.of and factor.of not in chosen:
+                raise InputError(
+                    f"'{factor.address}' deviates from a value that is not chosen",
+                    "a range of the number under [vary], or a nominal value before the tolerance",
+                    "'0.3 mm +- 0.02 mm'",
+                )
+            ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
+            for end in ends:
+                if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
+                    raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)
+            if addresses.count(factor.name) > 1:
+                raise InputError(
+                    f"'{factor.address}' varies twice", "each address once, or a tolerance of the chosen value", "'+- 20 %'"
+                )
+        for requirement in self.requirements:
+            check_part(mechanism, requirement.response)
+            check_unit(mechanism, requirement.response)
+        for goal in self.optimisation.goals if self.optimisation is not None else ():
+            check_part(mechanism, goal.response)
+            check_unit(mechanism, goal.response)
+        for response in self.responses:
+            check_part(mechanism, response)
+
+    def _check_size(self) -> None:
+        """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
+        points, search = self.points, self.optimisation
+        if search is not None:
+            points = max(points, search.generations * search.size(len(self.factors)))
+        check_cases(points, self.sampling.samples, self.members, len(self.addresses) + len(self.measure_names))
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Names of all measures."""
+        return (*self.measures, *(own.name for own in self.own_measures))
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """Names of all numbers that vary, chosen and uncertain: their addresses, or those of deviations."""
+        return tuple(factor.name for factor in (*self.factors, *self.uncertain))
+
+    @property
+    def per_point(self) -> int:
+        """Cases of a point."""
+        return self.sampling.samples * self.members
+
+    @property
+    def points(self) -> int:
+        """Points of the design."""
+        return design_size(self.design, [factor.variation for factor in self.factors]) if self.factors else 1
+
+    @property
+    def cases(self) -> int:
+        """Cases in all."""
+        return self.points * self.per_point
+
+    @property
+    def apart(self) -> tuple[Factor, ...]:
+        """The factors each of whose names or levels makes a mechanism of its own, chosen and uncertain."""
+        return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.texts)
+
+    def base(self) -> np.ndarray:
+        """The numbers of the mechanism at the addresses of the factors, and of its case file; places of its names."""
+        places = own_values(self)
+        return np.array(
+            [places[factor.name] if factor.texts else number(self.mechanism, factor.address).value for factor in self.factors],
+            float,
+        )
+
+    def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
+        """The numbers of some cases; each depends on the number of its case only. Points are those of an adaptive design."""
+        point, rest = np.divmod(cases, self.per_point)
+        sample, member = np.divmod(rest, self.members)
+        values: dict[str, np.ndarray] = {}
+        if self.factors:
+            places, back = np.unique(point, return_inverse=True)
+            if self.design.kind == "adaptive":
+                assert points is not None
+                chosen = points[places]
+            else:
+                base = self.base() if self.design.kind == "one-at-a-time" else np.zeros(len(self.factors))
+                chosen = design_values(self.design, [factor.variation for factor in self.factors], base, places)
+            values |= {factor.address: chosen[back, k] for k, factor in enumerate(self.factors)}
+        if self.uncertain:
+            size = self.sampling.samples if self.sampling.common else self.sampling.samples * self.points
+            design = Design(self.sampling.kind, size, seed=self.sampling.seed + UNCERTAIN_SEEDS)
+            at = sample if self.sampling.common else point * self.sampling.samples + sample
+            places, back = np.unique(at, return_inverse=True)
+            variations = [factor.variation for factor in self.uncertain]
+            # the same dimension of two Sobol sequences is one number twice: those of the chosen numbers are left out
+            taken = 0 if self.sampling.common else sobol_dimensions(self.design, len(self.factors))
+            left_out = [variations[0]] * (taken if self.sampling.kind == "sobol" else 0)
+            drawn = design_values(design, [*left_out, *variations], np.zeros(0), places)[:, len(left_out) :]
+            values |= {factor.name: drawn[back, k] for k, factor in enumerate(self.uncertain)}
+        return Cases(values, member)
+
+    def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The numbers that a mechanism gets, by address: chosen values with their deviations, which are by `addresses`."""
+        deviations = [factor for factor in self.uncertain if factor.of]
+        left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
+        numbers = {name: value for name, value in values.items() if name not in left_out}
+        for factor in deviations:
+            chosen, deviation = values[factor.of], values[factor.name]
+            numbers[factor.address] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
+        return numbers
+
+    def to_plain(self) -> dict[str, Any]:
+        """The study as plain data for JSON."""
+        return {
+            "mechanism": mechanism_text(self.mechanism),
+            "options": self.options.keywords,
+            "factors": [plain_factor(factor) for factor in self.factors],
+            "design": {"kind": self.design.kind, "points": self.design.points, "seed": self.design.seed},
+            "measures": list(self.measures),
+            "own_measures": [own.to_plain() for own in self.own_measures],
+            "uncertain": [plain_factor(factor) for factor in self.uncertain],
+            "sampling": vars(self.sampling).copy(),
+            "members": self.members,
+            "perturbation": self.perturbation,
+            "requirements": [vars(requirement).copy() for requirement in self.requirements],
+            "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
+            "responses": [vars(response).copy() for response in self.responses],
+            **({} if self.accurate is None else {"accurate": self.accurate.to_plain()}),
+            **({"variants": [mechanism_text(variant) for variant in self.variants]} if self.variants else {}),
+        }
+
+    @classmethod
+    def from_plain(
+        cls,
+        plain: Mapping[str, Any],
+        *,
+        allow_code: Sequence[Path] = (),
+        own_measures: Sequence[OwnMeasure] = (),
+        reading: bool = False,
+    ) -> Study:
+        """The study that `to_plain` wrote.
+
+        Functions of the user are in allowed files, which must not have changed, or given as measures. One that is only read
+        keeps its mechanism as the text of its case file, and executes nothing of the user's.
+        """
+        mechanism, *variants = (
+            text if reading else read_mechanism(text, allow_code) for text in (plain["mechanism"], *plain.get("variants", ()))
+        )
+        given = {own.name: own for own in own_measures}
+        own = []
+        for each in plain["own_measures"]:
+            if "motor" in each:
+                own.append(OwnMeasure(each["name"], MotorCurve(**each["motor"]), each["of"], each["units"]))
+                continue
+            if each["name"] in given:
+                own.append(given[each["name"]])
+                continue
+            if reading:
+                own.append(OwnMeasure(**{**each, "function": _not_read}))
+                continue
+            if not each["function"]:
+                raise InputError(
+                    f"the study's measure '{each['name']}' is a Python function of no file",
+                    "the function, from Python",
+                    f"sd.open_study('study.db', measures={{'{each['name']}': function}})",
+                )
+            path = Path(each["function"].rpartition(":")[0])
+            if path.resolve() not in {Path(file).resolve() for file in allow_code}:
+                raise InputError(
+                    f"the study's measure '{each['name']}' is a function of yours",
+                    "its file, allowed",
+                    command("--allow-code", path),
+                )
+            if path.is_file() and file_digest(path) != each["digest"]:
+                raise InputError(
+                    f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db"
+                )
+            own.append(OwnMeasure(**each))
+        return cls(
+            mechanism,
+            read_options(plain["options"]),
+            tuple(read_factor(each) for each in plain["factors"]),
+            Design(**plain["design"]),
+            tuple(plain["measures"]),
+            tuple(own),
+            tuple(read_factor(each) for each in plain["uncertain"]),
+            Sampling(**plain["sampling"]),
+            plain["members"],
+            plain["perturbation"],
+            tuple(Requirement(**each) for each in plain["requirements"]),
+            None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
+            tuple(Response(**each) for each in plain.get("responses", ())),
+            Accurate.from_plain(plain["accurate"], allow_code=allow_code, reading=reading) if "accurate" in plain else None,
+            tuple(variants),
+        )
+
+    def fingerprint(self) -> dict[str, str]:
+        """Digests of all that the numbers depend on, by what they are of; equal digests mean equal numbers."""
+        plain = self.to_plain()
+        for factor in (*plain["factors"], *plain["uncertain"]):
+            del factor["unit"], factor["scale"]  # no number depends on them
+        if self.design.extendable:
+            plain["design"] = {**plain["design"], "points": 0}
+        search = plain["optimisation"]
+        if search is not None:  # these decide which points there are
+            search["requirements"] = plain["requirements"]
+        parts = {
+            "mechanism": [plain["mechanism"], plain["variants"]] if self.variants else plain["mechanism"],
+            "options": plain["options"],
+            "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
+            "measures": [plain["measures"], plain["own_measures"]],
+            "optimisation": None if search is None else {**search, "generations": 0},
+            "program": provenance(NUMERICS),
+        }
+        return {
+            name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()
+        }
+
+
+def check_part(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
+    if response.measure == "peak_force":
+        _check_compliant(mechanism, response)
+    if not response.part:
+        return
+    dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
+    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
+    if response.part not in parts:
+        raise InputError(
+            f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
+            f"{did_you_mean(response.part, parts)}",
+            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
+        )
+
+
+def _check_compliant(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` for the largest force of a hard contact."""
+    hard = [joint.name for joint in mechanism.contacts if joint.clearance is not None and joint.clearance.contact == "hard"]
+    concerned = [name for name in hard if response.part in ("", name)]
+    if concerned:
+        raise InputError(
+            f"'{response.name}' of joint '{concerned[0]}', whose contact is hard: its impacts have no largest force",
+            "peak_force_estimate, or compliant contact",
+            'contact = "compliant"',
+        )
+
+
+def _not_read(_: Any) -> float:
+    raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")

@@ -1,0 +1,222 @@
+"""Designs of experiments: the points of a study, each computable from its number alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.extra import library
+from scissordyn.study.ask.distribution import Variation
+
+Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]
+
+WORDS = 4
+"""Numbers that one count of the Philox generator gives."""
+
+LARGEST_SEED = 2**62
+"""Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given."""
+
+DRAWN_IN = 0.99
+"""Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite."""
+
+MORRIS_LEVELS = 4
+"""Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007)."""
+
+FEWEST = 8
+"""Base points or trajectories of a design for indices below which no index is worth its interval."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """How the points of a study are chosen."""
+
+    # "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" (for Sobol indices), "morris", or
+    # "adaptive" (points that an optimiser proposes)
+    kind: str = "grid"
+    # Number of points of a random, Latin hypercube or Sobol design; of base points of a Saltelli design; of trajectories of a
+    # Morris design
+    points: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.kind not in DESIGNS:
+            raise InputError(f"design '{self.kind}'{did_you_mean(self.kind, DESIGNS)}", ", ".join(DESIGNS))
+        for name, least in (("points", 1 if self.kind in SAMPLED else 0), ("seed", 0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                sample = {"points": "--points 32, or points = 32", "seed": "--seed 1, or seed = 1"}[name]
+                raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}", sample)
+        if self.kind in ("saltelli", "morris") and self.points < FEWEST:
+            what = "trajectories" if self.kind == "morris" else "base points"
+            raise InputError(f"{self.points} {what} of a {self.kind} design", f"at least {FEWEST}", f"--points {FEWEST}")
+        check_seed(self.seed)
+
+    @property
+    def extendable(self) -> bool:
+        """Whether points can be added and those before stay the same."""
+        return self.kind in EXTENDABLE
+
+
+def check_seed(seed: int) -> None:
+    """Raise `InputError` for a seed that not every generator takes."""
+    if not 0 <= seed <= LARGEST_SEED:
+        raise InputError(f"seed = {seed!r}", f"a whole number >= 0 and <= {LARGEST_SEED}", "--seed 1, or seed = 1")
+
+
+def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+    """Uniform random numbers that depend on their place only.
+
+    Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts, whatever else is computed.
+
+    Shapes: `at` (n,); returns (n, dimensions).
+    """
+    width = -(-dimensions // WORDS)
+    drawn = np.empty((at.size, dimensions))
+    starts = np.flatnonzero(np.diff(at, prepend=at[:1] - 2) != 1)  # runs of consecutive points are drawn at once
+    for first, last in zip(starts, np.append(starts[1:], at.size), strict=True):
+        bits = np.random.Philox(key=[seed, stream], counter=[int(at[first]) * width, 0, 0, 0])
+        numbers = np.random.Generator(bits).random((last - first) * width * WORDS)
+        drawn[first:last] = numbers.reshape(last - first, width * WORDS)[:, :dimensions]
+    return drawn
+
+
+def design_size(design: Design, variations: Sequence[Variation]) -> int:
+    """Number of points."""
+    match design.kind:
+        case "grid":
+            return math.prod(variation.count for variation in variations)
+        case "zip":
+            sizes = {variation.count for variation in variations} - {1}
+            if len(sizes) > 1:
+                raise InputError(
+                    f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip",
+                    "lists of one length",
+                    "'0.05..0.4 mm, 3 values' beside '50, 100, 200 N m'",
+                )
+            return max(sizes, default=1)
+        case "one-at-a-time":
+            return 1 + sum(variation.count for variation in variations)
+        case "saltelli":
+            return design.points * (len(variations) + 2)
+        case "morris":
+            return design.points * (len(variations) + 1)
+        case _:
+            return design.points
+
+
+def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values of the factors at some points.
+
+    Shapes: `base` (factors,), `at` (n,); returns (n, factors).
+    """
+    return DESIGNS[design.kind](design, variations, base, at)
+
+
+def _grid(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    levels = [variation.levels() for variation in variations]
+    if not levels:
+        return np.empty((at.size, 0))
+    places = np.unravel_index(at, [values.size for values in levels])
+    return np.stack([values[place] for values, place in zip(levels, places, strict=True)], axis=1)
+
+
+def _zip(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    size = design_size(design, variations)
+    return np.stack([np.broadcast_to(variation.levels(), size)[at] for variation in variations], axis=1)
+
+
+def _one_at_a_time(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Point 0 is the mechanism as it is; then the levels of each factor, all others as they are."""
+    rows, first = np.tile(base, (at.size, 1)), 1
+    for place, variation in enumerate(variations):
+        here = (at >= first) & (at < first + variation.count)
+        rows[here, place] = variation.levels()[at[here] - first]
+        first += variation.count
+    return rows
+
+
+@lru_cache(maxsize=4)
+def _hypercube(points: int, dimensions: int, seed: int) -> np.ndarray:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(points))
+
+
+def _sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+    """Points of a scrambled Sobol sequence by their numbers."""
+    from scipy.stats import qmc
+
+    low, high = int(at.min()), int(at.max()) + 1
+    sequence = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(seed))
+    if low:
+        sequence.fast_forward(low)
+        drawn = sequence.random(high - low)
+    else:  # the first point apart: scipy warns of a first draw that is no power of two, but here a block is drawn
+        drawn = np.concatenate([sequence.random(1), sequence.random(high - 1)]) if high > 1 else sequence.random(1)
+    return np.asarray(drawn[at - low])
+
+
+def sobol_dimensions(design: Design, factors: int) -> int:
+    """Dimensions of a Sobol sequence that a design of so many factors takes."""
+    return {"sobol": factors, "saltelli": 2 * factors}.get(design.kind, 0)
+
+
+def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:
+    """Rows A, A with one column of B for each factor, B: the order that SALib takes (Saltelli et al. 2010)."""
+    row, part = np.divmod(at, d + 2)
+    both = _sobol_numbers(seed, 2 * d, row)
+    u = np.where((part == d + 1)[:, None], both[:, d:], both[:, :d])
+    for k in range(d):
+        u[part == k + 1, k] = both[part == k + 1, d + k]
+    return u
+
+
+@lru_cache(maxsize=4)
+def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
+    morris = library("SALib.sample.morris", "study", "a design by trajectories")
+    problem = {"num_vars": dimensions, "names": [str(k) for k in range(dimensions)], "bounds": [[0.0, 1.0]] * dimensions}
+    return np.asarray(morris.sample(problem, count, num_levels=MORRIS_LEVELS, seed=seed))
+
+
+def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
+    """Points of the trajectories in the unit cube, drawn in by `DRAWN_IN`."""
+    return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
+
+
+def _sampled(numbers: Callable[[Design, int, np.ndarray], np.ndarray]) -> Points:
+    """A design by its numbers in the unit cube, of which the quantile functions make values."""
+
+    def values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+        u = numbers(design, len(variations), at)
+        return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
+
+    return values
+
+
+def _adaptive(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    raise InputError("points of an adaptive design by their numbers", "the points that an optimiser has proposed")
+
+
+DESIGNS: Mapping[str, Points] = MappingProxyType(
+    {
+        "grid": _grid,
+        "zip": _zip,
+        "one-at-a-time": _one_at_a_time,
+        "random": _sampled(lambda design, d, at: uniform_numbers(design.seed, 0, d, at)),
+        "latin-hypercube": _sampled(lambda design, d, at: _hypercube(design.points, d, design.seed)[at]),
+        "sobol": _sampled(lambda design, d, at: _sobol_numbers(design.seed, d, at)),
+        "saltelli": _sampled(lambda design, d, at: _saltelli_numbers(design.seed, d, at)),
+        "morris": _sampled(lambda design, d, at: morris_numbers(design, d)[at]),
+        "adaptive": _adaptive,
+    }
+)
+"""Designs by kind."""
+
+SAMPLED = ("random", "latin-hypercube", "sobol", "saltelli", "morris")
+EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")

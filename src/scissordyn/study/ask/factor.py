@@ -1,0 +1,95 @@
+"""The numbers and names of a study that vary, and how the uncertain ones are sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean, whole_number
+from scissordyn.study.ask.design import check_seed
+from scissordyn.study.ask.distribution import Names, Variation, from_plain, to_plain
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A number that varies, or a name."""
+
+    # See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
+    address: str
+    variation: Variation  # Values in SI; of names, their places in `Names`
+    unit: str = ""  # In which pictures and tables show it; empty for SI
+    scale: float = 1.0  # One such unit in SI
+    # Address of the chosen number from which this one deviates by its variation; a pattern where it is one of several places
+    of: str = ""
+    relative: bool = False  # Whether the deviation is a fraction of the chosen value
+    si: str = ""  # SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own
+
+    @property
+    def name(self) -> str:
+        """Of its column: the address, or that of the deviation from a chosen value."""
+        return f"{self.address} deviation" if self.of else self.address
+
+    def deviating(self, chosen: Variation) -> list[float]:
+        """The outermost values of a number that is chosen, with this deviation; none of a lognormal one, which has no ends."""
+        if chosen.kind == "lognormal":
+            return []
+        deviations = [end for end in self.variation.ends if np.isfinite(end)]
+        return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends for by in deviations]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The names, by their places; empty for a number."""
+        return self.variation.values if isinstance(self.variation, Names) else ()
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What the case file has at the address, of each name or level; empty if mechanisms themselves have the number."""
+        if not self.si:
+            return self.labels
+        return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())
+
+    def places(self, values: Any) -> np.ndarray:
+        """Places of values in the list of names or levels."""
+        return np.asarray(np.abs(np.subtract.outer(values, self.variation.levels())).argmin(axis=-1))
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        """Attributes that tell pictures the unit, or the names."""
+        if self.labels:
+            return {"labels": list(self.labels)}
+        return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How the uncertain numbers are sampled at every point of the design."""
+
+    samples: int = 1
+    kind: str = "sobol"
+    seed: int = 0
+    # Whether all points have the same samples (common random numbers), so that differences between points are not noise
+    common: bool = True
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("random", "latin-hypercube", "sobol"):
+            kinds = ("random", "latin-hypercube", "sobol")
+            raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
+        whole_number("samples", self.samples)
+        check_seed(whole_number("seed", self.seed, 0))
+        if not self.common and self.kind == "latin-hypercube":
+            raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
+
+
+def plain_factor(factor: Factor) -> dict[str, Any]:
+    """A number that varies as plain data for JSON."""
+    plain = {"address": factor.address, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
+    plain |= {"si": factor.si} if factor.si else {}
+    return {**plain, "of": factor.of, "relative": factor.relative} if factor.of else plain
+
+
+def read_factor(plain: Mapping[str, Any]) -> Factor:
+    """What `plain_factor` wrote."""
+    return Factor(**{**plain, "variation": from_plain(plain["variation"])})

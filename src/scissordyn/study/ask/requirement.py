@@ -1,0 +1,164 @@
+"""Requirements on measures: ``peak_force < 500 N``."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import engineering, scale_of
+from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES
+
+SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
+
+BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
+"""Measures whose unit is that of what a component exerts."""
+
+KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
+"""What a component exerts, by its unit."""
+
+ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
+"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
+SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at the end")}
+"""Measures of what may not happen, with the measure that says how far it is from happening, and how that is printed."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """One number of each case: a measure, or that of one of its joints, drives or components."""
+
+    measure: str
+    part: str = ""  # Name of the joint, drive or component; empty for the largest of all
+    smallest: bool = False  # The smallest of all instead
+    unit: str = ""  # Of what components exert, "N" or "N m": those with another one do not count. Empty for all
+
+    @property
+    def name(self) -> str:
+        """As in a study file; with what components exert if not all of them count."""
+        if self.part:
+            return f"{self.part}.{self.measure}"
+        return f"{self.measure} ({KINDS[self.unit]})" if self.unit else self.measure
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A bound on a response; without a part, all joints, drives or components have to meet it."""
+
+    measure: str
+    sign: str
+    bound: float  # In SI
+    part: str = ""  # Name of a joint, drive or component; empty for all
+    text: str = ""  # As the user wrote it
+    unit: str = ""  # Of a bound on what components exert, "N" or "N m"; not needed where all exert the same
+
+    def __post_init__(self) -> None:
+        if self.unit and self.unit not in KINDS:
+            raise InputError(f"unit '{self.unit}' of a requirement on what components exert", ", ".join(KINDS))
+        if self.sign not in SIGNS:
+            raise InputError(f"sign '{self.sign}' of a requirement", ", ".join(SIGNS))
+
+    @property
+    def response(self) -> Response:
+        """The number that decides: the largest where an upper bound is given, the smallest where a lower one."""
+        return Response(self.measure, self.part, self.sign.startswith(">"), self.unit)
+
+    @property
+    def label(self) -> str:
+        """The requirement in words."""
+        if self.text:
+            return self.text
+        unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
+        scale = engineering(unit if unit in KINDS or self.measure not in BY_COMPONENT else "1", self.bound)
+        return f"{self.response.name} {self.sign} {scale.said(self.bound, 6)}"
+
+    def margin(self, values: np.ndarray) -> np.ndarray:
+        """How far values are on the right side of the bound, as a fraction of it; negative on the wrong one, and for NaN."""
+        distance = self.bound - values if self.sign.startswith("<") else values - self.bound
+        return np.asarray(np.where(np.isnan(values), -np.inf, distance / (abs(self.bound) or 1.0)))
+
+    def met(self, values: np.ndarray) -> np.ndarray:
+        """Whether values meet it; not where they are NaN."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(SIGNS[self.sign](values, self.bound))
+
+
+def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str, str, str]:
+    """Part, measure and unit of what a requirement or a goal is about."""
+    units = {name: measure.units for name, measure in MEASURES.items()} | dict(own or {})
+    if text in units:
+        return "", text, units[text]
+    part, dot, measure = text.rpartition(".")
+    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
+    if measure not in units:
+        known = [*units, *ALIASES] if dot else [*units]
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, known)}", ", ".join(known))
+    return part, measure, units[measure]
+
+
+def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
+    """A response of all cases.
+
+    Shapes: returns (cases,).
+    """
+    known = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
+    if response.measure not in known:
+        raise InputError(
+            f"measure '{response.measure}'{did_you_mean(response.measure, known)}", ", ".join(known) or "no measure"
+        )
+    found = results[response.measure]
+    if response.unit and not response.part:
+        found = found.isel(
+            {found.dims[1]: np.flatnonzero(np.array(units_of_parts(results, response.measure)) == response.unit)}
+        )
+    dims = found.dims[1:]
+    values = np.asarray(found.values, float)
+    if response.part:
+        parts = [str(part) for dim in dims for part in found[dim].values]
+        if response.part not in parts:
+            raise InputError(
+                f"no part '{response.part}' with a {response.measure}{did_you_mean(response.part, parts)}", ", ".join(parts)
+            )
+        return np.asarray(values[:, parts.index(response.part)])
+    if not dims:
+        return values
+    if not values.size:  # nothing has it, as no joint has clearance
+        return np.full(len(values), np.nan)
+    nothing = np.all(np.isnan(values), axis=1)  # a measure that some parts do not have is NaN there
+    reduced = np.min(np.where(np.isnan(values), np.inf, values), axis=1) if response.smallest else None
+    reduced = np.max(np.where(np.isnan(values), -np.inf, values), axis=1) if reduced is None else reduced
+    return np.where(nothing, np.nan, reduced)
+
+
+def value_text(results: xr.Dataset, response: Response, case: int) -> str:
+    """A response of a case with its unit; where it has no number, why and how far it is from one."""
+    value = float(response_values(results.isel(case=[case]), response)[0])
+    if math.isfinite(value):
+        return scale_of(xr.DataArray(value, attrs={"units": response_unit(results, response)})).cell(value)
+    measure, words = SHORTFALL.get(response.measure, ("", ""))
+    if measure not in results or not math.isinf(value):
+        return "not reached" if math.isinf(value) else "no value"
+    off = float(response_values(results.isel(case=[case]), Response(measure, response.part))[0])
+    return words.format(engineering(MEASURES[measure].units, off).cell(off))
+
+
+def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
+    """The units of a measure's parts, which differ only between components."""
+    found = results[measure]
+    if COMPONENT_UNIT in found.coords:
+        return [str(unit) for unit in found[COMPONENT_UNIT].values]
+    return [str(found.attrs.get("units", "1"))] * int(np.prod(found.shape[1:], dtype=int))
+
+
+def response_unit(results: xr.Dataset, response: Response) -> str:
+    """The unit of a response."""
+    found = results[response.measure]
+    if response.part and COMPONENT_UNIT in found.coords:
+        return str(found[COMPONENT_UNIT].sel({found.dims[1]: response.part}).item())
+    return response.unit or str(found.attrs.get("units", "1"))

@@ -1,0 +1,1 @@
+"""Cases to rows: blocks, the store, optimisation, surrogates."""

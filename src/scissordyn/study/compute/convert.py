@@ -1,0 +1,101 @@
+"""Studies of format 2, folders of Zarr arrays, as files of the present format."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.extra import library
+from scissordyn.run.answer.measure import COMPONENT_UNIT
+from scissordyn.study.compute.store import PENDING, TIMES, Store
+from scissordyn.study.compute.table import Array, Columns
+
+TEXTS = ("cause", "warnings")
+
+
+def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
+    """Write a study of format 2 to one file; blocks that are not as they were written are left out, and returned."""
+    library("zarr", "convert", "a study of format 2")
+    try:
+        old = xr.open_zarr(folder, chunks=None, consolidated=True)
+        attrs, names = old.attrs, list(old.attrs["arrays"])
+        plain, block = json.loads(attrs["study"]), int(attrs["block"])
+    except (OSError, KeyError, TypeError, ValueError):
+        raise InputError(f"'{folder}' is no study of format 2", "the folder of one", "old.zarr") from None
+    if (store := Store(target)).begun():
+        raise InputError(f"'{target}' exists", "a name that is not taken", "-o another.db")
+    columns, cases = _columns(old, names), old.sizes["case"]
+    notes = {
+        "study": plain,
+        "fingerprint": attrs["fingerprint"],
+        "columns": columns.to_plain(),
+        "block": block,
+        "cases": cases,
+    }
+    store.create_with(columns, notes)
+    times, damaged = _times(folder), []
+    with store.alone():
+        for number in range(-(-cases // block)):
+            seal = folder / "record" / "seals" / f"{number}.json"
+            if not seal.exists():
+                continue
+            if not _is_whole(folder, number, attrs["arrays"], seal):
+                damaged.append(number)
+                continue
+            part = old[names].isel(case=slice(number * block, (number + 1) * block)).load()
+            rows = np.flatnonzero(part["status"].values != PENDING)
+            values = {array.name: part[array.name].values[rows] for array in columns.arrays}
+            texts = list(zip(*(map(str, part[name].values[rows]) for name in TEXTS), strict=True))
+            if rows.size:
+                status = part["status"].values[rows].astype(np.int8)
+                store.write(number * block + rows, values, status, texts, times[number])
+    return store, damaged
+
+
+def _columns(old: xr.Dataset, names: list[str]) -> Columns:
+    labels = {
+        str(name): (tuple(map(str, variable.dims)), tuple(map(str, variable.values.tolist())))
+        for name, variable in old.variables.items()
+        if name in old.dims or name == COMPONENT_UNIT
+    }
+    arrays, taken = list[Array](), set[str]()
+    for name in sorted(set(names) - {*TEXTS, "status"}, key=lambda name: old[name].attrs["role"]):
+        variable = old[name]
+        dims = tuple(map(str, variable.dims[1:]))
+        titles = Columns.titles(str(variable.attrs.get("address", name)), dims, labels, taken)
+        arrays.append(Array(name, dims, variable.shape[1:], dict(variable.attrs), titles))
+    return Columns(tuple(arrays), labels)
+
+
+def _times(folder: Path) -> np.ndarray:
+    """Seconds, seconds of integration and cases of each block; zero where they cannot be read."""
+    zarr = library("zarr", "convert", "a study of format 2")
+    array = zarr.open_array(str(folder / "timing" / "blocks"), mode="r")
+    noted = np.zeros((array.shape[0], len(TIMES) - 1))
+    for number in range(array.shape[0]):
+        try:
+            noted[number] = array[number, : len(TIMES) - 1]
+        except Exception:  # a broken chunk: the libraries of codecs raise whatever they like
+            continue
+    return noted
+
+
+def _is_whole(folder: Path, block: int, arrays: Mapping[str, int], seal: Path) -> bool:
+    """Whether the files of a block are those that its seal names."""
+    try:
+        digests: Any = json.loads(seal.read_bytes())["files"]
+        for name, dimensions in arrays.items():
+            path = folder.joinpath(name, "c", str(block), *["0"] * (dimensions - 1))
+            right = hashlib.sha256(path.read_bytes()).hexdigest()[:16] if path.exists() else ""
+            if digests[name] != right:
+                return False
+    except (OSError, ValueError, TypeError, KeyError):
+        return False
+    return True

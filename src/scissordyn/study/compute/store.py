@@ -1,0 +1,439 @@
+"""The store of a study: one SQLite file with a row for each case, written by one process."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.run.engine import STATES
+from scissordyn.study.ask.description import OwnMeasure, Study
+from scissordyn.study.ask.design import Design
+from scissordyn.study.compute import table
+
+PENDING, COMPLETE, FAILED = range(len(STATES))
+"""Status of a case; one without a row is pending."""
+
+FORMAT = 3
+"""`user_version` of the file; stores of formats 1 and 2 were folders."""
+
+APPLICATION = 0x73636973
+"""`application_id` of the file, "scis"."""
+
+TIMES = ("seconds", "integration_seconds", "cases", "attempts")
+
+SHOWN = 8
+"""Damaged cases that are named."""
+
+PATIENCE = 60.0
+"""How long a writer waits for those who read [s]."""
+
+
+class StoreError(ScissordynError):
+    """A store that could be read or written before and cannot now: a full disk, a disk that is gone."""
+
+
+class Store:
+    """The store of one study, in a file.
+
+    Every row has a digest, by which a changed byte is noticed: its case is pending again. A block of cases is written in one
+    transaction: after a kill or on a full disk it is there or not.
+    """
+
+    def __init__(self, address: str | os.PathLike[str]) -> None:
+        text = os.fspath(address)
+        if "://" in text:
+            raise InputError(f"'{text}' as a store", "a file on a disk", "-o study.db")
+        self.address = str(Path(text).expanduser().absolute())
+        self._writer: sqlite3.Connection | None = None
+
+    # --- beginning ------------------------------------------------------------------------------------------------------
+
+    def exists(self) -> bool:
+        """Whether there is a study; an `InputError` if there is anything else."""
+        path = Path(self.address)
+        with _one_line(self.address):
+            if not path.exists():
+                return False
+            if path.is_dir():
+                raise self._no_study(path)
+            if not path.stat().st_size:
+                return False
+        try:
+            with self._open() as connection:
+                ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION
+                version = connection.execute("PRAGMA user_version").fetchone()[0]
+        except table.BROKEN as error:
+            if isinstance(error, sqlite3.OperationalError):
+                raise StoreError(f"'{self.address}' cannot be read: {error}") from None
+            ours = False
+        if not ours:
+            raise self._no_study(path)
+        if version != FORMAT:
+            what = f"'{path}' is a study of format {version}, and not of format {FORMAT}"
+            raise InputError(what, "the version of scissordyn that made it", "-o another.db")
+        return True
+
+    def check_place(self) -> None:
+        """Raise `InputError` if there is no folder for the store to be in."""
+        parent = Path(os.path.realpath(self.address)).parent
+        if not parent.is_dir():
+            raise InputError(f"'{self.address}' as a store: no folder '{parent}'", "a folder that exists", "-o study.db")
+
+    def begun(self) -> bool:
+        """Whether there is anything to resume."""
+        return Path(self.address).is_file() and Path(self.address).stat().st_size > 0
+
+    def _no_study(self, path: Path) -> InputError:
+        if (path / "zarr.json").exists() and (path / "record").is_dir():
+            what = f"'{path}' is a study of an earlier version, a folder"
+            new = path.with_suffix(".db")
+            return InputError(what, "a study in one file", command("scissordyn", "study", "convert", path, "-o", new))
+        return InputError(f"'{path}' is no study, or its first page is damaged", "the file of a study", "-o study.db")
+
+    def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
+        """Make the file; the pilot is of at least one case, with all measures."""
+        columns = table.columns_of(study, pilot)
+        notes = {
+            "study": study.to_plain(),
+            "fingerprint": study.fingerprint(),
+            "columns": columns.to_plain(),
+            "block": block,
+            "cases": study.cases,
+        }
+        self.create_with(columns, notes)
+
+    def create_with(self, columns: table.Columns, notes: Mapping[str, Any]) -> None:
+        """Make the file with these notes, whole or not at all."""
+        with self._made_anew(instead=False) as connection:
+            table.create(connection, columns)
+            for name, value in notes.items():
+                _note(connection, name, value)
+
+    @contextmanager
+    def _made_anew(self, *, instead: bool) -> Iterator[sqlite3.Connection]:
+        """A new file, in the place of the store or of none, once everything is written."""
+        target = os.path.realpath(self.address)
+        # a process that is killed here leaves no half of a store; nobody else has a file of this name
+        beside = f"{target}.{secrets.token_hex(8)}.part"
+        try:
+            with _one_line(self.address), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
+                connection.execute("BEGIN")
+                yield connection
+                connection.execute("COMMIT")
+                connection.execute(f"PRAGMA application_id = {APPLICATION}")
+                connection.execute(f"PRAGMA user_version = {FORMAT}")
+            with _one_line(self.address):
+                if instead:
+                    os.replace(beside, target)
+                else:
+                    self._name(beside, target)
+        except BaseException:
+            for end in ("", "-journal"):
+                Path(f"{beside}{end}").unlink(missing_ok=True)
+            raise
+
+    def _name(self, beside: str, target: str) -> None:
+        """Give a new file its name, unless another process has made one meanwhile."""
+        if not self.begun():
+            Path(target).unlink(missing_ok=True)  # an empty file
+        try:
+            os.link(beside, target)
+        except FileExistsError:
+            raise InputError(f"'{self.address}' was made by another process meanwhile", "the same command again") from None
+        except OSError:  # a file system without links
+            os.rename(beside, target)
+            return
+        os.unlink(beside)
+
+    # --- notes ----------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _open(self) -> Iterator[sqlite3.Connection]:
+        """The connection of the writer, or one to read."""
+        if self._writer is not None:
+            yield self._writer
+            return
+        with closing(self._connect()) as connection:
+            yield connection
+
+    def _connect(self) -> sqlite3.Connection:
+        uri = f"{Path(os.path.realpath(self.address)).as_uri()}?mode=rw"
+        connection = sqlite3.connect(uri, PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
+        connection.text_factory = bytes  # a changed byte may be no text
+        connection.execute("PRAGMA cell_size_check = 1")
+        return connection
+
+    def _value(self, name: str) -> Any:
+        """What a note says."""
+        with self._reading() as connection:
+            row = connection.execute("SELECT value, digest FROM notes WHERE name = ?", (name,)).fetchone()
+        if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):
+            what = f"the note '{name}' in '{self.address}' is damaged"
+            raise InputError(what, "a copy that is whole; any tool for SQLite reads the rows", "-o another.db")
+        return json.loads(row[0])
+
+    @contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        if self._writer is None and not self.begun():
+            raise InputError(f"no study at '{self.address}'", "the store of a study")
+        with _one_line(self.address), self._open() as connection:
+            yield connection
+
+    def study(
+        self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
+    ) -> Study:
+        """The study that the store is of; only read, it needs none of the user's functions."""
+        return Study.from_plain(self._value("study"), allow_code=allow_code, own_measures=own_measures, reading=reading)
+
+    def design(self) -> Design:
+        """The design, with the number of points that it has by now."""
+        return Design(**self._value("study")["design"])
+
+    def check(self, study: Study) -> None:
+        """Raise `InputError` if the store is of another study, or of the same with another version of the program."""
+        there = self._value("fingerprint")
+        differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
+        if differs:
+            raise InputError(
+                f"'{self.address}' holds another study (differs in {', '.join(differs)})",
+                "the store of the same study, or a name that is not taken",
+                "-o another.db",
+            )
+
+    @property
+    def block(self) -> int:
+        """Cases of a block."""
+        return int(self._value("block"))
+
+    @property
+    def cases(self) -> int:
+        """Cases in all."""
+        return int(self._value("cases"))
+
+    # --- rows -----------------------------------------------------------------------------------------------------------
+
+    def _rows(self) -> table.Rows:
+        """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
+        columns, cases, block = table.Columns.from_plain(self._value("columns")), self.cases, self.block
+        with self._reading() as connection:
+            rows = table.read(connection, columns, cases)
+            written = _blocks(connection)
+        there = np.zeros(cases, bool)
+        there[rows.cases] = True
+        for number, (size, _) in written.items():
+            first = number * block
+            for case in first + np.flatnonzero(~there[first : min(first + min(size, block), cases)]):
+                rows.damaged.setdefault(int(case), "missing")
+        return rows
+
+    def status(self) -> np.ndarray:
+        """Status of every case, shape (cases,); those of damaged rows are pending."""
+        rows, status = self._rows(), np.full(self.cases, PENDING, np.int8)
+        status[rows.cases] = rows.status
+        return status
+
+    def damage(self) -> dict[int, str]:
+        """Cases whose rows were written and are not as they were, and why; they count as pending."""
+        return dict(sorted(self._rows().damaged.items()))
+
+    def times(self) -> dict[str, np.ndarray]:
+        """Seconds, seconds of integration, cases and attempts of every block; zero where they cannot be read."""
+        with self._reading() as connection:
+            written = _blocks(connection)
+        noted = np.zeros((-(-self.cases // self.block), len(TIMES)))
+        for number, (_, times) in written.items():
+            if 0 <= number < len(noted):
+                noted[number] = times
+        return dict(zip(TIMES, noted.T, strict=True))
+
+    def write(
+        self,
+        cases: np.ndarray,
+        values: Mapping[str, np.ndarray],
+        status: np.ndarray,
+        texts: Sequence[tuple[str, str]],
+        times: Sequence[float],
+    ) -> None:
+        """Write the rows of cases of one block, all or none.
+
+        Values are by the names of the arrays, texts are cause and warnings; times are seconds, seconds of integration and
+        cases, which are added to what is noted.
+        """
+        block, columns = int(cases[0]) // self.block, table.Columns.from_plain(self._value("columns"))
+        ends = block * self.block, (block + 1) * self.block - 1
+        with self.alone(), self._transaction() as connection:
+            table.insert(connection, columns, cases, status, texts, columns.matrix(values, cases.size))
+            size = connection.execute("SELECT count(*) FROM cases WHERE number BETWEEN ? AND ?", ends).fetchone()[0]
+            before = _blocks(connection, f"WHERE number = {block}").get(block, (0, (0.0,) * 4))[1]
+            added = [float(old + new) for old, new in zip(before, (*times, 1.0), strict=True)]
+            _write_block(connection, block, size, added)
+
+    def extend(self, study: Study) -> None:
+        """Make room for more points of the same design."""
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "study", study.to_plain())
+            _note(connection, "cases", study.cases)
+
+    def conclude(self, facts: Sequence[Mapping[str, Any]]) -> None:
+        """Note what the study has found, as plain data, for other tools."""
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "conclusions", facts)
+
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        """Changes that are on the disk at the end of the block, or undone."""
+        assert self._writer is not None
+        with _one_line(self.address):
+            try:
+                yield self._writer
+                self._writer.execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    self._writer.execute("ROLLBACK")
+                raise
+            finally:
+                with suppress(sqlite3.Error):
+                    self._writer.execute("BEGIN IMMEDIATE")
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """No other process writes meanwhile; rows that are damaged are left out of the file first."""
+        if self._writer is not None:
+            yield
+            return
+        try:
+            self._writer = self._locked()
+            damaged = self._rows()
+            if damaged.damaged:
+                self._leave_out(damaged)
+            yield
+        finally:
+            if self._writer is not None:
+                self._writer.close()
+                self._writer = None
+
+    def _locked(self) -> sqlite3.Connection:
+        """A connection that holds the lock on writing, which those who read do not notice."""
+        with _one_line(self.address):
+            number = os.stat(self.address).st_ino
+            connection = self._connect()
+            try:
+                connection.execute("PRAGMA busy_timeout = 0")
+                connection.execute("BEGIN IMMEDIATE")
+                connection.execute(f"PRAGMA busy_timeout = {int(1e3 * PATIENCE)}")
+                if os.stat(self.address).st_ino == number:
+                    return connection
+            except BaseException as error:
+                connection.close()
+                if not isinstance(error, sqlite3.OperationalError) or "locked" not in str(error):
+                    raise
+            connection.close()
+        raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
+
+    def _leave_out(self, rows: table.Rows) -> None:
+        """Replace the file by one with the good rows alone: pages that cannot be read cannot be written either."""
+        names = ("study", "fingerprint", "columns", "block", "cases")
+        notes = {name: self._value(name) for name in names}
+        with self._reading() as connection:
+            written = _blocks(connection)
+        columns = table.Columns.from_plain(notes["columns"])
+        with self._made_anew(instead=True) as connection:
+            table.create(connection, columns)
+            for name, value in notes.items():
+                _note(connection, name, value)
+            table.insert(connection, columns, rows.cases, rows.status, rows.texts, rows.matrix)
+            damaged = {case // notes["block"] for case in rows.damaged}
+            for number, (size, times) in written.items():
+                _write_block(connection, number, 0 if number in damaged else size, times)
+        assert self._writer is not None
+        self._writer.close()
+        self._writer = None
+        self._writer = self._locked()
+
+    def results(self) -> xr.Dataset:
+        """All arrays, in memory, with the point, sample and member of each case.
+
+        Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
+        """
+        rows, cases, plain = self._rows(), self.cases, self._value("study")
+        columns = table.Columns.from_plain(self._value("columns"))
+        variables: dict[str, Any] = {}
+        for array, values in columns.split(rows.matrix):
+            every = np.full((cases, *array.shape), np.nan)
+            every[rows.cases] = values
+            variables[array.name] = (("case", *array.dims), every, array.attrs)
+        for k, (name, meaning) in enumerate(
+            {"cause": "why a case failed", "warnings": "of a complete case, one a line"}.items()
+        ):
+            texts = np.full(cases, "", object)
+            texts[rows.cases] = [pair[k] for pair in rows.texts]
+            variables[name] = ("case", texts, {"long_name": meaning})
+        status = np.full(cases, PENDING, np.int8)
+        status[rows.cases] = rows.status
+        about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
+        variables["status"] = ("case", status, about)
+        labels = {name: (dims, np.array(texts, object)) for name, (dims, texts) in columns.labels.items()}
+        members = int(plain["members"])
+        point, rest = np.divmod(np.arange(cases), int(plain["sampling"]["samples"]) * members)
+        sample, member = np.divmod(rest, members)
+        places = {"point": ("case", point), "sample": ("case", sample), "member": ("case", member)}
+        attrs = {"title": "scissordyn study", "samples": int(plain["sampling"]["samples"]), "members": members}
+        if rows.damaged:
+            attrs["damage"] = damage_text(rows.damaged)
+        return xr.Dataset(variables, {**labels, **places}, attrs)
+
+
+def damage_text(damaged: Mapping[int, str]) -> str:
+    """Cases of damaged rows, in words."""
+    shown = [f"{number} ({why})" for number, why in sorted(damaged.items())[:SHOWN]]
+    more = [f"{len(damaged) - SHOWN} more"] if len(damaged) > SHOWN else []
+    what = "row is damaged and its case" if len(damaged) == 1 else "rows are damaged and their cases"
+    return f"{len(damaged)} {what} pending: {', '.join(shown + more)}"
+
+
+def _note(connection: sqlite3.Connection, name: str, value: Any) -> None:
+    text = json.dumps(value)
+    row = (name, text, table.digest(name, text))
+    connection.execute("INSERT OR REPLACE INTO notes (name, value, digest) VALUES (?, ?, ?)", row)
+
+
+def _write_block(connection: sqlite3.Connection, number: int, size: int, times: Sequence[float]) -> None:
+    row = (number, size, *times[:2], *map(int, times[2:]))
+    connection.execute("INSERT OR REPLACE INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?)", (*row, table.digest(*row)))
+
+
+def _blocks(connection: sqlite3.Connection, where: str = "") -> dict[int, tuple[int, tuple[float, ...]]]:
+    """Rows that were written of each block, and its times; without what cannot be read."""
+    try:
+        rows = connection.execute(f"SELECT * FROM blocks {where}").fetchall()
+    except table.BROKEN as error:
+        if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+            raise
+        return {}
+    return {row[0]: (row[1], row[2:6]) for row in rows if _is_whole(row)}
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    return all(isinstance(cell, (int, float)) for cell in row[:6]) and row[6] == table.digest(*row[:6])
+
+
+@contextmanager
+def _one_line(address: str) -> Iterator[None]:
+    """Errors of the disk and of the database as one line."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error) or type(error).__name__
+        raise StoreError(f"'{address}' cannot be read or written: {reason}; what is complete is kept") from error
+    except table.BROKEN as error:
+        raise StoreError(f"'{address}' cannot be read or written: {error}; what is complete is kept") from error

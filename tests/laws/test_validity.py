@@ -15,9 +15,13 @@ from scissordyn.laws.validity import contact_failure, contact_warnings
 
 def warnings(stiffness="liu", damping="exact", joint=JOINT, speed=0.01, indentation=1e-6):
     """The warnings for one contact."""
-    return contact_warnings(
-        "A", joint, ELASTIC[stiffness](), DAMPING[damping](), approach_speed=[speed], indentation=indentation
-    )
+    laws = ELASTIC[stiffness](), DAMPING[damping]()
+    return texts("A", joint, *laws, approach_speed=[speed], indentation=indentation)
+
+
+def texts(*given, **named):
+    """The warnings about some laws as sentences."""
+    return [str(warning) for warning in contact_warnings(*given, **named)]
 
 
 def test_nothing_to_say():
@@ -57,7 +61,7 @@ def test_materials():
 def test_returned_restitution():
     """Published number: lankarani-nikravesh returns 0.725 for c_e = 0.5; flores returns 0.470, which is near enough."""
     law = DAMPING["lankarani-nikravesh"](restitution=0.5)
-    (text,) = contact_warnings("A", JOINT, ELASTIC["liu"](), law, approach_speed=[], indentation=0.0)
+    (text,) = texts("A", JOINT, ELASTIC["liu"](), law, approach_speed=[], indentation=0.0)
     assert "0.725 for 0.5" in text
     assert (
         contact_warnings("A", JOINT, ELASTIC["liu"](), DAMPING["flores"](restitution=0.5), approach_speed=[], indentation=0)
@@ -71,7 +75,7 @@ def test_claimed_range():
     class Narrow(DAMPING["exact"]):
         restitution_range = (0.7, 1.0)
 
-    (text,) = contact_warnings("A", JOINT, ELASTIC["liu"](), Narrow(0.5), approach_speed=[], indentation=0.0)
+    (text,) = texts("A", JOINT, ELASTIC["liu"](), Narrow(0.5), approach_speed=[], indentation=0.0)
     assert "0.7 to 1, not 0.5" in text
 
 
@@ -97,7 +101,7 @@ def test_doubts_about_users_laws_are_warnings():
     """Contract: each kind of a user's law is asked, with the joint's name before its answer."""
     flat, gaining = UserElastic(lambda delta: 1e9 * min(delta, 1e-4)), UserDamping(lambda f, d, r, a: 0.5 * f)
     viscous = UserFriction(lambda slip, normal: slip + 0.0 * normal)
-    found = contact_warnings("A", JOINT, flat, gaining, viscous, approach_speed=[], indentation=0.0)
+    found = texts("A", JOINT, flat, gaining, viscous, approach_speed=[], indentation=0.0)
     assert [text.split(": ")[:2] for text in found] == [
         ["joint 'A'", f"{kind} law"] for kind in ("stiffness", "damping", "friction")
     ]

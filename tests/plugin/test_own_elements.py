@@ -395,7 +395,7 @@ def test_what_is_doubtful_is_told(slot: str, force: object, says: str) -> None:
 
     laws = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()} | {slot: Own()}
     joint = sd.Clearance(2e-4).surfaces
-    told = contact_warnings("A", joint, **laws, approach_speed=[], indentation=0.0)
-    assert any(says in text for text in told), told
+    warnings = contact_warnings("A", joint, **laws, approach_speed=[], indentation=0.0)
+    assert any(says in str(warning) for warning in warnings), warnings
     sound = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()}
     assert contact_warnings("A", joint, **sound, approach_speed=[], indentation=0.0) == []

@@ -15,9 +15,10 @@ from scissordyn.cli.record import run_record
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.run.advance.instants import MOST_INSTANTS, own_instants
 from scissordyn.run.advance.spacing import equally_spaced, spread_samples, time_mean
-from scissordyn.run.answer.advice import MEANS, condensed, force_at_equal_energy, read_warnings
+from scissordyn.run.answer.advice import MEANS, force_at_equal_energy, warning_lines
 from scissordyn.run.answer.summary import at_limit
 from scissordyn.run.simulate import refined
+from scissordyn.warning import RunWarning, group, line, warning
 
 TOLERANCE = 0.05e-3
 
@@ -91,28 +92,42 @@ def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
     assert len(str(summary).splitlines()) == 5
 
 
+def fast(name: str, count: int, contacts: int, speed: float) -> RunWarning:
+    """A warning about contacts that start fast."""
+    return warning("fast", name, fast=count, contacts=contacts, limit=0.051, speed=speed)
+
+
 WARNINGS = [
-    "joint 'A': 7 of 66 contacts start faster than 0.051 m/s (up to 0.199 m/s); above that impacts are not elastic",
-    "joint 'B 2': 23 of 103 contacts start faster than 0.051 m/s (up to 0.408 m/s); above that impacts are not elastic",
-    "the energy balance misses 3 J",
-    "joint 'C': 9 of 66 contacts start faster than 0.051 m/s (up to 0.3 m/s); above that impacts are not elastic",
+    fast("A", 7, 66, 0.199),
+    fast("B 2", 23, 103, 0.408),
+    warning("unbalanced", residual=3.0, share="", finer="a shorter step"),
+    fast("C", 9, 66, 0.3),
 ]
 
 
-def test_equal_warnings_are_one_line() -> None:
+def test_like_warnings_are_one_line() -> None:
     """Closed form: ranges of the numbers, the name of the worst, and every other warning as it was."""
-    short = condensed(WARNINGS)
+    short = [line(alike) for alike in group(WARNINGS)]
     assert len(short) == 2
     assert short[0].startswith("3 joints ('A', 'B 2', 'C'): 7 to 23 of 66 to 103 contacts start faster than 0.051 m/s")
     assert "(up to 0.199 to 0.408 m/s)" in short[0]
     assert short[0].endswith("the worst is 'B 2'")
-    assert short[1] == WARNINGS[2]
-    assert condensed(WARNINGS[:1]) == WARNINGS[:1]
+    assert short[1] == str(WARNINGS[2])
+    assert group(WARNINGS[:1]) == [WARNINGS[:1]]
+    assert len(group([warning("doubt", name, slot="friction", doubt=name) for name in "AB"])) == 2
+
+
+def test_a_warning_survives_as_data() -> None:
+    """Contract: the attribute of a run makes the same warnings; a kind without a number that its words name is an error."""
+    data = json.loads(json.dumps([item.data for item in WARNINGS]))
+    assert [RunWarning(**item) for item in data] == WARNINGS
+    with pytest.raises(KeyError):
+        str(warning("fast", "A"))
 
 
 def test_what_fast_contacts_mean() -> None:
     """Closed form: forces of line contacts grow as v, those at constant pressure as v^(2/3): 8 times is a factor 2."""
-    _, meant, *_ = read_warnings(WARNINGS)
+    _, meant, *_ = warning_lines(WARNINGS)
     assert meant.startswith(MEANS)
     assert "a factor of 2 in the fastest contact, at 'B 2'" in meant
 

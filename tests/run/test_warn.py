@@ -83,7 +83,7 @@ def test_a_controller_at_its_limit() -> None:
     assert "from one limit to the other" not in said
     restless = run.copy(deep=True)
     restless["control_torque"][1::2], restless["control_torque"][2::2] = 100.0, -100.0
-    texts = run_warnings(plan(run.scissordyn.mechanism), restless, "")
+    texts = map(str, run_warnings(plan(run.scissordyn.mechanism), restless, ""))
     assert any("it changes from one limit to the other 99 times" in text for text in texts)
     wide = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=1e5), speed=sd.rpm(20)), until=0.05, samples=101)
     assert warnings(wide) == []
@@ -147,7 +147,7 @@ def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
         off = clearance_run.copy(deep=True)
         off["energy_residual"][-1] = share * whole
         for arm, finer in ((clearance_array, "try a smaller rtol and atol"), (hard, "try a shorter step")):
-            found = [text for text in run_warnings(plan(arm), off, ()) if "energy balance misses" in text]
+            found = [text for text in map(str, run_warnings(plan(arm), off, ())) if "energy balance misses" in text]
             assert len(found) == count
             assert all(finer in text for text in found)
 
@@ -159,10 +159,10 @@ def test_a_loss_that_is_a_gain_is_said_with_its_size() -> None:
     swung = sd.Mechanism((stone,), components=(cord,), ground=(("O", (0.0, 0.0)),))
     run = sd.simulate(swung, until=0.1, samples=101)
     assert run.sizes["event"] >= 1
-    assert not [text for text in run_warnings(plan(swung), run, ()) if "gives" in text]
+    assert not [text for text in map(str, run_warnings(plan(swung), run, ())) if "gives" in text]
     gained = run.copy(deep=True)
     gained["event_loss"][0] = -0.25
-    (said,) = [text for text in run_warnings(plan(swung), gained, ()) if "gives" in text]
+    (said,) = [text for text in map(str, run_warnings(plan(swung), gained, ())) if "gives" in text]
     assert said.startswith(f"the event of 'cord' at t = {run['event_time'].values[0]:.6g} s gives 0.25 J")
 
 

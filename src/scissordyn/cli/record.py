@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.run.answer.advice import read_warnings
+from scissordyn.run.answer.advice import warning_lines, warnings_of
 from scissordyn.run.answer.summary import joint_summaries, summary_of
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
         "energy_residual": residual if math.isfinite(residual) else None,
         "trusted_until": trusted if math.isfinite(trusted) else None,
         "warnings": json.loads(run.attrs["warnings"]),
-        "warnings_in_short": read_warnings(json.loads(run.attrs["warnings"])),
+        "warnings_in_short": warning_lines(warnings_of(run)),
+        "warning_data": [warning.data for warning in warnings_of(run)],
         "files": [str(path) for path in files],
     }
 

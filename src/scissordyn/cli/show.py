@@ -17,7 +17,7 @@ from scissordyn.cli.scale import column
 from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
-from scissordyn.run.answer.advice import MEANS, read_warnings
+from scissordyn.run.answer.advice import MEANS, warning_lines, warnings_of
 from scissordyn.run.answer.force_answer import estimate_in_words, parts_of_oiled
 from scissordyn.run.answer.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.answer.warn import energy_turned_over
@@ -203,5 +203,5 @@ def show_summary(run: Run, to: Console, mechanism: Mechanism | None = None) -> N
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
     to.print(" ".join(parts), markup=False)
-    for warning in read_warnings(json.loads(attributes["warnings"]), mechanism):
+    for warning in warning_lines(warnings_of(run), mechanism):
         to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}", markup=False)

@@ -23,9 +23,10 @@ from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import largest_forces
-from scissordyn.run.answer.advice import condensed
+from scissordyn.run.answer.advice import warnings_of
 from scissordyn.run.answer.joints import clearance_joints
 from scissordyn.run.answer.summary import summary_of
+from scissordyn.warning import group, line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -170,7 +171,7 @@ class Page:
             "text": f"{shown.note}: {steps}" if shown.note else steps,
             "pins": len(pins),
             "legend": [list(pair) for pair in zip((NOW, *PINNED), legend, strict=False)],
-            "warnings": condensed(json.loads(shown.run.attrs["warnings"])),
+            "warnings": [line(alike) for alike in group(warnings_of(shown.run))],
         }
 
     # what is not of a run

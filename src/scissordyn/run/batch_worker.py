@@ -153,8 +153,8 @@ class Worker:
 def _warned(driver: Driver, options: Options) -> list[str]:
     """What the counters of a run warn of."""
     if driver.stepping is None:
-        return step_unused(options)
-    return stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))
+        return list(map(str, step_unused(options)))
+    return list(map(str, stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))))
 
 
 class _Slot:

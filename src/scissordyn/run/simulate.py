@@ -32,6 +32,7 @@ from scissordyn.run.results import Results, Run
 from scissordyn.run.start.demand import check_samples
 from scissordyn.run.start.ideal_path import IdealPath, deviates, ideal_path
 from scissordyn.units import Meaning, checked
+from scissordyn.warning import plain, warning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,14 +208,15 @@ def _computed(
         path, further = _at_own_instants(plan, options, path, progress, ideal)
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = results(plan, configuration, path, record)
-    found = [*further, *path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
-    found += painleve_warnings(path, record) + scale_warnings(options, path) + hard_contact_warnings(path, options)
+    warnings = [*plain([*further, *path.warnings]), *run_warnings(plan, run, path.immobile)]
+    warnings += plain(passing_warnings(plan, run, options.until)) + painleve_warnings(path, record)
+    warnings += scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":
-        failures = contact_failures(plan, run)
+        failures = [str(failure) for failure in contact_failures(plan, run)]
         run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
     if ideal is not None:
         run.variables.update(deviation_variables(run, path, ideal, options))
-        found += ideal.warnings
+        warnings += plain(ideal.warnings)
     if states is not None:
         horizon = predictability(options, path, states, run, progress, keeper)
         run.attrs.update(horizon.attributes)
@@ -222,8 +224,11 @@ def _computed(
             cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
             run.attrs.update(status="interrupted", cause=cause)
     if keeper is not None and keeper.problem:
-        found.append(f"the last checkpoints are missing: {keeper.problem}")
-    run.attrs["warnings"] = json.dumps(found)
+        warnings.append(warning("checkpoints", problem=keeper.problem))
+    unique = list({str(item): item for item in warnings}.values())
+    run.attrs.update(
+        warnings=json.dumps([str(item) for item in unique]), warning_data=json.dumps([item.data for item in unique])
+    )
     return run
 
 

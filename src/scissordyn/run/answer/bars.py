@@ -18,6 +18,7 @@ from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.run.results import Run, Variable, Variables
+from scissordyn.warning import RunWarning, warning
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
@@ -322,7 +323,7 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     return np.asarray(force)
 
 
-def mode_warnings(plan: Plan, run: Run) -> list[str]:
+def mode_warnings(plan: Plan, run: Run) -> list[RunWarning]:
     """Whether a contact was so short that it excites bending modes which bars were left without."""
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
     if not axes or not run["contact_start"].values.size:
@@ -337,10 +338,7 @@ def mode_warnings(plan: Plan, run: Run) -> list[str]:
     short = [axis for axis, need in zip(axes, needed, strict=True) if need > axis.shapes.modes]
     if not short:
         return []
-    kept = min(axis.highest_frequency for axis in short)
-    joint, start = run["contact_joint"].values[at], float(run["contact_start"].values[at])
-    return [
-        f"joint '{joint}': the contact at t = {start:.6g} s lasts {1e3 * lasting[at]:.3g} ms and excites bending up to "
-        f"{frequency:.3g} Hz; {len(short)} of {len(axes)} bars keep modes up to {kept:.3g} Hz: modes = {max(needed)} keeps "
-        "those of the contact"
-    ]
+    numbers = {"time": run["contact_start"].values[at], "lasting": 1e3 * lasting[at], "frequency": frequency}
+    numbers |= {"short": len(short), "bars": len(axes), "modes": max(needed)}
+    numbers["highest"] = min(axis.highest_frequency for axis in short)
+    return [warning("bending modes", str(run["contact_joint"].values[at]), **numbers)]

@@ -1,9 +1,9 @@
-"""Where oil films leave the range of their model: each a line with place and time."""
+"""Where oil films leave the range of their model: warnings with place and time."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from scissordyn.model.lubrication import Lubrication
 from scissordyn.plan.plan import Plan
 from scissordyn.run.answer.film import MIXED
 from scissordyn.run.results import Run
+from scissordyn.warning import RunWarning, warning
 
 THICKENS = 1e8
 """Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film."""
@@ -30,112 +31,81 @@ WARMED = 0.8
 """Viscosity after heating over that before, below which the given temperature is no longer meant."""
 
 
-def film_warnings(plan: Plan, run: Run) -> list[str]:
+NUMBERS = (
+    *("least_thickness", "least_thickness_time", "least_thickness_angle", "dry_share", "mixed_share", "torn_share", "heating"),
+    *("peak_pressure", "peak_pressure_time", "peak_tension", "peak_tension_time"),
+    *("reynolds_number", "squeeze_reynolds_number"),
+)
+"""What the warnings read of a film."""
+
+
+def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
     """Films that were too thin, torn, boiling, too hot or turbulent, or under too high a pressure."""
-    found = list[str]()
+    warnings = list[RunWarning]()
     for k, (joint, gap, oil) in enumerate(plan.lubricated):
+        film = {name: float(run.variables[f"film_{name}"].values[k]) for name in NUMBERS}
+        name, pressure = joint.name, film["peak_pressure"]
+        if film["least_thickness"] < MIXED * oil.roughness:
+            numbers = {
+                "roughness": oil.roughness,
+                "fraction": film["dry_share"] + film["mixed_share"],
+                "least": film["least_thickness"],
+                "time": film["least_thickness_time"],
+                "angle": math.degrees(film["least_thickness_angle"]),
+            }
+            warnings.append(warning("thin film", name, **numbers))
+        if pressure > THICKENS:
+            time = film["peak_pressure_time"]
+            warnings.append(warning("film pressure", name, pressure=pressure, time=time, limit=THICKENS))
+        warnings += _torn(name, oil, film) + _around(name, oil) + _inertia(name, gap, film) + _hot(name, oil, film["heating"])
+    return warnings
 
-        def of(name: str, k: int = k) -> float:
-            return float(run.variables[f"film_{name}"].values[k])
 
-        label = f"joint '{joint.name}'"
-        found += _thin(label, oil, of)
-        found += _pressed(label, of("peak_pressure"), of("peak_pressure_time"))
-        found += _torn(label, oil, of)
-        found += _around(label, oil)
-        found += _inertia(label, gap, of)
-        found += _hot(label, oil, of("heating"))
-    return found
-
-
-def film_peak_warnings(name: str, oil: Lubrication, gap: Clearance, largest: dict[str, float]) -> list[str]:
+def film_peak_warnings(name: str, oil: Lubrication, gap: Clearance, largest: dict[str, float]) -> list[RunWarning]:
     """Of a run without samples: by the largest eccentricity [m] and pressure [Pa] of a joint's film."""
-    label, found = f"joint '{name}'", list[str]()
-    least = gap.clearance - largest["eccentricity"]
+    warnings, least, pressure = list[RunWarning](), gap.clearance - largest["eccentricity"], largest["pressure"]
     if least < MIXED * oil.roughness:
-        found.append(f"{label}: the film is thinner than three roughnesses of {oil.roughness:.3g} m, least {least:.3g} m")
-    return found + _pressed(label, largest["pressure"]) + _around(label, oil)
+        warnings.append(warning("thin film in a case", name, roughness=oil.roughness, least=least))
+    if pressure > THICKENS:
+        warnings.append(warning("film pressure in a case", name, pressure=pressure, limit=THICKENS))
+    return warnings + _around(name, oil)
 
 
-def _thin(label: str, oil: Lubrication, of: Any) -> list[str]:
-    least = of("least_thickness")
-    if not least < MIXED * oil.roughness:
-        return []
-    part = of("dry_share") + of("mixed_share")
-    return [
-        f"{label}: the film is thinner than three roughnesses of {oil.roughness:.3g} m for {part:.2g} of the run, "
-        f"least {least:.3g} m at t = {of('least_thickness_time'):.6g} s in the direction "
-        f"{math.degrees(of('least_thickness_angle')):.3g} deg; peaks carry there, which the film's force does not know"
-    ]
-
-
-def _pressed(label: str, pressure: float, when: float | None = None) -> list[str]:
-    if not pressure > THICKENS:
-        return []
-    at = "" if when is None else f" (t = {when:.6g} s)"
-    return [
-        f"{label}: film pressures reach {pressure:.2g} Pa{at}; above {THICKENS:.0e} Pa oil thickens and surfaces yield: "
-        "its forces are those of rigid surfaces"
-    ]
-
-
-def _torn(label: str, oil: Lubrication, of: Any) -> list[str]:
+def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWarning]:
     """Pressures below those that the oil can follow."""
-    tension, bears = of("peak_tension"), oil.ambient_pressure - oil.vapour_pressure
+    tension, time, bears = film["peak_tension"], film["peak_tension_time"], oil.ambient_pressure - oil.vapour_pressure
     if not tension > max(bears, 0.0):
         return []
-    where = f"{tension:.2g} Pa below the surroundings at t = {of('peak_tension_time'):.6g} s"
     if oil.full:
-        return [
-            f"{label}: the full film pulls with pressures down to {where}; oil boils {bears:.2g} Pa below them: "
-            "full = true is not possible there"
-        ]
-    return [
-        f"{label}: the film cavitates beyond the model: to follow the journal its oil would have to go to {where}, and for "
-        f"{of('torn_share'):.2g} of the run to more than the {max(bears, 0.0):.2g} Pa that drive oil back; the model fills the "
-        "clearance at any time, so films after that can be too strong"
-    ]
+        return [warning("full film pulls", name, tension=tension, time=time, bears=bears)]
+    return [warning("cavitation", name, tension=tension, time=time, fraction=film["torn_share"], bears=max(bears, 0.0))]
 
 
-def _around(label: str, oil: Lubrication) -> list[str]:
+def _around(name: str, oil: Lubrication) -> list[RunWarning]:
     """Oil that boils or evaporates in its surroundings."""
-    around = f"at the {oil.ambient_pressure:.3g} Pa around it"
     if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
-        return [f"{label}: the oil boils {around}: its vapour pressure is {oil.vapour_pressure:.3g} Pa"]
+        return [warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure)]
     if oil.ambient_pressure < VACUUM and oil.vapour_pressure == 0.0:
-        return [
-            f"{label}: oil evaporates in a vacuum, {around}; the film stays in the model: give the vapour_pressure of an oil "
-            "that is made for a vacuum, or leave the joint dry"
-        ]
+        return [warning("vacuum", name, ambient=oil.ambient_pressure)]
     return []
 
 
-def _inertia(label: str, gap: Clearance, of: Any) -> list[str]:
+def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:
     """Flows that are not laminar, or whose inertia counts."""
-    found = list[str]()
-    number, limit = of("reynolds_number"), TURBULENT * math.sqrt(gap.journal_radius / gap.clearance)
-    if number > limit:
-        found.append(f"{label}: Reynolds' number {number:.3g} exceeds {limit:.3g}, above which the film has vortices")
-    squeeze = of("squeeze_reynolds_number")
-    if squeeze > INERT:
-        found.append(
-            f"{label}: the squeeze Reynolds number rho c |e'|/mu reaches {squeeze:.3g}; above {INERT:g} the inertia of the "
-            "oil, which the film does not have, is no small part of its pressure"
-        )
-    return found
+    number, limit = film["reynolds_number"], TURBULENT * math.sqrt(gap.journal_radius / gap.clearance)
+    squeeze = film["squeeze_reynolds_number"]
+    warnings = [warning("vortices", name, number=number, limit=limit)] if number > limit else []
+    return warnings + ([warning("squeeze", name, number=squeeze, limit=INERT)] if squeeze > INERT else [])
 
 
-def _hot(label: str, oil: Lubrication, rise: float) -> list[str]:
+def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
     """Oil that the power lost warms out of its state."""
     if not np.isfinite(rise):
         return []
     temperature = oil.temperature + rise
-    warmed = f"{label}: the power lost would warm the oil by {rise:.3g} K if nothing cooled it"
     if temperature > RANGE[1]:
-        return [f"{warmed}, beyond {RANGE[1] - 273.15:g} deg C, where oils evaporate and boil; in the model it stays as it is"]
+        return [warning("oil boils off", name, rise=rise, limit=RANGE[1] - 273.15)]
     if oil.oil is None:
         return []
     before, after = oil.dynamic_viscosity, oil.oil.viscosity(temperature)
-    if after < WARMED * before:
-        return [f"{warmed}, and its viscosity fall from {before:.3g} to {after:.3g} Pa s; both are fixed in the model"]
-    return []
+    return [warning("oil warms", name, rise=rise, before=before, after=after)] if after < WARMED * before else []

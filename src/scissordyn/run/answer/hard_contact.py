@@ -12,6 +12,7 @@ from scissordyn.kernel import Handle
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
+from scissordyn.warning import RunWarning, warning
 
 DEEP = 0.2
 """Indentation beyond that of the law, over clearance, above which the step is too long for a journal in its bearing."""
@@ -27,71 +28,52 @@ LASTING = 0.02
 """Part of the run at its end for which a mechanism that has jammed stands."""
 
 
-def hard_contact_warnings(path: Trajectory, options: Options) -> list[str]:
+def hard_contact_warnings(path: Trajectory, options: Options) -> list[RunWarning]:
     """The warnings of time stepping; of a run without it only where a step was asked for."""
     if "step" not in path.statistics:
         return step_unused(options)
     return stepping_warnings(path.plan, path.system, path.statistics) + _not_converged(path) + _jammed(path)
 
 
-def step_unused(options: Options) -> list[str]:
+def step_unused(options: Options) -> list[RunWarning]:
     """The warning of a run without hard contact for which a step of time stepping was asked."""
-    if options.step is None:
-        return []
-    return [
-        f"step = {options.step:g} s is that of time stepping, and no contact is hard: steps follow rtol and atol; "
-        "contact = 'hard' for some clearance, or leave the step out"
-    ]
+    return [] if options.step is None else [warning("step unused", step=options.step)]
 
 
-def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> list[str]:
+def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> list[RunWarning]:
     """What the counters of time stepping warn of: impulses that are not solved or not determined, surfaces that overlap."""
-    found, every = [], counts["contact_steps"]
+    warnings, steps = [], counts["contact_steps"]
     if counts["steps_not_solved"]:
-        found.append(
-            f"the impulses of {counts['steps_not_solved']} of {every} steps with contacts are not solved: neither Newton's "
-            "method nor pivoting finds modes that agree with each other, as with friction that locks surfaces (Painlevé); "
-            "their impulses are those without friction"
-        )
+        warnings.append(warning("not solved", count=counts["steps_not_solved"], steps=steps))
     if counts["over_determined_steps"]:
-        found.append(
-            f"in {counts['over_determined_steps']} of {every} steps with contacts more contacts are closed than the position "
-            "determines: their impulses are those of surfaces with the same small compliance, only their sums are determined"
-        )
-    clearance = system.content.parameters.contact["clearance"]
-    overlap = counts["overlap"]
+        warnings.append(warning("over-determined", count=counts["over_determined_steps"], steps=steps))
+    clearance, overlap = system.content.parameters.contact["clearance"], counts["overlap"]
     deepest = {j: overlap.get(plan.contacts[j].name, 0.0) / float(clearance[j]) for j in plan.hard_places}
     deep = [j for j in plan.hard_places if deepest[j] > DEEP]
     if deep:
         worst = max(deep, key=lambda j: deepest[j])
         others = f", and those of {len(deep) - 1} more" if len(deep) > 1 else ""
-        found.append(
-            f"joint '{plan.contacts[worst].name}': hard surfaces overlap by {deepest[worst]:.2g} clearances{others}: "
-            f"the step of {counts['step']:.3g} s is too long"
-        )
-    return found
+        numbers = {"overlap": deepest[worst], "others": others, "step": counts["step"]}
+        warnings.append(warning("overlap", plan.contacts[worst].name, **numbers))
+    return warnings
 
 
-def _not_converged(path: Trajectory) -> list[str]:
+def _not_converged(path: Trajectory) -> list[RunWarning]:
     """That the losses of restitution are those of sequences of impacts that the step does not resolve."""
-    size, ends, unresolved = FOLLOWS * path.statistics["step"], dict[int, float](), 0.0
-    hard, own = set(path.plan.hard_places), path.contacts()
-    for contact in own:
-        if contact.joint in hard and contact.start < ends.get(contact.joint, -math.inf) + size:
+    step, ends, unresolved = path.statistics["step"], dict[int, float](), 0.0
+    hard, contacts = set(path.plan.hard_places), path.contacts()
+    for contact in contacts:
+        if contact.joint in hard and contact.start < ends.get(contact.joint, -math.inf) + FOLLOWS * step:
             unresolved += contact.damping_loss
         ends[contact.joint] = contact.start + (math.inf if math.isnan(contact.duration) else contact.duration)
-    lost = sum(contact.damping_loss for contact in own if contact.joint in hard)
-    dissipated = sum(contact.damping_loss + contact.friction_loss for contact in own)
+    lost = sum(contact.damping_loss for contact in contacts if contact.joint in hard)
+    dissipated = sum(contact.damping_loss + contact.friction_loss for contact in contacts)
     if path.statistics["impacts_located"] or not unresolved > NOT_CONVERGED * dissipated:
         return []
-    return [
-        f"the losses of restitution have not converged: {unresolved:.3g} of {lost:.3g} J are those of contacts that follow the "
-        f"one before in their joint within {FOLLOWS:g} steps, and change with the step; compare trust = true, or step = "
-        f'"{0.25 * path.statistics["step"]:.2g} s"'
-    ]
+    return [warning("not converged", unresolved=unresolved, lost=lost, within=FOLLOWS, step=0.25 * step)]
 
 
-def _jammed(path: Trajectory) -> list[str]:
+def _jammed(path: Trajectory) -> list[RunWarning]:
     """That the mechanism has come to a stand while contacts stick, and which."""
     n, samples = path.plan.coordinates.free, path.samples
     speed = np.max(np.abs(samples.state[:, n : 2 * n]), axis=1, initial=0.0)
@@ -105,4 +87,4 @@ def _jammed(path: Trajectory) -> list[str]:
     if last > (1.0 - LASTING) * path.end or not stuck:
         return []
     names = ", ".join(f"'{name}'" for name in stuck)
-    return [f"at rest or jammed: from t = {last:.6g} s on nothing moves, and the contacts of {names} stick"]
+    return [warning("jammed", time=last, names=names)]

@@ -11,6 +11,7 @@ from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
 from scissordyn.run.start.tolerance import state_tolerance
 from scissordyn.units import State
+from scissordyn.warning import RunWarning, warning
 
 COARSE = 1e3
 """A state whose allowed error changes a force by more than this times the tolerance, as a part of the largest force of its
@@ -20,13 +21,13 @@ MOST = 500
 """Samples at which this is looked at."""
 
 
-def scale_warnings(options: Options, path: Trajectory) -> list[str]:
+def scale_warnings(options: Options, path: Trajectory) -> list[RunWarning]:
     """A warning for each state whose declared scale is so large that its allowed error is seen in the force."""
     places = _places(path)
     instants = path.samples.time.size
     if not places or not instants:
         return []
-    content, found = path.system.content, []
+    content, warnings = path.system.content, list[RunWarning]()
     allowed = state_tolerance(options.rtol, options.atol)
     change, size = np.zeros(len(places)), np.zeros(len(places))
     for at in np.unique(np.linspace(0, instants - 1, min(instants, MOST)).astype(int)).tolist():
@@ -47,12 +48,10 @@ def scale_warnings(options: Options, path: Trajectory) -> list[str]:
             continue
         scale, share = content.parameters.state_scale[entry - 2 * path.plan.coordinates.free], change[k] / size[k]
         force = component.declaration.port.forces[0].partition("_")[0]
-        found.append(
-            f"{component.declaration.label} '{component.name}': an error of {allowed * scale:.2g} {state.unit}, which the "
-            f"tolerance allows in its state '{state.name}', is {share:.2g} of its largest {force}; the scale of {scale:.2g} "
-            f"{state.unit} is too large, about {scale * allowed / share:.1g} {state.unit} would fit"
-        )
-    return found
+        numbers = {"error": allowed * scale, "unit": state.unit, "state": state.name, "share": share, "force": force}
+        numbers |= {"scale": scale, "fitting": scale * allowed / share}
+        warnings.append(warning("state scale", component.name, component.declaration.label, **numbers))
+    return warnings
 
 
 def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:

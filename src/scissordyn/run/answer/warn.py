@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from scissordyn.run.advance.spacing import time_mean
 from scissordyn.run.answer.bars import mode_warnings
 from scissordyn.run.answer.film_range import film_peak_warnings, film_warnings
 from scissordyn.run.results import Run, along
+from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
     from scissordyn.run.advance.driver import Driver
@@ -57,42 +59,39 @@ AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit above which a controller is at the limit."""
 
 RESTLESS = 0.05
-"""Changes of a controller from one limit to the other, as a part of the samples, above which they are said."""
+"""Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning."""
+
+MOST_NAMES = 6
+"""Joints that a warning names."""
 
 
-def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[str]:
-    """The warnings of a run, each once."""
-    found = contact_failures(plan, run)
+def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
+    """What is doubtful in a run by its recorded variables."""
+    warnings = contact_failures(plan, run)
     touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
     for number, joint in enumerate(plan.contacts):
         depth = float(_values(run, "peak_indentation")[plan.joint_names.index(joint.name)])
-        found += _of_contact(plan, number, speed[touched == joint.name].tolist(), depth)
-    found += _beyond_damping(plan, run)
+        warnings += _of_contact(plan, number, speed[touched == joint.name].tolist(), depth)
+    warnings += _beyond_damping(plan, run)
     for i, rod in enumerate(plan.rods):
-        force = _values(run, "rod_force")[:, i]
+        force, time = _values(run, "rod_force")[:, i], _values(run, "time")
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
-            found.append(
-                f"joint '{rod.name}': negative normal force from t = {run['time'].values[first]:.6g} s on (N falls to "
-                f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); constrained contact is not possible there"
-            )
-    found += [
-        f"clearance joint '{name}' cannot move: the rest of the mechanism is rigid there, so the clearance has no effect"
-        for name in immobile
-    ]
-    found += _exceeded(run)
-    found += _overstrained(run)
-    found += _buckled(run)
-    found += mode_warnings(plan, run)
-    found += _off_the_rail(plan, run)
-    found += _undetermined(run)
-    found += _saturated(plan, run)
-    found += _gained(run)
-    found += film_warnings(plan, run)
-    found += _impulses(run)
+            warnings.append(warning("negative force", rod.name, first=time[first], force=force[worst], time=time[worst]))
+    warnings += [warning("immobile", name, "clearance joint") for name in immobile]
+    warnings += _exceeded(run)
+    warnings += _overstrained(run)
+    warnings += _buckled(run)
+    warnings += mode_warnings(plan, run)
+    warnings += _off_the_rail(plan, run)
+    warnings += _undetermined(run)
+    warnings += _saturated(plan, run)
+    warnings += _gained(run)
+    warnings += film_warnings(plan, run)
+    warnings += _impulses(run)
     if not _stands_still(plan, run):
-        found += _unbalanced(run, stepped=bool(plan.hard_places))
-    return list(dict.fromkeys(found))
+        warnings += _unbalanced(run, stepped=bool(plan.hard_places))
+    return warnings
 
 
 class Extremes:
@@ -128,38 +127,33 @@ class Extremes:
 
         Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
         """
-        plan, depth, found = self.plan, self._indentation.tolist(), list[str]()
+        plan, depth, warnings = self.plan, self._indentation.tolist(), list[RunWarning]()
         for number, joint in enumerate(plan.contacts):
             assert joint.clearance is not None
             hard = joint.clearance.contact == "hard"
-            failed = "" if hard else contact_failure(joint.name, joint.clearance.surfaces, depth[number])
-            found += [f"the contact model has failed: {failed}"] if failed else []
-            found += _of_contact(plan, number, self._speeds[number], depth[number])
+            failure = "" if hard else contact_failure(joint.name, joint.clearance.surfaces, depth[number])
+            warnings += [warning("failed in a case", failure=failure)] if failure else []
+            warnings += _of_contact(plan, number, self._speeds[number], depth[number])
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
-                found.append(_exceeding(plan.contacts[number].name, ratio, lasting))
+                name = plan.contacts[number].name
+                warnings.append(warning("friction", name, ratio=ratio, limit=EXCEEDED, seconds=lasting))
         for number, part in plan.actuators:
             limit = getattr(part.controller, "limit", None)
             if limit is not None and self._effort[number] >= AT_LIMIT * limit:
-                found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
-        if self._outputs:
-            found += self._of_films()
-        return list(dict.fromkeys(found))
-
-    def _of_films(self) -> list[str]:
-        plan, found = self.plan, list[str]()
+                warnings.append(warning("at limit in a case", part.name, "actuator", limit=limit))
         first = len(plan.components) - len(plan.lubricated)
-        for k, (joint, gap, oil) in enumerate(plan.lubricated, first):
+        for k, (joint, gap, oil) in enumerate(plan.lubricated if self._outputs else (), first):
             outputs = plan.components[k].declaration.outputs_monitored
-            largest = {each.name: self._outputs.get(k * RESULTS + each.first, 0.0) for each in outputs}
-            found += film_peak_warnings(joint.name, oil, gap, largest)
-        return found
+            largest = {output.name: self._outputs.get(k * RESULTS + output.first, 0.0) for output in outputs}
+            warnings += film_peak_warnings(joint.name, oil, gap, largest)
+        return list(dict.fromkeys(map(str, warnings)))
 
 
-def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[str]:
+def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[RunWarning]:
     joint = plan.contacts[number]
-    assert joint.clearance is not None
     laws = joint.clearance
+    assert laws is not None
     if laws.contact == "hard":  # the laws serve an estimate only
         return []
     return contact_warnings(
@@ -167,41 +161,37 @@ def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> l
     )
 
 
-def contact_failures(plan: Plan, run: Run) -> list[str]:
+def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
     """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
-    found = []
+    warnings = []
     for joint in plan.contacts:
         assert joint.clearance is not None
         at = plan.joint_names.index(joint.name)
-        text = contact_failure(joint.name, joint.clearance.surfaces, float(_values(run, "peak_indentation")[at]))
-        if text:
+        failure = contact_failure(joint.name, joint.clearance.surfaces, float(_values(run, "peak_indentation")[at]))
+        if failure:
             beyond = _values(run, "indentation")[:, at] > joint.clearance.surfaces.journal_radius
             largest = float(_values(run, "peak_indentation_time")[at])
             first = min(largest, _values(run, "time")[int(np.argmax(beyond))]) if beyond.any() else largest
-            found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")
-    return found
+            warnings.append(warning("failed", time=first, failure=failure))
+    return warnings
 
 
-def _beyond_damping(plan: Plan, run: Run) -> list[str]:
+def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
     """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
     touched, speed, peak = (_values(run, name) for name in ("contact_joint", "approach_speed", "peak_normal_force"))
-    found = []
+    warnings = []
     for joint in (plan.contacts[j] for j in plan.compliant_places):
         assert joint.clearance is not None
-        own = np.flatnonzero(touched == joint.name)
-        if not hasattr(joint.clearance.damping, "restitution") or not own.size:
+        here = np.flatnonzero(touched == joint.name)
+        if not hasattr(joint.clearance.damping, "restitution") or not here.size:
             continue
-        law, worst = elastic_law(joint.clearance), own[np.argmax(peak[own])]
+        law, worst = elastic_law(joint.clearance), here[np.argmax(peak[here])]
         deepest = float(_values(run, "peak_indentation")[plan.joint_names.index(joint.name)])
         elastic = float(elastic_force(law.force, deepest, law.row))
         if peak[worst] > DAMPED * (1.0 + getattr(joint.clearance.damping, "factor", 0.0)) * elastic:
-            slow = "from rest" if speed[worst] <= APPROACH_FLOOR else f"slowly, at {speed[worst]:.3g} m/s,"
-            found.append(
-                f"joint '{joint.name}': a contact that began {slow} reaches {peak[worst]:.4g} N, its joint's deepest "
-                f"indentation gives {elastic:.4g} N: the rest is damping, whose law holds for speeds up to that at which a "
-                "contact began; the force can be far too large: compare damping = 'none', or contact = 'hard'"
-            )
-    return found
+            kind = "damping from rest" if speed[worst] <= APPROACH_FLOOR else "damping"
+            warnings.append(warning(kind, joint.name, speed=speed[worst], force=peak[worst], elastic=elastic))
+    return warnings
 
 
 def energy_turned_over(run: Run) -> float:
@@ -229,7 +219,7 @@ def _stands_still(plan: Plan, run: Run) -> bool:
     return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are no numbers
 
 
-def _unbalanced(run: Run, *, stepped: bool) -> list[str]:
+def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
     residual = float(np.max(np.abs(_values(run, "energy_residual")), initial=0.0))
     turned_over = energy_turned_over(run)
@@ -241,88 +231,81 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[str]:
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
     finer = "a shorter step" if stepped else "a smaller rtol and atol"
-    return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try {finer}"]
+    return [warning("unbalanced", residual=residual, share=share, finer=finer)]
 
 
-def _gained(run: Run) -> list[str]:
+def _gained(run: Run) -> list[RunWarning]:
     """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
-    turned_over, found, unseen = energy_turned_over(run), list[str](), "; the energy balance does not see it"
-    for name, what in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
+    turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), _values(run, "time")
+    for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = _values(run, name)
         gain = np.maximum.accumulate(loss) - loss
         if float(np.max(gain, initial=0.0)) > UNBALANCED * turned_over:
             worst = int(np.argmax(gain))
-            when = run["time"].values[worst]
-            found.append(f"{what} gives energy: {name} falls by {gain[worst]:.3g} J until t = {when:.6g} s{unseen}")
-    if "event_loss" in run.variables:
-        rows = zip(*(_values(run, f"event_{key}") for key in ("name", "time", "loss")), strict=True)
-        found += [
-            f"the event of '{name}' at t = {when:.6g} s gives {-loss:.3g} J{unseen}"
-            for name, when, loss in rows
-            if -loss > CARRIED * turned_over
-        ]
-    return found
+            warnings.append(warning("gain", source=source, variable=name, gain=gain[worst], time=time[worst]))
+    warnings += [
+        warning("event gain", name=name, time=when, gain=-loss)
+        for name, when, loss in _events(run, "loss")
+        if -loss > CARRIED * turned_over
+    ]
+    return warnings
 
 
-def _impulses(run: Run) -> list[str]:
+def _impulses(run: Run) -> list[RunWarning]:
     """Latches that lock while a drive keeps its speed: its torque is no number there."""
-    if "event_drive_work" not in run.variables:
-        return []
-    rows = zip(*(_values(run, f"event_{key}") for key in ("name", "time", "drive_work")), strict=True)
     least = CARRIED * energy_turned_over(run)
     return [
-        f"latch '{name}' locks at t = {when:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest "
-        "driving torques do not contain it"
-        for name, when, work in rows
+        warning("impulse", name, "latch", time=when, work=work)
+        for name, when, work in _events(run, "drive_work")
         if abs(work) > least
     ]
 
 
-def _saturated(plan: Plan, run: Run) -> list[str]:
+def _events(run: Run, column: str) -> Iterable[tuple[str, float, float]]:
+    """Name, instant and a number of each event of a component."""
+    if f"event_{column}" not in run.variables:
+        return []
+    return zip(*(_values(run, f"event_{name}").tolist() for name in ("name", "time", column)), strict=True)
+
+
+def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
     """Controllers at their limit, how long, and how far from their reference."""
-    found = []
+    warnings = []
     for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
         if limit is None or not float(_values(run, "peak_control_torque")[k]) >= AT_LIMIT * limit:
             continue
         at = np.abs(_values(run, "control_torque")[:, k]) >= AT_LIMIT * limit
-        time = _values(run, "time")
-        text = f"actuator '{part.name}': the controller is at its limit of {limit:g} N m "
-        if at.any():
-            text += f"for {float(time_mean(at, time)):.2g} of the run, first at t = {time[at][0]:.6g} s"
-        else:
-            text += "for less than the time between two samples"
-        if part.reference is not None and at.any():
-            behind = float(np.max(np.abs(_values(run, "control_error")[at, k])))
-            text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
+        if not at.any():
+            warnings.append(warning("at limit between samples", part.name, "actuator", limit=limit))
+            continue
+        time, kind, numbers = _values(run, "time"), "at limit, no reference", {}
+        if part.reference is not None:
+            kind = "at limit"
+            numbers["behind"] = math.degrees(float(np.max(np.abs(_values(run, "control_error")[at, k]))))
+        lasting = float(time_mean(at, time))
+        warnings.append(warning(kind, part.name, "actuator", limit=limit, fraction=lasting, time=time[at][0], **numbers))
         reversals = int(np.sum(np.diff(np.sign(_values(run, "control_torque")[at, k])) != 0.0))
         if reversals > max(RESTLESS * time.size, 2):
-            text += (
-                f"; between samples it changes from one limit to the other {reversals} times: its gains are too high for what "
-                "it moves, or beside hard contact the step is too long (smaller gains, or compliant contact)"
-            )
-        found.append(text)
-    return found
+            warnings.append(warning("restless", part.name, "actuator", reversals=reversals))
+    return warnings
 
 
-def _overstrained(run: Run) -> list[str]:
+def _overstrained(run: Run) -> list[RunWarning]:
     """Where bars that bend leave small strains or their elastic range, at the samples."""
-    found = list[str]()
+    warnings = list[RunWarning]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
-        return found
-    for name, limit, text in (
-        ("beam_utilisation", 1.0, "is stressed to {:.3g} times its yield strength: the bar stays elastic in the model"),
-        ("beam_fibre_strain", LARGE_STRAIN, "has a strain of {:.3g}: the model is one of small strains"),
-    ):
+        return warnings
+    for name, limit, kind in (("beam_utilisation", 1.0, "yield"), ("beam_fibre_strain", LARGE_STRAIN, "strain")):
         values = along(run[name], "time", "beam")
         at, which = np.unravel_index(int(np.nanargmax(values)) if np.isfinite(values).any() else 0, values.shape)
         if values[at, which] > limit:
-            where, when = run["beam"].values[which], float(run["time"].values[at])
-            found.append(f"element '{where}' {text.format(values[at, which])} (t = {when:.6g} s)")
-    return found
+            beam, when = str(run["beam"].values[which]), run["time"].values[at]
+            warnings.append(warning(kind, beam, "element", ratio=values[at, which], time=when))
+    return warnings
 
 
-def _buckled(run: Run) -> list[str]:
+def _buckled(run: Run) -> list[RunWarning]:
     """The bar that is compressed most beyond what the mechanism bears."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return []
@@ -330,66 +313,45 @@ def _buckled(run: Run) -> list[str]:
     b = int(np.argmax(ratio))
     if not ratio[b] >= 1.0:
         return []
-    when = float(run["bar_largest_buckling_ratio_time"].values[b])
-    return [
-        f"bar '{run['bar'].values[b]}' is compressed to {ratio[b]:.3g} times the force at which the mechanism buckles with its "
-        f"drives locked (t = {when:.6g} s)"
-    ]
+    when = run["bar_largest_buckling_ratio_time"].values[b]
+    return [warning("buckling", str(run["bar"].values[b]), "bar", ratio=ratio[b], time=when)]
 
 
-def _off_the_rail(plan: Plan, run: Run) -> list[str]:
+def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
     """What runs beyond the end of a bar, at the samples."""
-    found = list[str]()
+    warnings = list[RunWarning]()
     for i, axis in rail_axes(plan.coordinates.natural.axes, plan.components).items():
         part = plan.components[i]
         section = part.declaration.section
         places = along(run[f"{section}_place"], section, "time")[run[section].values.tolist().index(part.name)]
         off = (places < 0.0) | (places > axis.bar.length)
         if off.any():
-            when = float(run["time"].values[int(np.argmax(off))])
-            bar = axis.bar.name.removesuffix("/beam")
-            found.append(
-                f"{part.declaration.label} '{part.name}' runs off the end of bar '{bar}' at t = {when:.6g} s, which goes on "
-                "straight in the model"
-            )
-    return found
+            when, bar = run["time"].values[int(np.argmax(off))], axis.bar.name.removesuffix("/beam")
+            warnings.append(warning("off the rail", part.name, part.declaration.label, bar=bar, time=when))
+    return warnings
 
 
-def _exceeded(run: Run) -> list[str]:
+def _exceeded(run: Run) -> list[RunWarning]:
     """Bristles that give more friction than their law's static limit, how much and how long."""
     if "peak_friction_ratio" not in run:
         return []
-    rows = zip(
-        _values(run, "joint"),
-        _values(run, "peak_friction_ratio"),
-        _values(run, "friction_excess_time"),
-        strict=True,
-    )
-    return [_exceeding(name, ratio, lasting) for name, ratio, lasting in rows if lasting > 0.0]
+    columns = (_values(run, name) for name in ("joint", "peak_friction_ratio", "friction_excess_time"))
+    return [
+        warning("friction", str(name), ratio=ratio, limit=EXCEEDED, seconds=lasting)
+        for name, ratio, lasting in zip(*columns, strict=True)
+        if lasting > 0.0
+    ]
 
 
-def _exceeding(name: str, ratio: float, lasting: float) -> str:
-    return (
-        f"joint '{name}': friction reaches {ratio:.3g} times the static limit of its law, and exceeds {EXCEEDED:g} times it "
-        f"for {lasting:.3g} s; see bristle_damping and damping_speed"
-    )
-
-
-def _undetermined(run: Run) -> list[str]:
+def _undetermined(run: Run) -> list[RunWarning]:
     """Reactions that are not determined, at all times or where bodies are aligned."""
     missing = np.isnan(_values(run, "reaction")).any(axis=2)
     if not missing.any():
         return []
-    names = _some(_values(run, "joint")[missing.any(axis=0)].tolist())
+    quoted = [f"'{name}'" for name in _values(run, "joint")[missing.any(axis=0)].tolist()]
+    names = ", ".join(quoted[:MOST_NAMES] + ([f"{len(quoted) - MOST_NAMES} more"] if len(quoted) > MOST_NAMES else []))
     instants = missing.any(axis=1)
     if instants.all():
-        return [f"there are redundant ideal joints; the reactions of {names} are not determined and are left out (NaN)"]
-    return [
-        f"at {np.sum(instants)} of {instants.size} instants, first at t = {run['time'].values[instants][0]:.6g} s, bodies are "
-        f"aligned (a singular position): the reactions of {names} are not determined there and are left out (NaN)"
-    ]
-
-
-def _some(names: list[str], most: int = 6) -> str:
-    quoted = [f"'{name}'" for name in names[:most]] + ([f"{len(names) - most} more"] if len(names) > most else [])
-    return ", ".join(quoted)
+        return [warning("redundant joints", names=names)]
+    first = run["time"].values[instants][0]
+    return [warning("aligned", count=np.sum(instants), instants=instants.size, time=first, names=names)]

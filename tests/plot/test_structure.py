@@ -101,3 +101,16 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
     figure = drawn[0].get_figure(root=True)
     assert figure is not None
     assert figure.get_supxlabel() == f"{len(names) - MOST_JOINTS} more clearance joints with smaller forces"
+
+
+def test_wide_structure_has_room_beside_its_joints() -> None:
+    """Limit: of six and of twenty units the structure is drawn at least 0.7 in high, and each title within the figure."""
+    for units in (6, 20):
+        arm = scissor(units=units, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=math.radians(30.0))
+        arm = arm.with_clearance("all", Clearance(5e-4))
+        drawn = structure(simulate(arm, until=1e-4, samples=2), arm, times=2)
+        figure = drawn[0].get_figure(root=True)
+        assert figure is not None
+        figure.draw_without_rendering()
+        assert drawn[0].bbox.height > 0.7 * figure.dpi
+        assert max(axes.title.get_window_extent().y1 for axes in drawn) <= figure.bbox.y1 + 1.0

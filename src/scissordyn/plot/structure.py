@@ -173,9 +173,8 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
     else:
         lengths = [min(aspect, WIDE) if is_column() else aspect, *[1.2] * joints]
         height = min(1.6, min(11.0, figure_width() - 0.8) / sum(lengths))
-        size = (0.8 + height * sum(lengths), 0.7 + (0.45 + height) * instants)
-        if is_column():  # titles have four lines
-            size = (figure_width(), 0.7 + (0.7 + height) * instants)
+        titles = 1.0 if joints > CLOSE else 0.7 if is_column() else 0.45
+        size = (figure_width() if is_column() else 0.8 + height * sum(lengths), 0.7 + (titles + height) * instants)
         figure = Figure(figsize=size if is_column() else figure_size(*size), layout="constrained")
         grid = figure.subplots(instants, 1 + joints, squeeze=False, width_ratios=lengths)
     return [list(row) for row in grid]
@@ -278,7 +277,8 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     axes.plot(x, y, marker="+", markersize=6.0, color=color, markeredgewidth=1.0)
     axes.plot(0.0, 0.0, marker=".", markersize=3.0, color=BLACK)
     axes.set_aspect("equal", adjustable="box")
-    axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), xticks=[], yticks=[])
+    reach = max(1.5, 1.05 + max(abs(x), abs(y)))  # the journal of a deep contact
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xticks=[], yticks=[])
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"

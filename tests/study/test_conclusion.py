@@ -243,6 +243,28 @@ def test_where_they_are_met_is_said() -> None:
     assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
 
 
+def test_many_numbers_make_no_wall_of_text() -> None:
+    """Limit: of eight numbers six are in a sentence, those of the narrowest ranges; the exponents have a row for each."""
+    bars = [f"body.unit {unit}/bar {bar}.mass" for unit in (1, 2) for bar in (1, 2)]
+    numbers = [*bars, "body.slider.mass", "drive.speed", "gravity", "A.clearance"]
+    described = study(
+        factors=tuple(Factor(name, Interval(1e-4, 5e-4)) for name in numbers),
+        uncertain=(),
+        sampling=Sampling(1),
+        design=Design("sobol", 64, 1),
+    )
+    values = described.numbers(np.arange(64)).values
+    found = made_up(described, 4e6 * values["A.clearance"])
+    conclusion = conclude(described, found, "a.db")
+    said = str(conclusion.verdict[0])
+    assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
+    assert said.endswith(", and wider parts of the range of 2 numbers more.")
+    table = trend_table(described, found)
+    assert table is not None
+    assert table.head == ("response", "peak_force")
+    assert [row[0] for row in table.rows] == [*numbers, "R2", "error at points left out"]
+
+
 def test_probability_of_the_recommended_point() -> None:
     """Cross-check: point 1 meets the bound in 7 of 8 samples, with scipy's interval; a failed case meets nothing."""
     drawn = Factor("A.damping.restitution", Uniform(0.5, 0.9))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-MOST_FACTORS = 6
+MOST_FACTORS = 5
 """Columns of response curves; of more numbers those that matter first."""
 
 LONGEST = 84

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,9 @@ from scissordyn.units import counted
 
 NEGLIGIBLE = 0.05
 """Change of a response over the whole range of a number, as a fraction, that is not worth a word."""
+
+MOST_NUMBERS = 6
+"""Numbers of a case, or names in a sentence, that are written."""
 
 NAMED = (1.0, 2.0, -1.0, 0.5)
 """Exponents that have words of their own."""
@@ -79,8 +82,12 @@ def _verdict(study: Study, results: xr.Dataset) -> Fact:
     if not whole:
         return Fact("met in part" if part else "met nowhere", numbers=about)
     there = points.isel(point=np.flatnonzero(always.values))
-    where = tuple(_region(there, points, factor.address) for factor in study.factors)
-    return Fact("met", numbers={**about, "always": whole, "where": where})
+    factors = [factor.address for factor in study.factors]
+    part_of = {name: float(np.ptp(there[name].values) / (np.ptp(points[name].values) or 1.0)) for name in factors}
+    narrow = sorted(part_of, key=part_of.__getitem__)[:MOST_NUMBERS]
+    where = tuple(_region(there, points, name) for name in part_of if name in narrow)
+    wider = len(part_of) - len(where)
+    return Fact("met", numbers={**about, "always": whole, "where": where, "wider": counted(wider, "number") if wider else None})
 
 
 def _region(there: xr.Dataset, points: xr.Dataset, address: str) -> Fact:
@@ -120,8 +127,21 @@ def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tu
 
 
 def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
-    """Numbers with their units: ``A.clearance = 0.12 mm, drive.speed = 100 rpm``."""
-    return ", ".join(map(str, _values(study, results, numbers)))
+    """Numbers of a case with their units; of many those that are farthest from their mean, over their spread."""
+
+    def distance(name: str) -> float:
+        values = results[column(name)].values
+        return 0.0 if isinstance(numbers[name], str) else abs(numbers[name] - np.mean(values)) / (float(np.std(values)) or 1.0)
+
+    kept = set(sorted(numbers, key=distance, reverse=True)[:MOST_NUMBERS])
+    text = ", ".join(map(str, _values(study, results, {name: numbers[name] for name in numbers if name in kept})))
+    return text if len(kept) == len(numbers) else f"{text}, and {len(numbers) - len(kept)} nearer to their means"
+
+
+def _few(names: Sequence[str]) -> str:
+    """Some of many names."""
+    more = len(names) - MOST_NUMBERS
+    return ", ".join(names) if more < 2 else f"{', '.join(names[:MOST_NUMBERS])} and {more} more"
 
 
 def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> Scale:
@@ -149,7 +169,7 @@ def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Table:
 def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
     about: dict[str, Any] = {"r2": trend.r2, "error": trend.error}
     if not trend.clear:
-        return Fact("no trend", trend.response, {**about, "numbers": ", ".join(trend.numbers)})
+        return Fact("no trend", trend.response, {**about, "numbers": _few(trend.numbers)})
     effects = np.abs(trend.effects)
     if trend.form == "linear":  # of the response in the middle of the ranges
         middle = dict(zip(trend.numbers, trend.ranges.mean(axis=1).tolist(), strict=True))
@@ -157,7 +177,7 @@ def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
     order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > NEGLIGIBLE]
     if not order:
         return Fact("constant", trend.response, about)
-    little = ", ".join(name for k, name in enumerate(trend.numbers) if k not in order)
+    little = _few([name for k, name in enumerate(trend.numbers) if k not in order])
     how = tuple(_power(trend, k) if trend.form == "power" else _line(results, study, trend, k) for k in order)
     return Fact("trend", trend.response, {**about, "how": how, "little": little or None})
 
@@ -222,7 +242,7 @@ def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, 
 
 def trend_table(study: Study, results: xr.Dataset) -> Table | None:
     """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
-    rows, head = [], ("response", *study.addresses, "R2", "error at points left out")
+    columns: list[tuple[str, ...]] = [("response", *study.addresses, "R2", "error at points left out")]
     for name, both in trends(study, results).items():
         law = next((trend for trend in both if trend.form == "power"), None)
         if law is not None:
@@ -231,6 +251,8 @@ def trend_table(study: Study, results: xr.Dataset) -> Table | None:
                 f"{cells[address][0]:.2f} ± {cells[address][1]:.2f}" if address in cells and cells[address][2] else "-"
                 for address in study.addresses
             ]
-            rows.append((name, *texts, f"{law.r2:.2f}", f"{law.error:.1%}"))
+            columns.append((name, *texts, f"{law.r2:.2f}", f"{law.error:.1%}"))
     note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."
-    return Table(head, rows, "Exponents", (note,)) if rows else None
+    # the longer side of the table goes down the page
+    head, *rows = columns if len(study.addresses) <= MOST_NUMBERS else zip(*columns, strict=True)
+    return Table(head, rows, "Exponents", (note,)) if len(columns) > 1 else None

@@ -20,7 +20,8 @@ WORDS = MappingProxyType(
         "unknown": "No case is complete: nothing is known of the requirements.",
         "probability": f"All requirements are met with a probability of {{fraction:.1%}}{INTERVAL}, by {{trials}} samples.",
         "met": "All requirements are met at {always} of {tried} points[, and in part of the cases at {partly} more]; by "
-        f"{{fraction:.1%}} of the {{of}}{INTERVAL}. Those points have {{where}}.",
+        f"{{fraction:.1%}} of the {{of}}{INTERVAL}. Those points have "
+        "{where}[, and wider parts of the range of {wider} more].",
         "met in part": "All requirements are met in every case at none of {tried} points, and in part of the cases at "
         f"{{partly}}; by {{fraction:.1%}} of the {{of}}{INTERVAL}.",
         "met nowhere": "All requirements together are met nowhere: at none of {tried} points[; the fraction of the range that "

@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +40,6 @@ from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.optimise import candidates
 from scissordyn.study.compute.screening import verified_address, verified_results
 from scissordyn.study.compute.store import Store
-from scissordyn.study.compute.table import column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,9 +79,6 @@ SHRUNK = 0.5
 
 MOST_RESPONSES = 8
 """With more responses there are no maps, curves and ranges of each, only the fractions that meet the requirements."""
-
-MOST_NUMBERS = 6
-"""Numbers of a case that are written; the command has all."""
 
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
@@ -173,20 +169,6 @@ def summary_html(study: Study, results: xr.Dataset) -> str:
     return "".join(_summary(study, results))
 
 
-def _extreme_numbers(study: Study, results: xr.Dataset, numbers: Mapping[str, float]) -> str:
-    """The numbers of a case; of many those that are farthest from their mean, over their spread."""
-    if len(numbers) <= MOST_NUMBERS:
-        return numbers_text(study, results, numbers)
-
-    def distance(name: str) -> float:
-        values = results[column(name)].values
-        return abs(float(numbers[name]) - float(np.mean(values))) / (float(np.std(values)) or 1.0)
-
-    kept = sorted(sorted(numbers, key=distance, reverse=True)[:MOST_NUMBERS], key=list(numbers).index)
-    text = numbers_text(study, results, {name: numbers[name] for name in kept})
-    return f"{text}, and {len(numbers) - len(kept)} nearer to their means"
-
-
 def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
     points = by_point(study, results)
     complete, failed, pending = counts(results)
@@ -262,7 +244,7 @@ def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
             case.requirement,
             case.text,
             margin_text(case.margin),
-            _extreme_numbers(study, results, case.numbers),
+            numbers_text(study, results, case.numbers),
             replay_command(address, case.case),
         )
         for case in worst_cases(study, results)

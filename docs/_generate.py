@@ -128,7 +128,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 MODULES: dict[str, dict[str, tuple[str, ...]]] = {
     "Results of studies": {
         "study.result": ("StudyResult",),
-        "study.pictures": ("StudyPictures",),
+        "study.answer.pictures": ("StudyPictures",),
     },
     "Samples and maps": {
         "analysis.recurrence": ("recurrence",),

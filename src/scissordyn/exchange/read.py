@@ -50,7 +50,7 @@ def read_drawing(
             f"'{path}' is a table, no drawing",
             "files that end in "
             + ", ".join(ENDINGS)
-            + "; coordinates in a table are read in Python: docs/howto/import_coordinates.md",
+            + "; coordinates in a table are read in Python: docs/import.md",
         )
     text = _text(path)
     if ending == ".dxf":

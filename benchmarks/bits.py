@@ -132,24 +132,23 @@ def _run_controller(controller: Any) -> xr.Dataset:
     return sd.simulate(_controlled(controller), until=0.1, samples=101)
 
 
-def _soft(depth: float, stiffness: float) -> float:
-    return stiffness * depth * math.sqrt(depth)
+@sd.element(slot="stiffness")
+def _soft(indentation: float, stiffness: float = 5e10) -> float:
+    return stiffness * indentation * math.sqrt(indentation)
 
 
-def _sticky(speed: float, normal: float, coefficient: float) -> float:
-    return coefficient * normal * math.tanh(speed / 1e-3)
+@sd.element(slot="friction")
+def _sticky(slip_speed: float, normal_force: float, coefficient: float = 0.05) -> float:
+    return coefficient * normal_force * math.tanh(slip_speed / 1e-3)
 
 
-def _proportional(
-    t: float, angle: float, speed: float, acceleration: float, error: float, measured: float, *rest: float
-) -> float:
-    return 30.0 * error + 0.5 * (speed - measured)
+@sd.element(slot="controller")
+def _proportional(error: float, reference_speed: float, speed: float) -> float:
+    return 30.0 * error + 0.5 * (reference_speed - speed)
 
 
 def _run_user() -> xr.Dataset:
-    clearance = sd.Clearance(
-        5e-4, stiffness=sd.UserElastic(_soft, (5e10,)), friction=sd.UserFriction(_sticky, (0.05,)), damping=sd.Flores()
-    )
+    clearance = sd.Clearance(5e-4, stiffness=_soft(), friction=_sticky(), damping=sd.Flores())
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", clearance)
     return sd.simulate(array, until=0.02, samples=101)
 
@@ -195,7 +194,7 @@ def _cases() -> dict[str, Callable[[], xr.Dataset]]:
         "feed-forward": lambda: _run_controller(sd.FeedForward()),
         "pyragas": lambda: _run_controller(sd.Pyragas(0.5, 0.01)),
         "extended": lambda: _run_controller(sd.ExtendedDelayedFeedback(0.5, 0.01, 0.3, "error")),
-        "user controller": lambda: _run_controller(sd.UserController(_proportional)),
+        "user controller": lambda: _run_controller(_proportional()),
         "user laws": _run_user,
         "batch": _run_batch,
         "checkpoint": _run_checkpoint,

@@ -240,7 +240,7 @@ def kernels_of(content: Any) -> dict[int, np.ndarray]:
         found |= {int(pointer): row for pointer, row in zip(p.law[name], rows, strict=True)}
     for pointers, rows in ((content.model.force_kernel, p.component), (p.controller, p.control)):
         found |= {int(pointer): row for pointer, row in zip(pointers, rows, strict=True)}
-    return {pointer: np.array(row) for pointer, row in found.items() if pointer in RECIPES and not RECIPES[pointer].guarded}
+    return {pointer: np.array(row) for pointer, row in found.items() if pointer in RECIPES}
 
 
 TURNS = 20_000

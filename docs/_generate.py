@@ -41,9 +41,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Ambrosio",
         "LuGre",
         "NoFriction",
-        "UserElastic",
-        "UserDamping",
-        "UserFriction",
+        "element",
     ),
     "Components": (
         "Spring",
@@ -61,7 +59,6 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Motor",
         "Actuator",
         "component",
-        "element",
         "Output",
         "State",
     ),
@@ -73,7 +70,6 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Pyragas",
         "ExtendedDelayedFeedback",
         "NoControl",
-        "UserController",
         "feed_forward",
     ),
     "Simulation": (

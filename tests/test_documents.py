@@ -41,8 +41,9 @@ GIVEN = {
     + """
 from pathlib import Path
 
-Path("my_laws.py").write_text("def soft(indentation, stiffness):\\n    return stiffness * indentation**1.5\\n")
-soft = arm.replace("A.stiffness", sd.UserElastic("my_laws.py:soft", (1e10,)))
+law = "def soft(indentation, stiffness):\\n    return stiffness * indentation**1.5\\n"
+Path("my_laws.py").write_text(f"import scissordyn as sd\\n\\n\\n@sd.element(slot='stiffness')\\n{law}")
+soft = arm.replace("A.stiffness", sd.law("stiffness", "my_laws.py:soft")(1e10))
 sd.save(sd.simulate(soft, until=0.01), "run.nc")
 """,
 }

@@ -27,7 +27,7 @@ def test_a_function_from_a_prompt_runs_in_python() -> None:
     """Contract: there is no source to compile; an error is NaN."""
     scope: dict[str, object] = {}
     exec("def spring(indentation):\n    return 1e9 * indentation", scope)
-    law = sd.UserElastic(scope["spring"])  # type: ignore[arg-type]
+    law = sd.element(slot="stiffness")(scope["spring"])()  # type: ignore[call-overload]
     loose = sd.scissor().with_clearance("A", sd.Clearance(5e-4, stiffness=law)).driven(speed=15.0)
     assert sd.simulate(loose, until=2e-3).attrs["status"] == "complete"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +11,13 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.component.user import component_class
-from scissordyn.control.user import UserController
 from scissordyn.errors import InputError
+from scissordyn.plugin.element import SLOTS, element, element_class
 from scissordyn.run.configuration import read_mechanism, write_configuration
 from scissordyn.study.ask.description import OwnMeasure
 
 NAMED: dict[str, Callable[[str], Any]] = {
-    "stiffness law": sd.UserElastic,
-    "damping law": sd.UserDamping,
-    "friction law": sd.UserFriction,
-    "controller": UserController,
+    **{base.slot.title: partial(element_class, slot, folder=Path()) for slot, base in SLOTS.items()},
     "component": lambda reference: component_class(reference, Path.cwd()),
     "measure": lambda reference: OwnMeasure("late", reference).callable(),
 }
@@ -56,7 +54,7 @@ def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
 
 def test_a_controller_that_is_not_in_a_file() -> None:
     """Contract: a run with a controller made in Python asks for a controller in a file, not for a law."""
-    controller = UserController(lambda *signals: 0.0)
+    controller = element(slot="controller")(lambda error: 0.0 * error)()
     text = write_configuration(sd.four_bar().controlled(controller, speed=1.0))
     with pytest.raises(InputError, match=r"as a controller, which was in no file; .* the controller as 'mine.py:<lambda>'"):
         read_mechanism(text)

@@ -19,8 +19,7 @@ from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.laws.material import STEEL
-from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import addresses, element, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 CALLS = 200_000
@@ -68,6 +67,24 @@ def _compiled(loops):
     return [one.bound(library) for one in entries]
 
 
+@element(slot="stiffness")
+def soft(indentation, stiffness, clearance):
+    """Liu's force."""
+    return stiffness * indentation * math.sqrt(indentation / (2.0 * (clearance + indentation)))
+
+
+@element(slot="damping")
+def lossy(elastic, rate, approach, factor):
+    """A loss in proportion to the rate."""
+    return elastic * (1.0 + factor * rate / approach)
+
+
+@element(slot="friction")
+def sticky(slip_speed, normal_force, coefficient):
+    """Coulomb's friction, smoothed."""
+    return coefficient * normal_force * math.tanh(slip_speed / 1e-4)
+
+
 def rounds(calls):
     """Nanoseconds per call of each, the best of several rounds over all of them."""
     for function, *arguments in calls.values():
@@ -86,9 +103,9 @@ def main():
     elastic, normal, friction, empty_loop = _compiled((_elastic_loop, _normal_loop, _friction_loop, _empty_loop))
     liu = row_of(BY_KIND["stiffness"]["liu"](), JOINT)
     users = {
-        "stiffness": UserElastic(lambda d, k, c: k * d * math.sqrt(d / (2.0 * (c + d))), (liu[0], liu[1])),
-        "damping": UserDamping(lambda f, d, r, a, xi: f * (1.0 + xi * r / a), (0.2,)),
-        "friction": UserFriction(lambda v, n, mu: mu * n * math.tanh(v / 1e-4), (0.05,)),
+        "stiffness": soft(liu[0], liu[1]),
+        "damping": lossy(0.2),
+        "friction": sticky(0.05),
     }
     for kind, laws in BY_KIND.items():
         calls = {"": (empty_loop,)}

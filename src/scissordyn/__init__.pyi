@@ -53,7 +53,6 @@ from scissordyn.control.delayed.pyragas import Pyragas as Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward as FeedForward
 from scissordyn.control.tracking.none import NoControl as NoControl
 from scissordyn.control.tracking.pid import PID as PID
-from scissordyn.control.user import UserController as UserController
 from scissordyn.errors import InputError as InputError, ScissordynError as ScissordynError
 from scissordyn.exchange.dxf import read_dxf as read_dxf
 from scissordyn.exchange.export import export as export
@@ -71,7 +70,6 @@ from scissordyn.laws.friction.lugre import LuGre as LuGre
 from scissordyn.laws.friction.none import NoFriction as NoFriction
 from scissordyn.laws.material import STEEL as STEEL, Material as Material
 from scissordyn.laws.oil import Oil as Oil
-from scissordyn.laws.user import UserDamping as UserDamping, UserElastic as UserElastic, UserFriction as UserFriction
 from scissordyn.model.array import hoberman_ring as hoberman_ring, mast as mast, polar_scissor as polar_scissor
 from scissordyn.model.bar import angulated_bar as angulated_bar
 from scissordyn.model.bending import with_bending as with_bending

@@ -84,6 +84,10 @@ def test_what_has_no_end_is_not_read(folder: Path, capsys: pytest.CaptureFixture
 
 
 LAWS = """
+import scissordyn as sd
+
+
+@sd.element(slot="stiffness")
 def soft(indentation, stiffness):
     return stiffness * indentation
 """
@@ -92,7 +96,7 @@ def soft(indentation, stiffness):
 def test_code_of_a_saved_run_needs_consent(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: a case file may name a Python file; a saved run is run again only if the user names that file."""
     (folder / "my_laws.py").write_text(LAWS)
-    law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', constants = [1e8] }")
+    law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', stiffness = 1e8 }")
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT, *law]) == 2  # a case file's folder is where names begin
     (folder / "case.toml").write_text(PAPER.read_text())
     capsys.readouterr()

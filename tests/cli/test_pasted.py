@@ -119,6 +119,10 @@ with (Path(__file__).parent / "executed").open("a") as mark:
     mark.write("x")
 
 
+import scissordyn as sd
+
+
+@sd.element(slot="stiffness")
 def soft(indentation, stiffness):
     return stiffness * indentation
 """
@@ -132,7 +136,7 @@ def test_reading_a_study_executes_nothing(
     laws, mark = tmp_path / "my_laws.py", tmp_path / "executed"
     laws.write_text(LAWS)
     Path("case.toml").write_text(paper_case("2 ms"))
-    own = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', constants = [1e8] }")
+    own = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', stiffness = 1e8 }")
     vary = ("--vary", "A.clearance=0.1..0.2 mm, 2 values", "--threads", "1")
     assert status_of(["sweep", "case.toml", *own, *vary, "-o", "own.db"]) == 0
     assert mark.exists()

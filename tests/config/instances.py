@@ -15,13 +15,13 @@ from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
 
 PLUGINS: Mapping[type, tuple[type, ...]] = {
-    Elastic: (*BY_KIND["stiffness"].values(), sd.UserElastic),
-    Damping: (*BY_KIND["damping"].values(), sd.UserDamping),
-    Friction: (*BY_KIND["friction"].values(), sd.UserFriction),
-    Controller: (*CONTROLLERS.values(), sd.UserController),
+    Elastic: tuple(BY_KIND["stiffness"].values()),
+    Damping: tuple(BY_KIND["damping"].values()),
+    Friction: tuple(BY_KIND["friction"].values()),
+    Controller: tuple(CONTROLLERS.values()),
     Component: tuple(COMPONENTS.values()),
 }
-"""What stands for a declared protocol: the entries of its catalogue, and the user's own."""
+"""What stands for a declared protocol: the entries of its catalogue."""
 
 TABLES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
 OTHERWISE: Mapping[type, tuple[Any, ...]] = {

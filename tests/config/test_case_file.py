@@ -15,7 +15,7 @@ from scissordyn.config.file import read_case
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
 from scissordyn.errors import InputError
-from scissordyn.laws.catalogue import BY_KIND, from_file
+from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.liu import Liu
@@ -25,6 +25,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor
+from scissordyn.plugin.element import element_class
 from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees, rpm
 
@@ -268,26 +269,30 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
             read_case(path)
 
 
+OWN = "import scissordyn as sd\n\n\n@sd.element(slot='stiffness')\n"
+"""How a file with a law begins."""
+
+
 def test_a_law_in_the_users_own_file(tmp_path: Path) -> None:
     """Contract: the file beside the case file is found wherever the command is given, and a missing function is named."""
-    (tmp_path / "my_laws.py").write_text("def soft(indentation):\n    return 1e8 * indentation\n")
+    (tmp_path / "my_laws.py").write_text(f"{OWN}def soft(indentation):\n    return 1e8 * indentation\n")
     text = LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = "my_laws.py:soft"\n'
     gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
     assert gap is not None
-    assert gap.stiffness == from_file("my_laws.py:soft", "stiffness", tmp_path)
+    assert gap.stiffness == element_class("stiffness", "my_laws.py:soft", tmp_path)()
     with pytest.raises(InputError, match=r"clearance\.A\.stiffness .*did you mean 'soft'"):
         read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
 
 
-def test_own_law_with_constants(tmp_path):
-    """Identity: constants of a law in the user's file reach the function."""
-    (tmp_path / "my_laws.py").write_text("def soft(indentation, k, n):\n    return k * indentation**n\n")
-    law = '{ law = "my_laws.py:soft", constants = [2e9, 1.5] }'
+def test_numbers_of_an_own_law(tmp_path):
+    """Identity: numbers of a law in the user's file reach the function."""
+    (tmp_path / "my_laws.py").write_text(f"{OWN}def soft(indentation, k, n=1.5):\n    return k * indentation**n\n")
+    law = '{ law = "my_laws.py:soft", k = 2e9 }'
     (tmp_path / "case.toml").write_text(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n')
     (pin,) = read_case(tmp_path / "case.toml").mechanism.clearance_joints
-    assert pin.clearance.stiffness.constants == (2e9, 1.5)
-    with pytest.raises(InputError, match="constants"):
-        read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", constants = ["1 N"] }'])
+    assert pin.clearance.stiffness.parameters() == (2e9, 1.5)
+    with pytest.raises(InputError, match=r"stiffness\.k = \"1 N\": text in place of a plain number"):
+        read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, known in BY_KIND.items() for name in known])

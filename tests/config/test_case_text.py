@@ -31,7 +31,7 @@ from scissordyn.config.template import template
 from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.model.record import to_plain
-from scissordyn.plugin.short_form import ShortForm
+from scissordyn.plugin.element import element_class
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, Quantity, quantities
 
@@ -170,11 +170,6 @@ def candidates(described: type, name: str) -> list[list[Any]]:
     return [*several, *([value] for value in found)]
 
 
-def is_own(described: type) -> bool:
-    """Whether it stands for a function in a user's file."""
-    return isinstance(described, type) and issubclass(described, ShortForm)
-
-
 def made(described: type, values: Mapping[str, Any]) -> Any:
     """An instance, or None where the values do not fit each other or the mechanism of the tests."""
     try:
@@ -204,8 +199,6 @@ LISTS = lists()
 @cache
 def instances(described: type) -> tuple[Any, ...]:
     """Instances of a class that between them have a value other than the default in every field."""
-    if is_own(described):
-        return ()
     fields = [field for field in dataclasses.fields(described) if field.init]
     required = [f.name for f in fields if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING]
     choices = [[value for group in candidates(described, name) for value in group[:12]] for name in required]
@@ -259,7 +252,7 @@ def test_every_class_and_field_of_a_description(described: type, tmp_path: Path)
 
 
 def test_what_is_tried_is_what_is_declared() -> None:
-    """Contract: all classes of the catalogues are among the parts that were tried, but those of functions in files."""
+    """Contract: all classes of the catalogues are among the parts that were tried."""
     listed = {kind for kinds in PLUGINS.values() for kind in kinds}
     tried, waiting = set[type](), [part for kind in LISTS for part in instances(kind)]
     while waiting:
@@ -267,8 +260,7 @@ def test_what_is_tried_is_what_is_declared() -> None:
         if dataclasses.is_dataclass(part) and not isinstance(part, type):
             tried.add(type(part))
             waiting += [getattr(part, field.name) for field in dataclasses.fields(part)]
-    own = {kind for kind in listed if is_own(kind)}
-    assert listed - tried == own == {sd.UserElastic, sd.UserDamping, sd.UserFriction, sd.UserController}
+    assert not listed - tried
     assert {sd.Body, sd.Material, sd.Clearance, sd.GuideClearance, sd.Track, *get_args(TimeFunction)} <= tried
 
 
@@ -311,19 +303,23 @@ import scissordyn as sd
 from typing import Annotated
 
 
+@sd.element(slot="stiffness")
 def soft(indentation, stiffness):
     return stiffness * indentation
 
 
+@sd.element(slot="damping")
 def lossy(elastic, indentation, rate, approach, gain):
     return elastic * (1.0 + gain * rate / approach)
 
 
+@sd.element(slot="friction")
 def rubbing(slip_speed, normal_force):
     return 0.1 * normal_force * slip_speed / (abs(slip_speed) + 1e-3)
 
 
-def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, gain):
+@sd.element(slot="controller", delay=0.01, recorded="speed")
+def steer(error, delayed, gain):
     return gain * error
 
 
@@ -349,11 +345,11 @@ def test_functions_and_components_of_the_users_own(tmp_path: Path) -> None:
     near.write_text(OWN, encoding="utf-8")
     law = sd.Clearance(
         1e-4,
-        stiffness=sd.UserElastic(f"{near}:soft", (1e7,)),
-        damping=sd.UserDamping(f"{near}:lossy", (0.1 / 3.0,)),
-        friction=sd.UserFriction(f"{near}:rubbing"),
+        stiffness=element_class("stiffness", "own.py:soft", tmp_path)(1e7),
+        damping=element_class("damping", "own.py:lossy", tmp_path)(0.1 / 3.0),
+        friction=element_class("friction", "own.py:rubbing", tmp_path)(),
     )
-    controller = sd.UserController(f"{near}:steer", (0.1 / 7.0,), delay=0.01, recorded="speed")
+    controller = element_class("controller", "own.py:steer", tmp_path)(0.1 / 7.0)
     band = component_class(f"{near}:Rubber", tmp_path)("band", ("crank", "end"), ("ground", "O"), 0.1 / 3.0)
     pinned = sd.slider_crank().with_clearance("slider pin", law).controlled(controller)
     mechanism = dataclasses.replace(pinned, components=(band, *pinned.components), ground=(*pinned.ground, ("O", (0.0, 0.0))))
@@ -370,15 +366,20 @@ def test_a_file_named_from_the_working_folder(tmp_path: Path, monkeypatch: pytes
     """Contract: its name becomes absolute; all else is the same."""
     (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.UserElastic("own.py:soft", (1e7,))))
+    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.law("stiffness", "own.py:soft")(1e7)))
     found = sd.read_case(sd.write_case(arm, "case.toml")).mechanism
-    assert found.joint("A").clearance.stiffness.function == f"{tmp_path / 'own.py'}:soft"
+    assert type(found.joint("A").clearance.stiffness).origin[0] == f"{tmp_path / 'own.py'}:soft"
     assert found.replace("A.stiffness", arm.joint("A").clearance.stiffness) == arm
 
 
-def soft(indentation: float) -> float:
-    """A law that is in no file of its own."""
-    return 1e7 * indentation
+def local() -> Any:
+    """A law of a function that is in no file."""
+
+    @sd.element(slot="stiffness")
+    def soft(indentation: float) -> float:
+        return 1e7 * indentation
+
+    return soft()
 
 
 def nothing() -> Any:
@@ -397,8 +398,8 @@ def nothing() -> Any:
     ("mechanism", "says"),
     [
         (
-            lambda: sd.scissor().with_clearance("A", sd.Clearance(1e-4, stiffness=sd.UserElastic(soft))),
-            "Python function 'soft'",
+            lambda: sd.scissor().with_clearance("A", sd.Clearance(1e-4, stiffness=local())),
+            "stiffness law of the class 'soft', which was made in Python",
         ),
         (
             lambda: dataclasses.replace(parts_only(), components=(nothing(),)),

@@ -77,9 +77,9 @@ def test_several_tables(tmp_path):
 
 def test_own_file(tmp_path):
     """Contract: a controller in the user's own file, beside the case."""
-    names = "t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque"
-    (tmp_path / "mine.py").write_text(f"def steer({names}):\n    return 2e4 * error - 10.0 * delayed\n")
-    read = case(tmp_path, '[control]\ncontroller = { name = "mine.py:steer", delay = "5 ms", recorded = "error" }')
+    law = "@sd.element(slot='controller', delay=0.005, recorded='error')\ndef steer(error, delayed, gain):\n"
+    (tmp_path / "mine.py").write_text(f"import scissordyn as sd\n\n\n{law}    return gain * error - 10.0 * delayed\n")
+    read = case(tmp_path, '[control]\ncontroller = { name = "mine.py:steer", gain = 2e4 }')
     assert read.mechanism.components[0].controller.delay == pytest.approx(0.005)
     assert sd.simulate(read.mechanism, **read.run.keywords).attrs["status"] == "complete"
 

@@ -14,7 +14,6 @@ from scissordyn.component.time_function import Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID
-from scissordyn.control.user import UserController
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.model.mechanism import Mechanism
 
@@ -29,7 +28,8 @@ def turning(angle=0.3, gravity=0.0, spin=0.0):
     return Mechanism((rod,), joints=(pin,), ground=(("origin", (0.0, 0.0)),), gravity=gravity, input_body="rod")
 
 
-def lagging(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque):
+@sd.element(slot="controller", delay=1.0, recorded="speed")
+def lagging(delayed):
     """I w' = -I w(t - T)."""
     return -0.45 * delayed
 
@@ -44,7 +44,7 @@ def by_steps(t):
 
 def lagged(method, tolerance, until=5.0, **options):
     """The delay equation on a mechanism; returns the run, its largest error at the samples and its steps."""
-    controlled = turning(spin=1.0).controlled(UserController(lagging, delay=1.0, recorded="speed"))
+    controlled = turning(spin=1.0).controlled(lagging())
     run = sd.simulate(controlled, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
     error = float(np.max(np.abs(run["angular_velocity"][:, 0].values - by_steps(run["time"].values))))
     return run, error, json.loads(run.attrs["statistics"])["steps"]
@@ -95,9 +95,10 @@ def decay_rate(gain, delay, recursion_gain, stiffness, excitation, guess):
     return s
 
 
-def excited(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque):
+@sd.element(slot="controller")
+def excited(error, speed):
     """A spring and a damper of negative sign: an oscillator that excites itself."""
-    return 18.0 * error + 0.2 * measured
+    return 18.0 * error + 0.2 * speed
 
 
 @pytest.mark.parametrize("recursion_gain", [0.0, 0.4])
@@ -105,7 +106,7 @@ def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
     """Closed form: a self-excited oscillator (a complex pair of multipliers) decays at the root of its quasi-polynomial."""
     delay = math.pi / math.sqrt(18.0 / INERTIA)
     law = ExtendedDelayedFeedback(0.5, delay, recursion_gain, onset=0.0) if recursion_gain else Pyragas(0.5, delay, onset=0.0)
-    free = turning().controlled(UserController(excited), reference=Polynomial((0.0,)), start_on_reference=False)
+    free = turning().controlled(excited(), reference=Polynomial((0.0,)), start_on_reference=False)
     options = {"rtol": 1e-10, "atol": 1e-10, "samples": 4001, "method": "dop853"}
     assert np.abs(sd.simulate(free, until=6.0, **options)["angle"][:, 0].values[-500:]).max() > 0.6
     run = sd.simulate(free.controlled(law), until=20.0, **options)

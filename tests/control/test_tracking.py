@@ -14,7 +14,6 @@ from scissordyn.control.controller import Controller
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
-from scissordyn.control.user import UserController
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.element import PARAMETERS
 from scissordyn.run.feed_forward import feed_forward
@@ -171,12 +170,13 @@ def test_feed_forward_is_the_drive():
     assert balanced(fed)
 
 
+@sd.element(slot="controller")
 def steer(
-    t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, rate_damping
+    reference_speed, error, speed, sensor_x, sensor_y, sensor_rate_x, sensor_rate_y, feed_forward, stiffness, damping, radial
 ):
     """PD feedback, feed-forward and rate damping, written out."""
-    outward = (x * rate_x + y * rate_y) / math.sqrt(x * x + y * y + 1e-10)
-    return torque + stiffness * error + damping * (speed - measured) - rate_damping * outward
+    outward = (sensor_x * sensor_rate_x + sensor_y * sensor_rate_y) / math.sqrt(sensor_x**2 + sensor_y**2 + 1e-10)
+    return feed_forward + stiffness * error + damping * (reference_speed - speed) - radial * outward
 
 
 def test_user_controller():
@@ -186,7 +186,7 @@ def test_user_controller():
         Cycloidal(math.radians(30), math.radians(60), 1.0),
     )
     torque = feed_forward(arm, reference, until=0.02)
-    chosen = FeedForward(2e4, 1500.0, eccentricity_rate_damping=300.0), UserController(steer, (2e4, 1500.0, 300.0))
+    chosen = FeedForward(2e4, 1500.0, eccentricity_rate_damping=300.0), steer(2e4, 1500.0, 300.0)
     runs = [
         sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.02) for law in chosen
     ]
@@ -244,8 +244,7 @@ def test_catalogue():
         (lambda: hanging().controlled(PID(1.0), sensor="pni"), "did you mean 'pin'"),
         (lambda: hanging().controlled(PID(1.0), sensor=("rod", "tip")), "point 'tip'"),
         (lambda: hanging().controlled(PID(1.0), reference=Polynomial((0.0,)), speed=1.0), "both reference and speed"),
-        (lambda: UserController(lambda t: t), "cannot be called"),
-        (lambda: UserController(steer, (1.0, 1.0, 1.0), delay=1.0), "both or neither"),
+        (lambda: hanging().controlled(sd.element(slot="controller", delay=1.0)(lambda error: error)()), "recorded = ''"),
     ],
 )
 def test_errors(make, words):

@@ -252,13 +252,14 @@ class OwnClutch:
     time_function: sd.Cycloidal | None = None
 
 
+@sd.element(slot="stiffness")
 def soft(indentation, stiffness):
     """A law of a user's own, as a function."""
     return stiffness * indentation**1.5
 
 
-def test_an_element_of_a_users_own_is_in_a_unit_and_a_function_is_not():
-    """Contract: the clutch's kernel is translated; a function that may raise anything is refused by its name."""
+def test_elements_of_a_users_own_are_in_a_unit():
+    """Contract: kernels of a class and of a function are translated."""
     mechanism, until = CASES["crank"]
     with_clutch = dataclasses.replace(mechanism, components=(OwnClutch("clutch", "rod"),))
     content = pack.fmu(with_clutch, sd.Options(until=until), sources_only=True)
@@ -266,9 +267,9 @@ def test_an_element_of_a_users_own_is_in_a_unit_and_a_function_is_not():
         text = archive.read("sources/model.c").decode()
         assert "k_own_clutch(double angle" in text
         assert 'name="components.clutch.torque"' in archive.read("modelDescription.xml").decode()
-    law = mechanism.replace("slider pin.stiffness", sd.UserElastic(soft, (1e10,)))
-    with pytest.raises(InputError, match="the function 'soft' of yours"):
-        pack.fmu(law, sd.Options(until=until), sources_only=True)
+    content = pack.fmu(mechanism.replace("slider pin.stiffness", soft(1e10)), sd.Options(until=until), sources_only=True)
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        assert "k_soft(double indentation" in archive.read("sources/model.c").decode()
 
 
 def test_a_controller_that_looks_back_is_for_co_simulation(units):

@@ -82,7 +82,12 @@ def test_static_limit(law, limit):
 
 def test_users_friction_has_no_limit():
     """Limit: nothing is known of a function of the user's."""
-    assert friction_limit(at(sd.UserFriction(lambda v, n: 0.1 * n * v), "limit"), 2.0, NORMAL, np.zeros(16)) == math.inf
+    assert (
+        friction_limit(
+            at(sd.element(slot="friction")(lambda slip_speed: 0.1 * slip_speed)(), "limit"), 2.0, NORMAL, np.zeros(16)
+        )
+        == math.inf
+    )
 
 
 @pytest.mark.parametrize(

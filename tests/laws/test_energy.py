@@ -21,7 +21,7 @@ from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
-from scissordyn.laws.user import UserElastic
+from scissordyn.plugin.element import element
 
 C = JOINT.clearance
 SHARES = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
@@ -97,6 +97,11 @@ def test_continued_laws_say_so():
     assert Johnson().deepest(JOINT) == pytest.approx(1.25 * math.exp(-0.25) * 4.0 * C / math.e**2, rel=1e-14)
 
 
+def stiffness(function):
+    """A stiffness law that is one function without numbers."""
+    return element(slot="stiffness")(function)()
+
+
 def test_users_laws():
     """Closed form: a user's power law, one with two kinks, one that is flat first, and one that is not a number."""
 
@@ -106,16 +111,16 @@ def test_users_laws():
     def late(indentation):
         return 5e8 * max(indentation - 1e-4, 0.0)
 
-    power = UserElastic(lambda indentation: 2e9 * indentation**1.3)
+    power = stiffness(lambda indentation: 2e9 * indentation**1.3)
     assert energy(power, 3e-4) == pytest.approx(2e9 * 3e-4**2.3 / 2.3, rel=1e-12)
     expected = 0.5 * (1e8 * 4e-4**2 + 3e9 * 2.9e-4**2 - 1e9 * 1.7e-4**2)
-    assert energy(UserElastic(kinked), 4e-4) == pytest.approx(expected, rel=1e-12)
-    assert energy(UserElastic(late), 4e-4) == pytest.approx(0.5 * 5e8 * 3e-4**2, rel=1e-12)
-    hole = UserElastic(lambda indentation: math.nan if 1.2e-4 < indentation < 1.6e-4 else 1e8 * indentation)
+    assert energy(stiffness(kinked), 4e-4) == pytest.approx(expected, rel=1e-12)
+    assert energy(stiffness(late), 4e-4) == pytest.approx(0.5 * 5e8 * 3e-4**2, rel=1e-12)
+    hole = stiffness(lambda indentation: math.nan if 1.2e-4 < indentation < 1.6e-4 else 1e8 * indentation)
     assert math.isnan(elastic_energy(at(hole, "energy"), at(hole), 4e-4, row(hole, replace(JOINT, clearance=1e-4))))
 
 
 def test_users_law_that_is_nowhere_smooth():
     """Limit: a force that ripples more finely than may be halved: the quadrature ends, near the work without ripples."""
-    rippled = UserElastic(lambda indentation: 1e8 * indentation * (1.0 + 0.5 * math.sin(3e9 * indentation)))
+    rippled = stiffness(lambda indentation: 1e8 * indentation * (1.0 + 0.5 * math.sin(3e9 * indentation)))
     assert energy(rippled, 4e-4) == pytest.approx(0.5 * 1e8 * 4e-4**2, rel=0.05)

@@ -9,8 +9,8 @@ import pytest
 from bouncing import JOINT
 
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, MATERIALS
-from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.laws.validity import contact_failure, contact_warnings
+from scissordyn.plugin.element import element
 
 
 def warnings(stiffness="liu", damping="exact", joint=JOINT, speed=0.01, indentation=1e-6):
@@ -99,8 +99,9 @@ def test_continued_laws(stiffness, share):
 
 def test_doubts_about_users_laws_are_warnings():
     """Contract: each kind of a user's law is asked, with the joint's name before its answer."""
-    flat, gaining = UserElastic(lambda delta: 1e9 * min(delta, 1e-4)), UserDamping(lambda f, d, r, a: 0.5 * f)
-    viscous = UserFriction(lambda slip, normal: slip + 0.0 * normal)
+    flat = element(slot="stiffness")(lambda indentation: 1e9 * min(indentation, 1e-4))()
+    gaining = element(slot="damping")(lambda elastic: 0.5 * elastic)()
+    viscous = element(slot="friction")(lambda slip_speed: slip_speed)()
     found = texts("A", JOINT, flat, gaining, viscous, approach_speed=[], indentation=0.0)
     assert [text.split(": ")[:2] for text in found] == [
         ["joint 'A'", f"{kind} law"] for kind in ("stiffness", "damping", "friction")

@@ -363,7 +363,7 @@ def test_a_class_of_another_slot(case: Path) -> None:
 
 def falling(indentation):
     """A layer that gives way."""
-    return 1e7 * indentation * (1.0 - 1.5e4 * indentation)
+    return 1e7 * indentation * (1.0 - 4e3 * indentation)
 
 
 def feeding(elastic, rate):
@@ -371,23 +371,21 @@ def feeding(elastic, rate):
     return elastic * (1.0 - 0.1 * rate)
 
 
-def driving(slip_speed, normal_force):
-    """The wrong sign, and too much."""
-    return -20.0 * normal_force * slip_speed
+def scraping(slip_speed, normal_force):
+    """Too much."""
+    return 20.0 * normal_force * slip_speed
 
 
 @pytest.mark.parametrize(
     ("slot", "force", "says"),
     [
-        ("stiffness", falling, "stiffness law: it pulls"),
         ("stiffness", falling, "the force does not grow from"),
         ("damping", feeding, "damping law: it raises the elastic force on rebound"),
-        ("friction", driving, "friction law: it drives the slip"),
-        ("friction", driving, "its friction coefficient reaches 200"),
+        ("friction", scraping, "its friction coefficient reaches 200"),
     ],
 )
 def test_what_is_doubtful_is_told(slot: str, force: object, says: str) -> None:
-    """Limit: a class of a user's whose forces cannot be what he meant is a warning in the result, as for a plain function."""
+    """Limit: a class of a user's whose forces may not be what he meant is a warning in the result."""
 
     @sd.element(slot=slot, force=force)
     class Own:
@@ -399,3 +397,15 @@ def test_what_is_doubtful_is_told(slot: str, force: object, says: str) -> None:
     assert any(says in str(warning) for warning in warnings), warnings
     sound = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()}
     assert contact_warnings("A", joint, **sound, approach_speed=[], indentation=0.0) == []
+
+
+def test_what_cannot_be_right_is_refused() -> None:
+    """Limit: a class of a user's that pulls is refused before the run, in one line."""
+
+    @sd.element(slot="stiffness", force=lambda indentation: -1e7 * indentation)
+    class Own:
+        """A law."""
+
+    arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, stiffness=Own()))
+    with pytest.raises(InputError, match=r"stiffness law 'own' gives -2000.0 at indentation = 0.0002; allowed: a push at one"):
+        sd.simulate(arm, until=1e-3)

@@ -132,9 +132,10 @@ def test_components_controllers_and_starts_are_cited() -> None:
 def test_a_users_law_is_named_as_without_a_publication(tmp_path: Path) -> None:
     """Contract: what names no publication is said, also of a saved run whose file is gone."""
     file = tmp_path / "my_laws.py"
-    file.write_text("def soft(indentation, stiffness):\n    return stiffness * indentation**1.5\n", encoding="utf-8")
+    law = "def soft(indentation, stiffness):\n    return stiffness * indentation**1.5\n"
+    file.write_text(f"import scissordyn as sd\n\n\n@sd.element(slot='stiffness')\n{law}", encoding="utf-8")
     case = sd.read_case(ROOT / "examples" / "paper.toml")
-    own = case.mechanism.replace("A.stiffness", sd.UserElastic(f"{file}:soft", (1e10,)))
+    own = case.mechanism.replace("A.stiffness", sd.law("stiffness", f"{file}:soft")(1e10))
     sd.save(sd.simulate(own, until=1e-3, samples=2), tmp_path / "run.nc")
     file.unlink()
     found = sd.load(tmp_path / "run.nc").scissordyn.citations()

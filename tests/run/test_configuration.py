@@ -37,10 +37,15 @@ from scissordyn.run.store import load, save
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 LAWS = """
+import scissordyn as sd
+
+
+@sd.element(slot="stiffness")
 def soft(indentation, stiffness):
     return stiffness * indentation
 
 
+@sd.element(slot="stiffness")
 def other(indentation, stiffness):
     return 2.0 * stiffness * indentation
 """
@@ -137,7 +142,7 @@ def own_run(array: Mechanism, tmp_path: Path) -> xr.Dataset:
     """A run with a law in a file of the user's own."""
     file = tmp_path / "laws.py"
     file.write_text(LAWS)
-    law = sd.UserElastic(f"{file}:soft", (1e8,))
+    law = sd.law("stiffness", f"{file}:soft")(1e8)
     run = simulate(array.with_clearance("A", sd.Clearance(0.5e-3, stiffness=law)), until=0.003, samples=4)
     return load(save(run, tmp_path / "run.nc"))
 
@@ -175,17 +180,6 @@ def test_a_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: P
                 with pytest.raises(sd.InputError):
                     replay(dataset(tree), allow_code=allowed)
     assert not (tmp_path / "done").exists()
-
-
-def test_a_description_holds_the_digest_of_its_file(tmp_path: Path) -> None:
-    """Contract: a law that names a file is that of the file's text when it was described, even if no digest is given."""
-    file = tmp_path / "laws.py"
-    file.write_text(LAWS)
-    law = sd.UserElastic(f"{file}:soft", (1e8,))
-    assert law.digest == sd.UserElastic(f"{file}:other", (1e8,)).digest != ""
-    file.write_text(LAWS.replace("2.0", "3.0"))
-    with pytest.raises(sd.InputError, match="has changed"):
-        law.parameters(sd.Clearance(0.5e-3).surfaces)
 
 
 def test_facts_are_read_without_code(own_run: xr.Dataset) -> None:
@@ -248,15 +242,16 @@ def test_points_may_have_any_name() -> None:
 def test_a_changed_function_is_another_description() -> None:
     """Contract: what a Python function refers to is part of its digest, not only its text."""
 
-    def made(factor: float) -> Callable[[float], float]:
+    def made(factor: float) -> Callable[..., Any]:
+        @sd.element(slot="stiffness")
         def law(indentation: float) -> float:
             return factor * indentation
 
         return law
 
     def digest(factor: float) -> str:
-        text = write_configuration(sd.scissor().with_clearance("A", sd.Clearance(1e-4, stiffness=sd.UserElastic(made(factor)))))
-        return tomllib.loads(text)["code"]["function law"]
+        text = write_configuration(sd.scissor().with_clearance("A", sd.Clearance(1e-4, stiffness=made(factor)())))
+        return tomllib.loads(text)["code"].popitem()[1]
 
     assert digest(2.0) == digest(2.0) != digest(3.0)
 
@@ -362,7 +357,7 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     """Configurations of all examples, and of one with laws of the user's own."""
     folder = tmp_path_factory.mktemp("laws")
     (folder / "laws.py").write_text(LAWS)
-    own = sd.Clearance(0.5e-3, stiffness=sd.UserElastic(f"{folder / 'laws.py'}:soft", (1e8,)))
+    own = sd.Clearance(0.5e-3, stiffness=sd.law("stiffness", f"{folder / 'laws.py'}:soft")(1e8))
     mechanisms = [*(read_case(path).mechanism for path in EXAMPLES), sd.scissor(units=1).with_clearance("A", own)]
     return [write_configuration(one, Options(0.01)) for one in mechanisms]
 

@@ -11,7 +11,6 @@ import pytest
 from benchmarks.change_points import judge, linkage, rocker_angle
 
 import scissordyn as sd
-from scissordyn.control.user import UserController
 from scissordyn.run.answer.summary import summary_of
 
 
@@ -69,7 +68,7 @@ def test_beside_hard_contacts(motion: str, speed: float, before: float) -> None:
     assert missed < 2e-3
 
 
-def lagging(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque):
+def lagging(delayed):
     """A brake that looks back."""
     return -0.3 * delayed
 
@@ -79,7 +78,7 @@ def lagging(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y
 def test_with_delayed_feedback(speed: float, lag: float) -> None:
     """Closed form of the branch, and order of convergence: the history goes on over the step across."""
     linked = linkage(FOUR_BAR, math.copysign(math.pi - 0.5, speed), -1.0, "free", speed)
-    braked = linked.controlled(UserController(lagging, delay=lag / abs(speed), recorded="speed"))
+    braked = linked.controlled(sd.element(slot="controller", delay=lag / abs(speed), recorded="speed")(lagging)())
     runs = [sd.simulate(braked, until=1.2 / abs(speed), samples=121, rtol=tol, atol=tol) for tol in (1e-6, 1e-9, 1e-12)]
     assert max(map(off_branch, runs)) < 1e-9
     coarse, fine, exact = (run["angle"].sel(body="crank").values for run in runs)

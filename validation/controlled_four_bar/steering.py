@@ -2,23 +2,11 @@
 
 import math
 
+import scissordyn as sd
 
-def torque(
-    t,
-    reference_angle,
-    reference_speed,
-    reference_acceleration,
-    error,
-    speed,
-    sensor_x,
-    sensor_y,
-    sensor_rate_x,
-    sensor_rate_y,
-    delayed,
-    feed_forward,
-    gain,
-    rate,
-):
+
+@sd.element(slot="controller")
+def torque(reference_angle, reference_speed, reference_acceleration, error, speed, gain, rate):
     """Torque on the crank [N m]."""
     ground, crank, coupler, rocker = 3.0, 1.0, 4.0, 2.5
     mass, gravity = 1.0, 9.81

@@ -24,7 +24,6 @@ class Recipe(NamedTuple):
     function: Callable[..., Any]
     handed: tuple[str, ...]
     targets: tuple[str, ...]
-    guarded: bool = False
 
     @property
     def symbol(self) -> str:
@@ -33,16 +32,11 @@ class Recipe(NamedTuple):
         name = re.sub(r"\W", "_", self.function.__name__)
         return f"element_{name}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
 
-    def python(self, number: Callable[..., float]) -> Callable[..., float]:
-        """The same as a function of six arrays in Python; `number` is called in the place of a guarded function."""
-        wrapped = number if self.guarded else self.function
+    def python(self) -> Callable[..., float]:
+        """The same as a function of six arrays in Python."""
         answer = ANSWER if ANSWER in self.targets else "0.0"
-        body = (
-            f"    return own({', '.join(self.handed)})"
-            if self.guarded
-            else (f"    {', '.join(self.targets)} = own({', '.join(self.handed)})\n    return {answer}")
-        )
-        scope: dict[str, Any] = {"own": wrapped}
+        body = f"    {', '.join(self.targets)} = kernel({', '.join(self.handed)})\n    return {answer}"
+        scope: dict[str, Any] = {"kernel": self.function}
         exec(f"def called(q, v, z, x, p, out):\n{body}\n", scope)
         called: Callable[..., float] = scope["called"]
         return called

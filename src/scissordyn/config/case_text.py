@@ -6,7 +6,7 @@ import dataclasses
 import json
 import re
 import tomllib
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,6 @@ from scissordyn.config.shape import Context
 from scissordyn.config.table import instance
 from scissordyn.config.time_function import powers
 from scissordyn.control.controller import Controller
-from scissordyn.control.user import UserController
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
@@ -40,7 +39,6 @@ from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.track import Track
 from scissordyn.model.walk import Declared, declared, given
 from scissordyn.plugin.element import Part
-from scissordyn.plugin.short_form import ShortForm
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, quantities
 
@@ -202,13 +200,9 @@ def _track(track: Track, code: Code) -> Entries:
     return entries
 
 
-def _fields(described: Any, code: Code, names: Container[str] | None = None) -> Entries:
+def _fields(described: Any, code: Code) -> Entries:
     """The fields of a description as keys; those with their default are left out, and None, which a file says in that way."""
-    return {
-        field.name: _value(value, field, type(described), code)
-        for field, value in given(described)
-        if value is not None and (names is None or field.name in names)
-    }
+    return {field.name: _value(value, field, type(described), code) for field, value in given(described) if value is not None}
 
 
 def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
@@ -235,8 +229,6 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
         return _string(value.name) if OILS.get(value.name) == value else _inline(_fields(value, code))
     if isinstance(value, Lubrication):
         return _inline(_fields(value, code))
-    if isinstance(value, ShortForm):
-        return _user(value, code)
     if isinstance(value, Part):
         return _named(value, "name" if isinstance(value, Controller) else "law", code)
     if field.hint in (BodyPoint, BodyPoint | None):
@@ -259,17 +251,6 @@ def _named(described: Any, key: str, code: Code) -> str:
     entries, ours = _fields(described, code), type(described).__module__.startswith("scissordyn.")
     name = _string(described.name if ours else code.of_class(described, described.slot.title))
     return _inline({key: name, **entries}) if entries else name
-
-
-def _user(described: Any, code: Code) -> str:
-    """A law or a controller that is a function of the user's."""
-    reference = _string(code.of_function(described))
-    constants = "[" + ", ".join(_quantity((number,), "1") for number in described.constants) + "]"
-    key = "name" if isinstance(described, UserController) else "law"
-    entries = {key: reference} | ({"constants": constants} if described.constants else {})
-    if isinstance(described, UserController):
-        entries |= _fields(described, code, ("delay", "recorded"))
-    return _inline(entries) if len(entries) > 1 else reference
 
 
 def _time_function(function: TimeFunction, unit: str) -> Entries:

@@ -1,4 +1,4 @@
-"""Classes and functions of the user's in a case file: how they are named, and what stands for them when the file is read."""
+"""Classes of the user's in a case file: how they are named, and what stands for them when the file is read."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from scissordyn.plugin.element import SLOTS, Element, element_class
 from scissordyn.plugin.origin import origin_of
 from scissordyn.plugin.user_file import file_digest, split_reference
 
-CLASS, FUNCTION = "class", "function"
-"""What the name of a class or function begins with that is in no file: "class Rubber"."""
+CLASS = "class"
+"""What the name of a class begins with that is in no file: "class Rubber"."""
 
 
 class Code:
@@ -40,18 +40,6 @@ class Code:
             )
         return self._of_file(*origin)
 
-    def of_function(self, described: Any) -> str:
-        """The name of the function that a part of the user's is."""
-        if not isinstance(described.function, str):
-            name = getattr(described.function, "__name__", repr(described.function))
-            raise InputError(
-                f"the Python function '{name}' in a case file",
-                "a function in a file",
-                f"{type(described).__name__}('my_laws.py:{name}')",
-            )
-        path, name = split_reference(described.slot.title, described.function)
-        return self._of_file(f"{path}:{name}", described.digest)
-
     def _of_file(self, origin: str, digest: str) -> str:
         file, _, name = origin.rpartition(":")
         path = Path(file)
@@ -63,10 +51,10 @@ class Code:
 
     def names(self, name: str) -> bool:
         """Whether a name of a law, a controller or a component is that of one of the user's."""
-        return ".py:" in name or (name in self.digests and name.startswith((f"{CLASS} ", f"{FUNCTION} ")))
+        return ".py:" in name or (name in self.digests and name.startswith(f"{CLASS} "))
 
-    def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, str]:
-        """The class of a law or controller, or None for a function, and its absolute name."""
+    def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
+        """The class of a law or controller."""
         return element_class(slot, self.reference(SLOTS[slot].slot.title, name), self.folder or Path())
 
     def component(self, name: str, keys: Mapping[str, Any]) -> Any:
@@ -88,21 +76,15 @@ class RecordedCode(Code):
     def __init__(self) -> None:
         super().__init__(None, {})
         self.noted: dict[str, str] = {}
-        self.sources: list[str] = []  # Of functions that are in no file, for the reader
+        self.sources: list[str] = []  # Of kernels that are in no file, for the reader
 
     def of_class(self, part: Any, what: str) -> str:
         origin = origin_of(type(part))
         if origin is not None:
             return self._of_file(*origin)
-        kernels = [*part.declaration.kernels.values(), type(part).parameters]
-        return self._of_file(f"{CLASS} {type(part).__qualname__}", code_digest(kernels))
-
-    def of_function(self, described: Any) -> str:
-        if isinstance(described.function, str):
-            return self._of_file(described.function, described.digest)
-        name = getattr(described.function, "__name__", repr(described.function))
-        self.sources.append(source_of(described.function))
-        return self._of_file(f"{FUNCTION} {name}", code_digest(described.function))
+        kernels = part.declaration.kernels.values()
+        self.sources += map(source_of, kernels)
+        return self._of_file(f"{CLASS} {type(part).__qualname__}", code_digest([*kernels, type(part).parameters]))
 
     def _of_file(self, origin: str, digest: str) -> str:
         self.noted[origin] = digest
@@ -120,9 +102,10 @@ class AllowedCode(Code):
 
     def reference(self, what: str, name: str) -> str:
         kind, _, called = name.partition(" ")
-        if kind in (CLASS, FUNCTION) and called:
+        called = called.rpartition(".")[2]
+        if kind == CLASS and called:
             raise InputError(
-                f"the run uses the Python {kind} '{called}' as a {what}, which was in no file",
+                f"the run uses the Python class '{called}' as a {what}, which was in no file",
                 f"a {what} from the catalogue or from a file",
                 f"put it in a file and give the {what} as 'mine.py:{called}'",
             )
@@ -180,11 +163,12 @@ class AbsentCode(Code):
 
     recorded = True
 
-    def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, str]:
+    def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
         base = SLOTS[slot].slot
-        # what it takes is not known: as for a plain function, any feed-forward torque, and no sensor
-        facts = {**base.defaults, "declaration": Element(base, MappingProxyType({}), leading=base.inputs)}
-        return _absent(slot, name, parameters, (AbsentPart, SLOTS[slot]), facts), name
+        # what it takes is not known: any feed-forward torque, and no sensor
+        facts = {**base.defaults, "declaration": Element(base, MappingProxyType({})), "__module__": "user"}
+        facts |= {"uses_feed_forward": True, "uses_sensor": False} if slot == "controller" else {}
+        return _absent(slot, name, parameters, (AbsentPart, SLOTS[slot]), facts)
 
     def component(self, name: str, keys: Mapping[str, Any]) -> Any:
         return _absent("component", name, keys, (AbsentPart,), {})

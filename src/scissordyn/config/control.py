@@ -16,55 +16,29 @@ from scissordyn.config.time_function import ANGLE
 from scissordyn.config.unit_pattern import numbers_pattern
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
-from scissordyn.control.user import UserController
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.feed_forward import feed_forward
-from scissordyn.units import Quantity, quantities
+from scissordyn.units import quantities
 
 SAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 USER_FILE = "a class or function in a file as my_control.py:steer"
 
 
-class _UserTable(Table):
-    """The keys of a controller in a user's file."""
-
-    constants: list[float] = []  # noqa: RUF012
-    delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
-    recorded: str = ""
-
-
-def _controllers() -> Shape:
-    own = {
-        "constants": {"type": "array", "items": {"type": "number"}},
-        "delay": {"type": "string"},
-        "recorded": {"type": "string"},
-    }
-    return named_tables("name", CONTROLLERS, own)
-
-
-@reader(_controllers)
+@reader(lambda: named_tables("name", CONTROLLERS))
 def _read_controller(given: Any, context: Context) -> Controller:
     parameters = dict(given) if isinstance(given, Mapping) else {"name": given}
     name, sample = parameters.pop("name", None), f"controller = {toml(SAMPLE)}"
     known = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
     if not isinstance(name, str):
         raise InputError("no name of a controller", known, sample)
-    own: Any
-    own, found = CONTROLLERS.get(name), name
     code = code_of(context)
-    if code.names(name):
-        own, found = code.element("controller", name, parameters)
-        if own is None:
-            table = _UserTable.read(parameters, context)
-            return UserController(found, tuple(map(float, table.constants)), delay=table.delay, recorded=table.recorded)
-    if isinstance(own, AbsentPart):
-        return own  # type: ignore[return-value]
-    if own is None:
+    kind: Any = code.element("controller", name, parameters) if code.names(name) else CONTROLLERS.get(name)
+    if kind is None:
         raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
-    made: Controller = build(own, parameters, context)
-    return made
+    controller: Controller = kind if isinstance(kind, AbsentPart) else build(kind, parameters, context)  # type: ignore[assignment]
+    return controller
 
 
 CONTROLLER = _read_controller

@@ -1,25 +1,20 @@
-"""Laws and materials in a case file: a name, a table of parameters, or a function in a user's file."""
+"""Laws and materials in a case file: a name, or a table of parameters."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any
 
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.shape import Context, Reader, Shape, reader
-from scissordyn.config.table import build, filled_table, toml, with_key
+from scissordyn.config.table import build, filled_table, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.material import Material
-from scissordyn.units import Quantity
 
 USER_FILE = "a class or function in a file as my_laws.py:soft"
-
-
-CONSTANT = Quantity("", help="a constant of a user's law")
 
 USUAL = {"stiffness": "liu", "damping": "flores", "friction": "none"}
 """A law of each kind, to be suggested: the default of a clearance joint."""
@@ -37,46 +32,35 @@ def read_law(given: Any, kind: str, context: Context, **shorthand: Any) -> Any:
     if twice:
         raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
     parameters.update(shorthand)
-    own: Any
-    code, own, reference = code_of(context), known.get(name), name
-    if of_user := code.names(name):
-        own, reference = code.element(kind, name, parameters)
-    if isinstance(own, AbsentPart):
-        return own
-    if own is None and of_user:
-        constants = parameters.pop("constants", [])
-        if parameters:
-            raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "constants", "constants = [1e9, 1.5]")
-        if not isinstance(constants, list) or not all(type(n) in (int, float) and CONSTANT.admits(n) for n in constants):
-            raise InputError(
-                f"constants = {toml(constants)} for '{name}'", "a list of plain numbers in SI units", "constants = [1e9]"
-            )
-        return catalogue.from_file(reference, kind, Path(), constants=tuple(map(float, constants)))
-    if own is None:
+    code = code_of(context)
+    law: Any = code.element(kind, name, parameters) if code.names(name) else known.get(name)
+    if isinstance(law, AbsentPart):
+        return law
+    if law is None:
         near = get_close_matches(name, known, n=1, cutoff=0.5)
         raise InputError(
             f"unknown {kind} law '{name}'{did_you_mean(name, known)}",
             ", ".join(known) + f", or {USER_FILE}",
             f'{kind} = "{near[0]}"' if near else sample,
         )
-    declared = {field.name for field in dataclasses.fields(own)}
+    declared = {field.name for field in dataclasses.fields(law)}
     for key in shorthand:
         if key not in declared:
             raise InputError(f"{key} given for the joint, but {kind} law '{name}' has none", f"leave out {key}, or another law")
-    return build(own, parameters, {})
+    return build(law, parameters, {})
 
 
-def named_tables(key: str, classes: Mapping[str, type], own: Mapping[str, Shape]) -> Shape:
-    """The name of one of several classes, or a table of its parameters; a class or function in a file, with keys of its own."""
+def named_tables(key: str, classes: Mapping[str, type]) -> Shape:
+    """The name of one of several classes, or a table of its parameters; one in a file, whose keys are not known."""
     in_file = {"type": "string", "pattern": r"\.py:"}
     known = [with_key(key, {"const": name}, filled_table(kind)) for name, kind in classes.items()]
-    further = {"type": "object", "properties": {key: in_file, **own}, "required": [key]}
+    further = {"type": "object", "properties": {key: in_file}, "required": [key]}
     return {"anyOf": [{"enum": list(classes)}, in_file, *known, further]}
 
 
 def law_shape(kind: str) -> Shape:
     """What is accepted as a law of a kind."""
-    return named_tables("law", catalogue.BY_KIND[kind], {"constants": {"type": "array", "items": {"type": "number"}}})
+    return named_tables("law", catalogue.BY_KIND[kind])
 
 
 def law_of(kind: str) -> Reader:

@@ -18,7 +18,7 @@ def controller(name: str) -> type[Any]:
     Parameters
     ----------
     name : str
-        Of the package's, or ``"file.py:Class"`` for one of your own; the file is executed.
+        Of the package's, or ``"file.py:NAME"`` for one of your own; the file is executed.
 
     Returns
     -------
@@ -30,4 +30,4 @@ def controller(name: str) -> type[Any]:
     InputError
         If there is none; names the nearest.
     """
-    return element_named("controller", "controller", name, CONTROLLERS, "sd.UserController({!r}, (CONSTANTS,))")
+    return element_named("controller", "controller", name, CONTROLLERS)

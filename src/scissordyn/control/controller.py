@@ -42,19 +42,19 @@ class Controller(Part):
         return states
 
     def _uses(self, signal: str) -> bool:
-        """Whether the kernel names a signal; of a plain function that is not known."""
+        """Whether the kernel names a signal."""
         kernels: Any = self.declaration.kernels.values()
         return any(name.startswith(signal) for kernel in kernels for name in arguments_of(kernel))
 
     @property
     def uses_feed_forward(self) -> bool:
         """Whether it uses a feed-forward torque."""
-        return bool(self.declaration.leading) or self._uses("feed_forward")
+        return self._uses("feed_forward")
 
     @property
     def uses_sensor(self) -> bool:
         """Whether it uses the actuator's sensor."""
-        return self.recorded.startswith("sensor") or (not self.declaration.leading and self._uses("sensor"))
+        return self.recorded.startswith("sensor") or self._uses("sensor")
 
 
 SLOTS[Controller.slot.name] = Controller

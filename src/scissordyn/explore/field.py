@@ -215,8 +215,8 @@ def _of_law(
     name = inner.get("name" if key == "controller" else "law") if inner else value
     kind = CONTROLLERS.get(str(name)) if key == "controller" else BY_KIND[key].get(str(name))
     if ".py:" in str(name):
-        kind, _ = element_class(key, str(name), folder)
-    if kind is None:  # a function, whose constants have no names
+        kind = element_class(key, str(name), folder)
+    if kind is None:
         return
     for field in _of_dataclass(kind, inner, place, f"{group}, {key}", star=star, law=str(name)):
         if not (field.name == "restitution" and key == "damping" and given.get("restitution") is not None):

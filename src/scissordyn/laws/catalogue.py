@@ -15,11 +15,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import damping, elastic, friction
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS as MATERIALS
-from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.plugin.catalogue import element_named, elements_in
 from scissordyn.plugin.element import Slot
 from scissordyn.plugin.origin import class_in
-from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.units import Quantity, State, quantities
 
 ELASTIC: Mapping[str, type[Elastic]] = elements_in(elastic)
@@ -35,8 +33,6 @@ BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
     {"stiffness": ELASTIC, "damping": DAMPING, "friction": FRICTION}
 )
 """The three kinds, by their names in a clearance."""
-
-_USER: Mapping[str, type[Any]] = {"stiffness": UserElastic, "damping": UserDamping, "friction": UserFriction}
 
 
 @dataclass(frozen=True)
@@ -76,7 +72,7 @@ def law(kind: str, name: str) -> type[Any]:
     ----------
     kind : {"stiffness", "damping", "friction"}
     name : str
-        Of the package's, or ``"file.py:Class"`` for one of your own; the file is executed.
+        Of the package's, or ``"file.py:NAME"`` for one of your own; the file is executed.
 
     Returns
     -------
@@ -88,25 +84,16 @@ def law(kind: str, name: str) -> type[Any]:
     InputError
         If there is none; names the nearest.
     """
-    laws, sample = _by_kind(kind), f"sd.{_USER[kind].__name__}({{!r}}, (CONSTANTS,))"
-    return element_named(kind, f"{kind} law", name, laws, sample)
+    return element_named(kind, f"{kind} law", name, _by_kind(kind))
 
 
 def kind_in(reference: str) -> str:
-    """What the law of the class that ``"file.py:Class"`` names is for: a key of `BY_KIND`; the file is executed."""
+    """What the law that ``"file.py:NAME"`` names is for: a key of `BY_KIND`; the file is executed."""
     law_class, name = class_in("law", reference, Path.cwd())
     slot = getattr(law_class, "slot", None)
     if not isinstance(slot, Slot) or slot.name not in BY_KIND:
-        raise InputError(f"'{name}' is no class of laws", "a class under sd.element", '@sd.element(slot="friction", ...)')
+        raise InputError(f"'{name}' is no law", "a class or a function under sd.element", '@sd.element(slot="friction", ...)')
     return slot.name
-
-
-def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float, ...] = ()) -> Any:
-    """A law that is a function in a user's file."""
-    _by_kind(kind)
-    user_class = _USER[kind]
-    path, name = split_reference(user_class.slot.title, reference, folder)
-    return user_class(f"{path}:{name}", constants, digest=file_digest(path))
 
 
 def facts(kind: str, name: str) -> Facts:

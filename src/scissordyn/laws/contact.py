@@ -83,14 +83,6 @@ class Continued(Protocol):
         """The indentation [m] up to which the law itself holds."""
 
 
-@runtime_checkable
-class Doubtful(Protocol):
-    """A user's law, which is tried in its joint: it may be usable and still not what its author meant."""
-
-    def doubts(self, joint: JointContact) -> list[str]:
-        """What is doubtful about it, one clause each."""
-
-
 class Damping(Part):
     """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off."""
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 
 from scissordyn.annotation import is_a
-from scissordyn.laws.contact import Continued, Damping, Doubtful, Elastic, Friction, JointContact
+from scissordyn.laws.contact import Continued, Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
-from scissordyn.laws.user import element_doubts
+from scissordyn.laws.trial import doubts
 from scissordyn.plugin.element import is_ours
 from scissordyn.warning import RunWarning, warning
 
@@ -59,12 +59,8 @@ def contact_warnings(
         warnings.append(warning("continued", joint, depth=1e3 * indentation, law=name, deepest=deepest))
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}
     for slot, law in laws.items():
-        doubts: list[str] = []
-        if is_a(law, Doubtful):
-            doubts = law.doubts(contact)
-        elif law is not None and not is_ours(law):
-            doubts = element_doubts(law, contact)
-        warnings += [warning("doubt", joint, slot=slot, doubt=doubt) for doubt in doubts]
+        if law is not None and not is_ours(law):
+            warnings += [warning("doubt", joint, slot=slot, doubt=doubt) for doubt in doubts(law, contact)]
     if stiffness.caveat:
         warnings.append(warning("caveat", joint, law=name, caveat=stiffness.caveat))
     if stiffness.materials == "same" and contact.journal.compliance != contact.bearing.compliance:

@@ -12,6 +12,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.component.declaration import Component
 from scissordyn.control.signal import SIGNALS
+from scissordyn.laws.trial import tried
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
@@ -20,7 +21,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
-from scissordyn.plugin.element import PARAMETERS, addresses, row_of
+from scissordyn.plugin.element import PARAMETERS, addresses, is_ours, row_of
 
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
@@ -47,6 +48,8 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             continue  # no laws: see `plan.hard_contact`
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
+            if not is_ours(chosen) and not getattr(chosen, "states", None):
+                tried(chosen, joint)
             tables[which, j] = row_of(chosen, joint)
             for name, address in addresses(chosen).items():
                 if name != "steady":

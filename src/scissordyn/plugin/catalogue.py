@@ -1,4 +1,4 @@
-"""The elements of the package by name, from the files of their folders, and one of them or of the user's own."""
+"""The elements of the package by name, from the files of their folders, and an element by its name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pkgutil
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Any
+from typing import Any, cast
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.element import element_class
@@ -28,13 +28,10 @@ def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
     return MappingProxyType(dict(sorted(elements.items())))
 
 
-def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]], sample: str) -> type[Any]:
-    """An element of the package, or of a class in a file of the user's, which is executed."""
+def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]]) -> type[Any]:
+    """An element of the package, or in a file of the user's, which is executed."""
     if ".py:" in name:
-        user_class, name_in_file = element_class(slot, name, Path.cwd())
-        if user_class is None:
-            raise InputError(f"the function '{name}' as a class of {what}s", "a class", sample.format(name_in_file))
-        return user_class
+        return cast(type[Any], element_class(slot, name, Path.cwd()))
     if name not in elements:
-        raise InputError(f"no {what} '{name}'{did_you_mean(name, elements)}", ", ".join(elements) + ", or 'file.py:Class'")
+        raise InputError(f"no {what} '{name}'{did_you_mean(name, elements)}", ", ".join(elements) + ", or 'file.py:NAME'")
     return elements[name]

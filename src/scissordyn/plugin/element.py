@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, TypeVar, dataclass_transform
+from typing import Annotated, Any, ClassVar, Protocol, TypeVar, dataclass_transform, get_type_hints, overload
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import class_in, note_origin
 from scissordyn.plugin.pointer import Kernel, arguments_of, pointer_of
-from scissordyn.units import State, check_quantities, quantities
+from scissordyn.units import Quantity, State, check_quantities, quantities
 
 PARAMETERS = 16
 """Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
@@ -42,25 +43,12 @@ class Slot:
 
 @dataclass(frozen=True, eq=False)
 class Element:
-    """What the package knows of a class of elements.
-
-    Parameters
-    ----------
-    slot : Slot
-    kernels : mapping of str to callable
-    states : tuple of State
-    numbers : tuple of str
-        Names of the parameters, in the order of their row.
-    leading : tuple of str
-        Inputs in the order of a plain function of the user's, which has its constants after them; empty for kernels that name
-        what they use.
-    """
+    """What the package knows of a class of elements."""
 
     slot: Slot
     kernels: Mapping[str, Kernel]
     states: tuple[State, ...] = ()
-    numbers: tuple[str, ...] = ()
-    leading: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()  # Names of the parameters, in the order of their row
 
 
 class Part:
@@ -82,11 +70,21 @@ SLOTS: dict[str, type[Part]] = {}
 Class = TypeVar("Class")
 
 
+class _Declare(Protocol):
+    @overload
+    def __call__(self, described: type[Class]) -> type[Class]: ...
+    @overload
+    def __call__(self, described: Kernel) -> Callable[..., Any]: ...
+
+
 @dataclass_transform(frozen_default=True)
 def element(
     *, slot: str = "", name: str = "", source: str = "the user", states: tuple[State, ...] = (), **declared: Any
-) -> Callable[[type[Class]], type[Class]]:
-    """Make a class a contact law, a friction law or a controller: a frozen dataclass whose numbers its kernels name.
+) -> _Declare:
+    """Make a class or a function a contact law, a friction law or a controller.
+
+    A class becomes a frozen dataclass whose numbers its kernels name. A function becomes such a class, too: it is the first
+    kernel, and its arguments that are no inputs, context or states of the slot are the numbers, with their defaults.
 
     Parameters
     ----------
@@ -114,17 +112,23 @@ def element(
     """
 
     def declare(described: Any) -> Any:
-        base: Any = next((base_class for base_class in described.__mro__ if base_class in SLOTS.values()), SLOTS.get(slot))
+        bases = getattr(described, "__mro__", ())
+        base: Any = next((base_class for base_class in bases if base_class in SLOTS.values()), SLOTS.get(slot))
         if base is None:
             raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
+        kinds, given = base.slot.kernels, declared
+        taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
+        if inspect.isfunction(described):
+            given = {next(iter(kinds)): described, **declared}
+            described = _class_of(described, taken)
         if not issubclass(described, base):
             inherited = tuple(base_class for base_class in described.__bases__ if base_class is not object)
             content = {key: value for key, value in vars(described).items() if key not in ("__dict__", "__weakref__")}
             content["__qualname__"] = described.__qualname__
             described = type(described)(described.__name__, (*inherited, base), content)
-        kinds = base.slot.kernels
         facts = {key: value for key, value in vars(base).items() if key in base.__annotations__ and key != "states"}
-        for key in declared:
+        facts |= base.slot.defaults
+        for key in given:
             if key not in (*kinds, *facts):
                 raise InputError(
                     f"{key} of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
@@ -132,16 +136,15 @@ def element(
         if not hasattr(described, "__post_init__"):
             described.__post_init__ = check_quantities
         cls: Any = dataclass(frozen=True)(described)
-        kernels = {key: declared[key] for key in kinds if declared.get(key) is not None}
+        kernels = {key: given[key] for key in kinds if given.get(key) is not None}
         main = kernels.get(next(iter(kinds)))
-        taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         named = tuple(quantities(cls))
         if cls.parameters is not Part.parameters:  # the class says itself what its kernels read
             named = () if main is None else tuple(base_class for base_class in arguments_of(main) if base_class not in taken)
         spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
-        chosen = {key: declared[key] for key in facts if key in declared}
+        chosen = {key: given[key] for key in facts if key in given}
         fields = cls.__dataclass_fields__
-        chosen |= {key: value for key, value in base.slot.defaults.items() if key not in fields}
+        chosen = {key: value for key, value in base.slot.defaults.items() if key not in fields} | chosen
         for key, value in {"name": name or spelled, "source": source, **chosen}.items():
             setattr(cls, key, value)
         if states and not isinstance(getattr(cls, "states", ()), property):
@@ -154,17 +157,25 @@ def element(
     return declare
 
 
-def element_class(slot: str, reference: str, folder: Path) -> tuple[Any, str]:
-    """The class of elements that ``"file.py:Class"`` names, or None for a function, and its absolute name."""
+def _class_of(function: Kernel, taken: set[str]) -> type:
+    """A class without a decorator whose numbers are the arguments of a function that are not taken."""
+    content: dict[str, Any] = {key: getattr(function, key) for key in ("__module__", "__qualname__", "__doc__")}
+    hints = get_type_hints(function, include_extras=True)
+    numbers = {key: argument for key, argument in inspect.signature(function).parameters.items() if key not in taken}
+    content |= {key: number.default for key, number in numbers.items() if number.default is not number.empty}
+    plain = Annotated[float, Quantity("1", help="a number in SI units")]
+    content["__annotations__"] = {key: hints[key] if hasattr(hints.get(key), "__metadata__") else plain for key in numbers}
+    return type(function.__name__, (), content)
+
+
+def element_class(slot: str, reference: str, folder: Path) -> Any:
+    """The class of elements that ``"file.py:name"`` names."""
     base = SLOTS[slot]
     cls, name = class_in(base.slot.title, reference, folder)
-    if cls is not None and not (issubclass(cls, base) and "declaration" in vars(cls)):
-        raise InputError(
-            f"the class '{name}' is no {base.slot.title}",
-            "a class under sd.element, or a function of numbers",
-            f'@sd.element(slot="{slot}", ...)',
-        )
-    return cls, name
+    if cls is None or not (issubclass(cls, base) and "declaration" in vars(cls)):
+        sample = f'@sd.element(slot="{slot}") over it'
+        raise InputError(f"'{name}' is no {base.slot.title}", "a class or a function under sd.element", sample)
+    return cls
 
 
 def numbers(part: Any, **derived: float) -> tuple[float, ...]:
@@ -231,9 +242,7 @@ def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
     table = {}
     for key, kernel in declared.kernels.items():
         places = _places(declared, key, present)
-        names = (*declared.leading, *declared.numbers) if declared.leading else arguments_of(kernel)
-        handed = tuple(places[name] for name in names)
-        table[key] = Recipe(kernel, handed, _targets(declared, key, present), bool(declared.leading))
+        table[key] = Recipe(kernel, tuple(places[name] for name in arguments_of(kernel)), _targets(declared, key, present))
     return table
 
 
@@ -257,4 +266,4 @@ def row_of(part: Any, *joint: Any) -> np.ndarray:
 
 def is_ours(part: Any) -> bool:
     """Whether an element is the package's own, and not a user's."""
-    return type(part).__module__.startswith("scissordyn.") and not part.declaration.leading
+    return type(part).__module__.startswith("scissordyn.")

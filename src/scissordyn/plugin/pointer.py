@@ -35,7 +35,7 @@ def pointer_of(recipe: Recipe) -> int:
     """Where the machine code of an element's kernel lies."""
     if PYTHON:
         pointer = len(CALLED) + 1
-        CALLED[pointer] = recipe.python(_guarded(recipe.function))
+        CALLED[pointer] = recipe.python()
     else:
         ours = str(recipe.function.__module__).startswith("scissordyn.")
         function = getattr(library(), recipe.symbol) if ours else _compiled(recipe)
@@ -65,7 +65,7 @@ def _compiled(recipe: Recipe) -> Any:
 
 def _in_python(recipe: Recipe) -> Callable[..., float]:
     """What is called by a pointer; errors are NaN, as C has no others."""
-    called = recipe.python(_guarded(recipe.function))
+    called = recipe.python()
 
     def answer(*pointers: Any) -> float:
         try:
@@ -77,13 +77,3 @@ def _in_python(recipe: Recipe) -> Callable[..., float]:
             return math.nan
 
     return answer
-
-
-def _guarded(kernel: Kernel) -> Callable[..., float]:
-    def number(*arguments: float) -> float:
-        try:
-            return float(kernel(*arguments))
-        except Exception:
-            return math.nan
-
-    return number

@@ -51,11 +51,6 @@ def made_in(described: type) -> tuple[str, str] | None:
     return f"{file.resolve()}:{described.__name__}", getattr(module, DIGEST, "") or file_digest(file)
 
 
-def pinned(kind: str, function: Callable[..., Any] | str, digest: str) -> str:
-    """The digest that a description keeps: the one given or, for a function in a file without one, that of the file now."""
-    return file_digest(split_reference(kind, function)[0]) if isinstance(function, str) and not digest else digest
-
-
 @cache
 def _module(path: Path, source: bytes) -> ModuleType:
     """The file, executed once for each of its contents."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from scissordyn.compiler.kind import FLOAT, INT, Array, Functions, kind_of, written
 from scissordyn.compiler.unit import Unit
-from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.data import Block
 from scissordyn.exchange.fmu.variable import Variables, prescribed, variables
 from scissordyn.integrate import advance as loop
@@ -99,11 +98,6 @@ class Source:
                     view[...] = [self.unit.kernel(RECIPES[int(address)]) if address else 0 for address in view]
                 arrays[name] = array
             changed[owner] = part._replace(**arrays)
-        for recipe in self.unit.kernels:
-            if recipe.guarded:
-                raise InputError(
-                    f"the function '{recipe.function.__name__}' of yours in an FMU", "an element as a class, sd.element"
-                )
         return system._replace(**changed)
 
     def _functions(self, roots: dict[str, Any]) -> None:

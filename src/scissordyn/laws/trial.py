@@ -1,0 +1,131 @@
+"""Laws of the user's own, tried in their joint before a run: what cannot be right is refused, what is doubtful is a warning."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.kernel import F1, F2, call_at, entry
+from scissordyn.laws.contact import Damping, Elastic, JointContact
+from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.pointer import arguments_of
+
+APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
+RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
+FORCES = (0.0, *np.logspace(-3, 6, 10).tolist())
+SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).tolist())
+"""Where a law is tried: rest to 10 m/s either way, no force to 1 MN."""
+
+DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
+"""Where a stiffness law is tried in its joint, in clearances (in corner radii at a plane guide surface)."""
+
+AT_TOUCH = 1e-6
+"""A stiffness law may have this fraction of its force at one clearance left at the touch, for rounding."""
+
+ROUNDING = 1e-12
+"""By which a force may fall short of what it should be."""
+
+LARGEST_COEFFICIENT = 10.0
+"""Above this, F_t/F_n is worth a warning; the bound of the built-in laws."""
+
+
+def _reach(joint: JointContact) -> tuple[float, str]:
+    """How deep a law is tried in a joint [m], and what that depth is called."""
+    return (joint.journal_radius, "corner radius") if joint.plane else (joint.clearance, "clearance")
+
+
+@lru_cache(maxsize=256)
+def tried(law: Any, joint: JointContact) -> np.ndarray:
+    """Forces [N] of a law without states where it is tried in a joint.
+
+    Raises `InputError` at the first place where it gives no finite number, pulls, pushes at the touch, or drives the slip.
+    """
+    size, what = _reach(joint)
+    allowed = "a finite number there"
+    if isinstance(law, Elastic):
+        points: Any = DEPTHS[:, None] * size
+    elif isinstance(law, Damping):
+        points = list(itertools.product(FORCES, (np.geomspace(1e-6, 1.0, 7) * size).tolist(), RATES, APPROACHES))
+    else:
+        points = list(itertools.product(SPEEDS, FORCES))
+    points = np.array(points, float)
+    forces = np.empty(len(points))
+    _answers(addresses(law)["force"], points, row_of(law, joint), forces)
+    wrong = ~np.isfinite(forces)
+    if isinstance(law, Elastic) and not wrong.any():
+        allowed = f"a push up to the {what}: 0 N or more, and 0 N at 0 m"
+        wrong = np.where(points[:, 0] > 0.0, forces < 0.0, np.abs(forces) > AT_TOUCH * abs(forces[-1]))
+        if not forces[-1] > 0.0:
+            allowed, wrong = f"a push at one {what}: above 0 N", np.arange(len(forces)) == len(forces) - 1
+    elif not isinstance(law, Damping) and not wrong.any():
+        allowed, wrong = "a force of the sign of the slip speed, or 0 N", forces * points[:, 0] < 0.0
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        at = dict(zip(law.slot.inputs, points[first].tolist(), strict=True))
+        where = ", ".join(f"{name} = {value:g}" for name, value in at.items())
+        raise InputError(f"{law.slot.title} '{law.name}' {_answer(law, joint, at, float(forces[first]))} at {where}", allowed)
+    return forces
+
+
+def _answer(law: Any, joint: JointContact, at: dict[str, float], force: float) -> str:
+    """What the kernel of a law does in Python, in words."""
+    kernel = law.declaration.kernels["force"]
+    values = at | dict(zip(law.declaration.numbers, law.parameters(joint), strict=True))
+    try:
+        return f"gives {kernel(**{name: values[name] for name in arguments_of(kernel)})!r}"
+    except Exception as error:
+        return f"raises {type(error).__name__} ({error})" if not math.isfinite(force) else f"gives {force!r}"
+
+
+@entry
+def _answers(address: int, points: F2, numbers: F1, forces: F1) -> None:
+    for k in range(forces.size):
+        forces[k] = call_at(address, points[k], (), (), (), numbers, ())
+
+
+def doubts(law: Any, joint: JointContact) -> list[str]:
+    """What is doubtful about a user's law in a joint, one clause each; nothing is known of a law with states."""
+    if getattr(law, "states", ()):
+        return []
+    forces = tried(law, joint)
+    if isinstance(law, Elastic):
+        return _of_stiffness(forces, joint)
+    if isinstance(law, Damping):
+        return _of_damping(forces.reshape(len(FORCES), -1, len(RATES), len(APPROACHES)))
+    return _of_friction(np.abs(forces.reshape(len(SPEEDS), len(FORCES))))
+
+
+def _of_stiffness(force: np.ndarray, joint: JointContact) -> list[str]:
+    """What is doubtful about elastic forces [N] at `DEPTHS`."""
+    size, what = _reach(joint)
+    falls = np.flatnonzero(np.diff(force) <= 0.0)
+    if not falls.size:
+        return []
+    low, high = 1e3 * size * DEPTHS[falls[0]], 1e3 * size * DEPTHS[falls[0] + 1]
+    return [f"the force does not grow from {low:.4g} mm to {high:.4g} mm of indentation (tried up to the {what})"]
+
+
+def _of_damping(force: np.ndarray) -> list[str]:
+    """What is doubtful about normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
+    elastic = np.array(FORCES)[:, None, None, None]
+    rate = np.array(RATES)[None, None, :, None]
+    # what the kernels make of a pull
+    gain = (elastic - np.maximum(force, 0.0)) * np.sign(rate)
+    if not np.any(gain > ROUNDING * (1.0 + elastic)):
+        return []
+    at = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    what = "lowers the elastic force on approach" if RATES[at[2]] > 0.0 else "raises the elastic force on rebound"
+    return [f"it {what} ({FORCES[at[0]]:g} N at {RATES[at[2]]:g} m/s), so that contacts may gain energy"]
+
+
+def _of_friction(force: np.ndarray) -> list[str]:
+    """What is doubtful about the size of tangential forces [N], shape (SPEEDS, FORCES)."""
+    without = ["it gives a force where the normal force is zero"] if np.any(force[:, 0] > 0.0) else []
+    largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
+    high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > LARGEST_COEFFICIENT else []
+    return without + high

@@ -78,6 +78,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "replay",
         "cycle",
         "ideal_kinematics",
+        "statics",
         "constrain_contact",
         "save",
         "load",
@@ -139,7 +140,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "run.accessor": ("RunAccessor",),
         "plot": (
             *("Pictures", "response", "track", "force", "torque", "orbit", "film", "energy"),
-            *("structure", "bending", "comparison"),
+            *("structure", "bending", "comparison", "statics"),
         ),
         "plot.regularity": (
             "stroboscopic_map",

@@ -111,6 +111,7 @@ from scissordyn.run.feed_forward import feed_forward as feed_forward
 from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
 from scissordyn.run.answer.internal_forces import internal_forces as internal_forces
 from scissordyn.run.answer.modes import modes as modes
+from scissordyn.run.answer.statics import statics as statics
 from scissordyn.run.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate
 from scissordyn.run.store import load as load, save as save

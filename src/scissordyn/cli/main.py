@@ -37,6 +37,7 @@ from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.schema import schema
+from scissordyn.cli.statics import statics
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.streams import give_up, prepare_streams
 from scissordyn.cli.study import study
@@ -102,6 +103,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "run": run_case,
     "check": check,
     "preview": preview,
+    "statics": statics,
     "modes": modes,
     "motor": motor,
     "explore": explore,
@@ -136,6 +138,7 @@ EXAMPLES: dict[str, str] = {
     "cite": "scissordyn cite run.nc -o references.bib",
     "fit": "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     "export": "scissordyn export run.nc table.csv",
+    "statics": "scissordyn statics case.toml --plot forces.png -o forces.csv",
     "modes": "scissordyn modes case.toml --until '1 s' --plot figures",
     "motor": "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     "new": "scissordyn new scissor --with servo,tip > case.toml",
@@ -151,7 +154,15 @@ EXAMPLES: dict[str, str] = {
 }
 """Of each command one that can be typed, below its help."""
 
-OTHER_WORDS = {"simulate": "run", "draw": "plot", "film": "animate", "view": "explore", "open": "explore", "template": "new"}
+OTHER_WORDS = {
+    "simulate": "run",
+    "draw": "plot",
+    "film": "animate",
+    "view": "explore",
+    "open": "explore",
+    "template": "new",
+    "equilibrium": "statics",
+}
 """Words that users try in place of a command."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")

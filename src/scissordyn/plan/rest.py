@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,22 +18,32 @@ Joint = TypeVar("Joint", Revolute, Guide)
 
 def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
     """The same mechanism without friction, with compliant contacts, its drives and distances constant as at a time [s]."""
-
-    def constant(motion: TimeFunction, start: float) -> TimeFunction:
-        value = np.zeros(4)
-        function_at(time, function_rows(motion, start), value)
-        return Polynomial((float(value[0]),))
-
     return dataclasses.replace(
         mechanism,
         drives=tuple(
-            dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).placed_angle))
+            dataclasses.replace(drive, motion=_constant(drive.motion, mechanism.body(drive.body).placed_angle, time))
             for drive in mechanism.drives
         ),
         joints=tuple(_frictionless(joint) for joint in mechanism.joints),
         guides=tuple(_frictionless(guide) for guide in mechanism.guides),
-        rods=tuple(dataclasses.replace(rod, motion=rod.motion and constant(rod.motion, 0.0)) for rod in mechanism.rods),
+        rods=tuple(dataclasses.replace(rod, motion=rod.motion and _constant(rod.motion, 0.0, time)) for rod in mechanism.rods),
     )
+
+
+def loads_at(mechanism: Mechanism, time: float) -> Mechanism:
+    """The same mechanism with the time functions of its loads constant as at a time [s]."""
+
+    def constant(part: Any) -> Any:
+        motion = getattr(part, "time_function", None)
+        return part if motion is None else dataclasses.replace(part, time_function=_constant(motion, 0.0, time))
+
+    return dataclasses.replace(mechanism, components=tuple(constant(part) for part in mechanism.components))
+
+
+def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
+    value = np.zeros(4)
+    function_at(time, function_rows(motion, start), value)
+    return Polynomial((float(value[0]),))
 
 
 def _frictionless(joint: Joint) -> Joint:

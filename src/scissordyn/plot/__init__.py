@@ -20,11 +20,25 @@ if TYPE_CHECKING:
     from scissordyn.plot.orbit import orbit
     from scissordyn.plot.pictures import Pictures
     from scissordyn.plot.response import response
+    from scissordyn.plot.statics import statics
     from scissordyn.plot.structure import structure
     from scissordyn.plot.torque import torque
     from scissordyn.plot.track import track
 
-__all__ = ["Pictures", "bending", "comparison", "energy", "film", "force", "orbit", "response", "structure", "torque", "track"]
+__all__ = [
+    "Pictures",
+    "bending",
+    "comparison",
+    "energy",
+    "film",
+    "force",
+    "orbit",
+    "response",
+    "statics",
+    "structure",
+    "torque",
+    "track",
+]
 
 _HOMES = {name: "pictures" if name == "Pictures" else name for name in __all__}
 

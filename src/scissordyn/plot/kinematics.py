@@ -41,7 +41,7 @@ def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     return drawn
 
 
-def _curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: list[str]) -> None:
+def curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: list[str]) -> None:
     """Curves with the names of the first and of those that differ from it; the rest are counted."""
     shown: list[np.ndarray] = []
     alike = 0
@@ -67,7 +67,7 @@ def _output(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
         return
     angle = np.degrees(ideal["angle"].transpose("time", "body").values)
     moving = np.flatnonzero(np.ptp(angle, axis=0) > 0.0)
-    _curves(axes, t, angle[:, moving], [str(name) for name in ideal["body"].values[moving]])
+    curves(axes, t, angle[:, moving], [str(name) for name in ideal["body"].values[moving]])
     axes.set_ylabel("angle [deg]")
 
 
@@ -75,7 +75,7 @@ def _transmission(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
     """Transmission angles, the smallest first."""
     values = DEGREES.factor * ideal["transmission_angle"].values
     order = np.argsort(values.min(axis=0), kind="stable")
-    _curves(axes, t, values[:, order], [str(name) for name in ideal["dyad"].values[order]])
+    curves(axes, t, values[:, order], [str(name) for name in ideal["dyad"].values[order]])
     axes.set(ylim=(0.0, 90.0), yticks=[0.0, 30.0, 60.0, 90.0])
     axes.set_ylabel("transmission angle [deg]")
     if not values.size:
@@ -113,7 +113,7 @@ def _scaled(axes: Axes, ideal: xr.Dataset, t: np.ndarray, values: np.ndarray, na
     steep = ideal.sizes["singular"] > 0 and float(np.nanmax(np.abs(values))) > STEEPEST * large > 0.0
     shown = np.clip(values, -STEEPEST * large, STEEPEST * large) if steep else values
     scale = engineering(unit, shown[np.isfinite(shown)])
-    _curves(axes, t, scale.factor * values, names)
+    curves(axes, t, scale.factor * values, names)
     axes.set_ylabel(scale.label(label))
     if steep:
         low, high = float(np.nanmin(shown)), float(np.nanmax(shown))

@@ -16,12 +16,9 @@ from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest
 from scissordyn.run.answer.deflection import places
-from scissordyn.run.start.small_motion import Place, Position, placed, released
+from scissordyn.run.start.small_motion import Place, Position, placed, released, towards
 from scissordyn.run.start.stiffness import At, stiffness
 from scissordyn.units import Quantity, checked
-
-NEAR = 0.1
-"""Largest change of an input [rad, m/m] from one position to the next, which starts from it."""
 
 UNRESOLVED = 1e-15
 """A square of an angular frequency below this part of the largest, times the number of coordinates, is round-off: zero."""
@@ -97,9 +94,8 @@ def modes(
         raise InputError("modes along the motion of a mechanism without a drive", "a drive, or modes without times")
     found, place = [], None
     for before, time in zip((0.0, *asked.tolist()), asked.tolist(), strict=False):
-        change = float(np.max(np.abs(inputs.at(time) - inputs.at(before))))
-        for between in np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1]:
-            place = placed(plan(at_rest(ideal, float(between))), position, place)[1]
+        for between in towards(inputs, before, time):
+            place = placed(plan(at_rest(ideal, between)), position, place)[1]
         one, place = _at(plan(at_rest(taken, time)), count, position, released_drive, place)
         found.append(one)
     along = xr.concat(found, xr.DataArray(asked, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override")

@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from scissordyn.component.torque import Torque
+from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import make_system
@@ -16,6 +17,9 @@ from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_
 from scissordyn.run.start.stiffness import At
 
 Position = Literal["static", "concentric"]
+
+NEAR = 0.1
+"""Largest change of an input [rad, m/m] from one position to the next, which starts from it."""
 
 
 class Place(NamedTuple):
@@ -47,6 +51,13 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
         functions.accept(0.0, state, handle.address, np.zeros(2))
         at = At(still, handle, state)
     return at, place
+
+
+def towards(inputs: Inputs, before: float, time: float) -> list[float]:
+    """Instants between two, so that each position along the motion of the drives is near the one before."""
+    change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
+    between: list[float] = np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1].tolist()
+    return between
 
 
 def released(at: At) -> At:

@@ -1,0 +1,74 @@
+"""Forces without inertia over the stroke."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError
+from scissordyn.plot.kinematics import curves
+from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.style import Canvas, legend, panels
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLE = "over='time'"
+
+
+def statics(found: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> list[Axes]:
+    """Forces of drives and rods, of components and of joints over the stroke.
+
+    Parameters
+    ----------
+    found : Dataset
+        What `sd.statics` returns.
+    over : str
+        "time", "input", what the first drive holds, or a coordinate of a tracked point, as "table.x".
+    axes : Axes or sequence of Axes, optional
+        One for each panel.
+
+    Returns
+    -------
+    list of Axes
+    """
+    names, units = found["quantity"].values.astype(str), found["quantity_unit"].values.astype(str)
+    reactions = np.char.startswith(names, "reaction ")
+    driving = np.char.startswith(names, "drive torque") | np.char.startswith(names, "rod force")
+    groups = [
+        (label, np.flatnonzero(part & (units == unit)), unit)
+        for label, part in (("drive", driving), ("component", ~driving & ~reactions), ("reaction", reactions))
+        for unit in ("N", "N m")
+        if np.any(part & (units == unit) & np.isfinite(found["force"].values).any(axis=0))
+    ]
+    drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
+    values, label = _over(found, over)
+    for panel, (kind, chosen, unit) in zip(drawn, groups, strict=True):
+        force = found["force"].values[:, chosen]
+        order = np.argsort(-np.nanmax(np.abs(force), axis=0), kind="stable")
+        scale = engineering(unit, force)
+        curves(panel, values, scale.factor * force[:, order], [name.removeprefix("reaction ") for name in names[chosen][order]])
+        panel.set_ylabel(scale.label(kind))
+        legend([panel])
+    drawn[-1].set_xlabel(label)
+    return drawn
+
+
+def _over(found: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
+    """What the forces are drawn over, and its label."""
+    track, _, axis = over.rpartition(".")
+    tracks = found["track"].values.tolist() if "track" in found else []
+    if over == "time":
+        scale, values, name = engineering("s", found["time"].values), found["time"].values, "time"
+    elif over == "input":
+        values, name = found["input"].values[:, 0], str(found["prescribed"].values[0])
+        scale = DEGREES if str(found["prescribed_unit"].values[0]) == "rad" else Scale(1e3, "mm")
+    elif track in tracks and axis in ("x", "y"):
+        values, name = found["track_position"].sel(track=track, axis=axis).values, over
+        scale = engineering("m", values)
+    else:
+        allowed = ["time", "input", *(f"{name}.{axis}" for name in tracks for axis in "xy")]
+        raise InputError(f"forces over {over!r}", ", ".join(allowed), SAMPLE)
+    return scale.factor * values, scale.label(name)

@@ -1,0 +1,194 @@
+"""Forces of a mechanism along the stroke of its drives without inertia."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.integrate.integration import Samples
+from scissordyn.kinematics.closure import Inputs
+from scissordyn.kinematics.peak import smooth_peak
+from scissordyn.mechanics.monitored import POWERS
+from scissordyn.mechanics.outputs import Record, record
+from scissordyn.model.commanded import commanded
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.elimination import in_words
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rest import at_rest, loads_at
+from scissordyn.run.advance.cause import full_coordinates
+from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.log import LOG, PEAK
+from scissordyn.run.advance.trajectory import Trajectory
+from scissordyn.run.answer.dataset import results
+from scissordyn.run.configuration import write_configuration
+from scissordyn.run.options import EndTime, Options
+from scissordyn.run.results import Variable, Variables
+from scissordyn.run.start.small_motion import Place, placed, towards
+from scissordyn.run.start.stiffness import At
+from scissordyn.units import Quantity, checked
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TITLE = "scissordyn statics"
+
+POINTS = 201
+
+OF_COORDINATES = "X", "V", "A", "multiplier"
+"""Fields of a record that depend on how a mechanism is reduced to free coordinates."""
+
+DYNAMIC = ("_energy", "_loss", "_work", "_residual", "peak_", "_peak", "contact_", "event_", "_speed", "impulse")
+"""Parts of names of variables that only a motion has."""
+
+
+@checked
+def statics(
+    mechanism: Mechanism,
+    *,
+    until: EndTime,
+    points: Annotated[int, Quantity("1", minimum=2, maximum=100_000, help="number of positions")] = POINTS,
+) -> xr.Dataset:
+    """Forces in pins, guides, drives, rods, springs and bars along the motion of the drives, without inertia.
+
+    At each position drives and prescribed distances stand still, loads have their values of that instant, and whatever else can
+    move is in static equilibrium. Clearances, dampers and friction are left out; servos hold their references.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    until : float
+        End of the time of the drives [s].
+    points : int
+        Number of positions, evenly spaced in time.
+
+    Returns
+    -------
+    Dataset
+        The variables of a run that have a meaning at rest, over `time`, and `input (time, prescribed)`, what drives and
+        prescribed distances hold, in `prescribed_unit`. All forces and torques once more in one table, `force (time, quantity)`
+        in `quantity_unit`, with `least`, `largest`, `least_time` and `largest_time` of each, located between the positions.
+
+    Raises
+    ------
+    InputError
+        If nothing is prescribed, or a position has no static equilibrium.
+    """
+    ideal = commanded(mechanism).ideal()
+    whole = plan(ideal)
+    inputs = Inputs(whole)
+    if not inputs.count:
+        raise InputError(
+            "statics of a mechanism without a drive, a servo or a driven rod, which has no stroke",
+            "a drive, or a rod with a motion",
+        )
+    times = np.linspace(0.0, until, points)
+    found = results(whole, write_configuration(ideal, Options(until=until, samples=points)), *_rested(whole, inputs, times))
+    variables = {name: part for name, part in found.variables.items() if not any(word in name for word in DYNAMIC)}
+    variables |= _inputs(inputs, times)
+    variables |= _envelope(variables, times)
+    found.variables = variables
+    found.attrs.update(title=TITLE, warnings=json.dumps(_warnings(variables)))
+    return found.dataset()
+
+
+def _rested(whole: Plan, inputs: Inputs, times: np.ndarray) -> tuple[Trajectory, Record]:
+    """The positions of equilibrium at some instants, as the trajectory and the record of a run."""
+    place: Place | None = None
+    rests: list[At] = []
+    for before, time in zip((0.0, *times[:-1].tolist()), times.tolist(), strict=True):
+        for instant in (*towards(inputs, before, time), time):
+            frozen = loads_at(at_rest(whole.mechanism, instant), instant)
+            still = whole.case(frozen) if whole.fits(frozen) else plan(frozen)
+            try:
+                at, place = placed(still, "static", place)
+            except InputError as error:
+                reason = error.what.removeprefix("start = 'static': ")
+                raise InputError(f"statics at t = {instant:.6g} s: {reason}", error.allowed) from None
+        rests.append(at)
+    system = make_system(whole)
+    n = whole.coordinates.free
+    bases = [full_coordinates(whole, system.content, np.zeros(n), time)[n:] for time in times.tolist()]
+    # a mechanism whose rods have another length may have other coordinates
+    position = np.stack([whole.coordinates.nearest(b, at.natural) for b, at in zip(bases, rests, strict=True)])
+    X = np.concatenate([position, bases], axis=1)
+    records = [record(at.plan.maps, at.system, _samples([at], at.state[None], np.zeros(1)))._asdict() for at in rests]
+    kept = {name: np.concatenate([part[name] for part in records]) for name in Record._fields if name not in OF_COORDINATES}
+    state = np.zeros((times.size, system.content.work.scratch.size))
+    state[:, :n] = position
+    model = system.content.model
+    path = Trajectory(
+        plan=whole,
+        system=system,
+        samples=_samples(rests, state, times),
+        log=np.zeros(0, LOG),
+        peak=np.zeros(model.guard_component.size + model.monitor.shape[0], PEAK),
+        end=float(times[-1]),
+        status="complete",
+        cause="",
+        statistics={},
+        immobile=(),
+        warnings=(),
+        steps=(times[:0], times[:0], times[:0]),
+        band=times[:0],
+    )
+    return path, Record(X=X, V=0.0 * X, A=0.0 * X, multiplier=np.zeros((times.size, 0)), **kept)
+
+
+def _samples(rests: Sequence[At], state: np.ndarray, times: np.ndarray) -> Samples:
+    """States at rest as samples of a run."""
+    states = [at.system.content.state for at in rests]
+    several = (np.stack([getattr(part, name).copy() for part in states]) for name in ("mode", "memory", "reference"))
+    return Samples(times, state, np.zeros((times.size, len(POWERS))), *several)
+
+
+def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
+    """What drives and prescribed distances hold."""
+    names, units = [*inputs.bodies, *inputs.rods], ["rad"] * len(inputs.bodies) + ["m"] * len(inputs.rods)
+    return {
+        "prescribed": Variable(("prescribed",), np.array(names), {"long_name": "driven body or rod"}),
+        "prescribed_unit": Variable(("prescribed",), np.array(units), {"long_name": "unit of its input"}),
+        "input": Variable(("time", "prescribed"), inputs.over(times), {"long_name": "prescribed angle or distance"}),
+    }
+
+
+def _envelope(variables: Variables, times: np.ndarray) -> Variables:
+    """All forces and torques in one table, the least and the largest value of each, and when."""
+    names, units, columns = [], [], []
+    for name, part in variables.items():
+        unit = part.attrs.get("units")
+        if part.dims[0] != "time" or unit not in ("N", "N m") or "beam" in part.dims or name == "drive_torques":
+            continue
+        values = np.linalg.norm(part.values, axis=-1) if part.dims[-1] == "axis" else part.values
+        parts = variables[part.dims[1]].values.tolist() if part.dims[1:] else [""]
+        names += [f"{name.replace('_', ' ')} {label}".strip() for label in parts]
+        units += [unit] * len(parts)
+        columns.append(values.reshape(times.size, -1))
+    force = np.concatenate(columns, axis=1) if columns else np.zeros((times.size, 0))
+    largest, least = (np.array([smooth_peak(times, sign * column) for column in force.T]).reshape(-1, 2) for sign in (1, -1))
+    return {
+        "quantity": Variable(("quantity",), np.array(names, dtype=str), {"long_name": "force or torque"}),
+        "quantity_unit": Variable(("quantity",), np.array(units, dtype=str), {"long_name": "unit of its values"}),
+        "force": Variable(("time", "quantity"), force, {"long_name": "force or torque, of reactions the size"}),
+        **{
+            name: Variable(("quantity",), column, {"long_name": text})
+            for name, column, text in (
+                ("least", 0.0 - least[:, 0], "least value"),
+                ("least_time", least[:, 1], "when it is least [s]"),
+                ("largest", largest[:, 0], "largest value"),
+                ("largest_time", largest[:, 1], "when it is largest [s]"),
+            )
+        },
+    }
+
+
+def _warnings(variables: Variables) -> list[str]:
+    """What is not determined, in words."""
+    lost = np.isnan(variables["reaction"].values).any(axis=(0, 2))
+    names = variables["joint"].values[lost].tolist()
+    if not names:
+        return []
+    return [f"reactions of {in_words([repr(name) for name in names])} are not determined: there are more joints than needed"]

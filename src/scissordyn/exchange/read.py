@@ -48,9 +48,7 @@ def read_drawing(
     if ending in (".csv", ".tsv", ".xlsx", ".xls", ".txt") and (ending != ".txt" or not path.exists()):
         raise InputError(
             f"'{path}' is a table, no drawing",
-            "files that end in "
-            + ", ".join(ENDINGS)
-            + "; coordinates in a table are read in Python: docs/import.md",
+            "files that end in " + ", ".join(ENDINGS) + "; coordinates in a table are read in Python: docs/import.md",
         )
     text = _text(path)
     if ending == ".dxf":

@@ -16,11 +16,11 @@ from scissordyn.model.scissor import scissor
 EDGE = 2e-5
 
 
-def touching_state(joint, units, rng):
+def touching_state(joint, units, rng, slip="surfaces"):
     """A random state of an array in which a joint with friction touches, its handle and its size."""
     drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
-    mechanism = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))
+    mechanism = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1), slip=slip))
     handle, state = at_start(mechanism)
     content, n = handle.content, handle.content.model.n
     state[: 2 * n] += np.concatenate([3e-4 * rng.normal(size=n), rng.normal(size=n)])
@@ -41,6 +41,13 @@ def test_step_matrix_is_the_derivative(joint, units, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
     handle, state, n = touching_state(joint, units, np.random.default_rng(7))
     check_step_matrix(handle, state, n, step)
+
+
+@pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
+def test_step_matrix_with_the_slip_of_contact_points(joint):
+    """Cross-check: the same where the slip speed is e'.t delta/|e|."""
+    handle, state, n = touching_state(joint, 2, np.random.default_rng(7), "contact-points")
+    check_step_matrix(handle, state, n, 1e-5)
 
 
 @pytest.mark.parametrize("units", [2, 3])

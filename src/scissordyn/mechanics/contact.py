@@ -45,7 +45,10 @@ def kinematics(j, S):
     contact.depth = e - p.clearance
     contact.rate = ux * nx + uy * ny
     # v_t = e'.t + w_J R_J - w_B (R_J + e), t = (-n_y, n_x): both bodies at the same point, so that their moments balance
-    contact.slip = uy * nx - ux * ny + (ax * py - ay * px) * p.radius - (bx * qy - by * qx) * (p.radius + e)
+    across = uy * nx - ux * ny
+    contact.slip = across + (ax * py - ay * px) * p.radius - (bx * qy - by * qx) * (p.radius + e)
+    if p.spinless == 1:  # v_t = e'.t + R_J n'.t - R_B n'.t with n'.t = e'.t/|e|
+        contact.slip = across * contact.depth / e
     contact.nx = nx
     contact.ny = ny
     contact.distance = e

@@ -89,6 +89,10 @@ def pin_slopes(j, S, n_d, n_r):
             -along / e * sideways - bearing_speed * outward + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
         )
         local[SLIP_BY_V, a] = sideways + rotation
+        if p.spinless == 1:
+            free = contact.depth / e
+            local[SLIP_BY_X, a] = turning * p.clearance / e * outward - free * along / e * sideways
+            local[SLIP_BY_V, a] = free * sideways
         local[OWN, a] = sideways
         local[OTHER, a] = r0 * turned_x + r1 * turned_y
     for a in range(count):

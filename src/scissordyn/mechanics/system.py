@@ -25,6 +25,7 @@ CONTACT = np.dtype(
         ("level", "f8"),  # u.n at which a corner touches its surface [m]
         ("area", "f8"),  # projected area of the bearing [m^2]
         ("plane", "i8"),  # 1 for a corner at a guide surface, 0 for a journal in a bearing
+        ("spinless", "i8"),  # 1 where the slip speed is that of the contact points R n, which do not turn with the bodies
     ]
 )
 LAW = np.dtype([(name, "i8") for name in ("stiffness", "energy", "damping", "friction", "start", "limit")])

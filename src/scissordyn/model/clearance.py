@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
@@ -14,6 +14,8 @@ from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import Meaning, Quantity, Sample, check_quantities
+
+SlipKind = Literal["surfaces", "contact-points"]
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,9 @@ class Clearance:
         A film of oil in the clearance; dry if not given.
     contact : {"compliant", "hard"}
         Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
+    slip : {"surfaces", "contact-points"}
+        Slip speed of the surfaces, or, as in some papers and for comparison with them only, of the points where they touch:
+        these do not turn with the bodies, and nearly all sliding is left out.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance")]
@@ -50,6 +55,7 @@ class Clearance:
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
     lubrication: Annotated[Lubrication | None, Meaning("a film of oil", "Lubrication(viscosity=0.05)")] = None
     contact: ContactKind = "compliant"
+    slip: SlipKind = "surfaces"
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -43,6 +43,8 @@ def check_hard(clearance: Clearance | GuideClearance) -> None:
         return
     if getattr(clearance, "lubrication", None) is not None:
         raise _refused("lubrication", "a dry joint", 'contact = "compliant"')
+    if getattr(clearance, "slip", "surfaces") != "surfaces":
+        raise _refused("slip of the contact points", "that of the surfaces")
     damping, friction = clearance.damping, clearance.friction
     if not isinstance(damping, DampingFactor):
         raise _refused(f"damping law '{damping.name}'", "a restitution coefficient", "restitution = 0.7")

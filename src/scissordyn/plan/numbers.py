@@ -40,6 +40,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         joint = clearance.surfaces
         p = surfaces[j]
         p["clearance"], p["radius"] = clearance.clearance, joint.journal_radius
+        p["spinless"] = getattr(clearance, "slip", "surfaces") == "contact-points"
         p["area"] = 2.0 * joint.journal_radius * joint.length
         if isinstance(contact, ContactPoint):
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius

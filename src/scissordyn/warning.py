@@ -51,8 +51,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "friction of {ratio:.3g} of the normal force the contact force presses the surfaces together; a rigid contact has "
         "no or several solutions there, and the motion depends on stiffness and damping of the contact",
         # hard contacts
-        "step unused": "step = {step:g} s is that of time stepping, and no contact is hard: steps follow rtol and atol; "
-        "contact = 'hard' for some clearance, or leave the step out",
+        "contacts with steps": "contacts begin and end with steps of {step:g} s, whatever their error, not where surfaces "
+        "touch: they start pressed in, with energy from nowhere",
         "not solved": "the impulses of {count} of {steps} steps with contacts are not solved: neither Newton's method nor "
         "pivoting finds modes that agree with each other, as with friction that locks surfaces (Painlevé); their impulses "
         "are those without friction",

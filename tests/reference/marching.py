@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from scipy.integrate import OdeSolution, solve_ivp
+from scipy.integrate import RK45, OdeSolution, solve_ivp
 from scipy.optimize import minimize_scalar
 
 from reference.laws import Elastic, LuGre
@@ -330,3 +330,28 @@ class March:
                 )
             )
         return Samples(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def march_in_steps(model: Model, until: float, step: float) -> list[Contact]:
+    """Contacts of the one joint of a model without friction, by Dormand and Prince's steps of one size that look for no events.
+
+    A contact begins with a step that ends inside, and ends with one that ends outside.
+    """
+    march, open_, contacts = March(model), [None], list[Contact]()
+    q, v = model.start()
+    y = np.concatenate([q, v, np.zeros(march.count + 4)])
+    for k in range(round(until / step)):
+        slopes = np.zeros((7, y.size))
+        for stage, row in enumerate((*RK45.A, RK45.B)):
+            state = y + step * (row[:stage] @ slopes[:stage])
+            slopes[stage] = march.rates((k + [*RK45.C, 1.0][stage]) * step, state, open_) if stage < 6 else 0.0
+        y, now = state, (k + 1) * step
+        gap, rate = march.gap(now, y, 0)
+        contact = open_[0]
+        if contact is None and gap > 0.0 and rate > 0.0:
+            open_[0] = Contact(0, now, rate, 0.0)
+            contacts.append(open_[0])
+        elif contact is not None and gap < 0.0 and rate < 0.0:
+            contact.duration, contact.rebound_speed = now - contact.start, rate
+            open_[0] = None
+    return contacts

@@ -118,12 +118,3 @@ def test_what_hard_contact_does_not_have_is_refused_in_one_line() -> None:
         fmu(array("hard"), Options(until=0.01), sources_only=True)
     with pytest.raises(InputError, match="'peak_force' of joint 'A', whose contact is hard: its impacts have no largest force"):
         sd.study(array("hard"), {"A.clearance": (1e-4, 5e-4)}, until=0.01, requirements={"peak_force": 500.0}, points=2)
-
-
-def test_a_step_that_nothing_takes_is_said() -> None:
-    """Contract: in a run and in a batch, where no contact is hard."""
-    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
-    run = sd.simulate(arm, until=1e-3, step=1e-4)
-    many = sd.simulate_many(arm, {"A.clearance": [4e-4]}, until=1e-3, step=1e-4)
-    for told in (run.attrs["warnings"], str(many["warnings"].values[0])):
-        assert "step = 0.0001 s is that of time stepping, and no contact is hard" in told

@@ -81,7 +81,7 @@ def test_saltelli_is_the_order_of_salib(monkeypatch: pytest.MonkeyPatch) -> None
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(6, seed=5).random(16)  # SALib scrambles by this keyword, which gives other numbers than rng
-    monkeypatch.setattr("scissordyn.study.ask.design._sobol_numbers", lambda seed, dimensions, at: sequence[at])
+    monkeypatch.setattr("scissordyn.study.ask.design.sobol_numbers", lambda seed, dimensions, at: sequence[at])
 
     problem = {"num_vars": 3, "names": ["a", "b", "c"], "bounds": [[0.0, 1.0]] * 3}
     theirs = sobol.sample(problem, 16, calc_second_order=False, seed=5)

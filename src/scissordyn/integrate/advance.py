@@ -38,7 +38,18 @@ from scissordyn.integrate.crossing import crossed, end_inactive, log_crossings
 from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
-from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, open_integration
+from scissordyn.integrate.integration import (
+    CROSSES,
+    DATA,
+    ENDED,
+    FALL,
+    GUARD,
+    IGNORES,
+    MODE,
+    RISE,
+    TIME,
+    open_integration,
+)
 from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step, step_integral
 from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction, place, speed
@@ -120,21 +131,25 @@ def advance_step(problem, T, t, s, w, S, r):
     to_fall = guard >= 0
     ok = to_fall or attempt(problem, T, t, h, s, w, S)
     error = error_norm(T, h, s, w) if ok else math.nan
-    if not error <= 1.0:
+    if not (error <= 1.0 or (clock.fixed > 0.0 and error < math.inf)):
         failed = after_rejection(T, t, h, error, to_fall, s, w)
         if clock.stalled > MOST_STALLED:
             return STUCK
         return (STEP_TOO_SMALL if error == error else NOT_FINITE) if failed else ADVANCING
-    # events on the dense output of the accepted step
     full, w.rise_count[0] = h, 0
-    if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == 1):
+    if clock.crosses == IGNORES:
+        guard = guard_passed(problem, t + h, s, w, S)
+        grow = after_acceptance(T, full, error, s, w)
+        return accept(problem, T, t, h, full, grow, last, guard, s, w, S, r)
+    # events on the dense output of the accepted step
+    if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == CROSSES):
         return again(T, t, h, to_fall, s, w)
     if to_fall:
         if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > AT_THE_END):
             guard, h = end_on_event(problem, T, t, h, s, w, S)
     elif w.crossing_count[0] > 0:
         # with many clearance joints a step may go on across events, if its error allows it
-        across = crossed(problem, T, t, h, error, s, w, S) if clock.crosses == 1 else -1.0
+        across = crossed(problem, T, t, h, error, s, w, S) if clock.crosses == CROSSES else -1.0
         if across >= 0.0:
             error = across
         else:
@@ -144,6 +159,18 @@ def advance_step(problem, T, t, s, w, S, r):
                 guard, h = end_on_event(problem, T, t, h, s, w, S)
     grow = after_acceptance(T, full, error, s, w)
     return accept(problem, T, t, h, full, grow, last and guard < 0, guard, s, w, S, r)
+
+
+@kernel
+def guard_passed(problem, now, s, w, S):
+    """A guard that is beyond zero at the end of a step that ignored its root, or -1."""
+    w.crossing_count[0] = 0
+    problem.guards(now, w.new, S, w.end_value, w.end_rate)
+    for k in range(s.mode.size):
+        sign = sign_of(s.mode[k])
+        if sign * w.end_value[k] > 0.0 and sign * w.end_rate[k] > 0.0:
+            return k
+    return -1
 
 
 @kernel
@@ -224,7 +251,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     clock, counts = s.clock[0], s.counts[0]
     counts.steps += 1
     now = clock.end if last else t + h
-    across = clock.crosses == 1 and guard < 0
+    across = clock.crosses == CROSSES and guard < 0
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, True)
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.history import up_to_multiple
-from scissordyn.integrate.integration import NO_EVENT, RISE
+from scissordyn.integrate.integration import IGNORES, NO_EVENT, RISE
 from scissordyn.integrate.step import attempt
 from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
 from scissordyn.integrate.tableau import EXPLICIT
@@ -84,14 +84,14 @@ def choose_step(problem, T, t, s, w, S):
     In the latter case the step has been made.
     """
     clock = s.clock[0]
-    h = min(clock.step, clock.longest)
+    h = min(clock.fixed if clock.fixed > 0.0 else clock.step, clock.longest)
     if w.delays.size > 0:
         h = up_to_multiple(t, h, w.delays)
     last = t + h >= clock.end or clock.end - t - h < REMAINDER * h
     if last:
         h = clock.end - t
     w.scaling[0] = EVEN
-    if clock.touching == 0:
+    if clock.touching == 0 or clock.fixed > 0.0 or clock.crosses == IGNORES:
         return h, last, -1
     if clock.last_event == RISE:
         w.scaling[0] = AFTER_START

@@ -40,6 +40,10 @@ LOG_COLUMNS = ENDED + PEAK_COLUMNS
 NO_EVENT, FALL, RISE = -1, 0, 1
 """Kinds of events; a rise ends in mode 1, a fall in mode 0."""
 
+ENDS, CROSSES, IGNORES = range(3)
+"""What steps do at roots of guards: end there, go across as long as their error allows it, or ignore them, so that the modes
+change at the end of the step."""
+
 CLOCK = np.dtype(
     [
         ("time", "f8"),
@@ -52,12 +56,13 @@ CLOCK = np.dtype(
         ("reach", "f8"),  # longest step that is tried to end on the fall of a guard
         ("longest", "f8"),  # longest step that the problem allows from here
         ("first", "f8"),  # size of the first step
+        ("fixed", "f8"),  # size of every step, 0 if errors choose it
         ("last_event", "i8"),  # kind of event before the step to come: `NO_EVENT`, `FALL` or `RISE`
         ("touching", "i8"),  # whether an explicit method has a guard in mode 1
         ("rejected", "i8"),  # whether the last trial was rejected
         ("prepared", "i8"),  # what is known at the start of the step to come: `step.NOTHING` and so on
         ("stalled", "i8"),  # trials and events without progress in time
-        ("crosses", "i8"),  # whether steps go across roots of guards as long as their error allows it
+        ("crosses", "i8"),  # what steps do at roots of guards: `ENDS`, `CROSSES` or `IGNORES`
         ("monitors", "i8"),  # whether powers are integrated and numbers monitored
     ]
 )
@@ -219,15 +224,15 @@ def make_state(
         history=np.zeros((0, 2)) if history is None else history,
         history_length=np.zeros(1, np.int64) if history_length is None else history_length,
     )
-    reset_state(state, y, crosses=False)
+    reset_state(state, y)
     return state
 
 
-def reset_state(state: State, y: np.ndarray, *, crosses: bool) -> None:
+def reset_state(state: State, y: np.ndarray, *, crosses: int = ENDS, fixed: float = 0.0) -> None:
     """Begin anew at the start y at t = 0; what is the problem's own stays as it is."""
     state.clock[:], state.counts[:] = 0, 0
     state.clock["last_event"], state.clock["reach"], state.clock["longest"] = NO_EVENT, np.inf, np.inf
-    state.clock["crosses"], state.clock["monitors"] = int(crosses), 1
+    state.clock["crosses"], state.clock["fixed"], state.clock["monitors"] = crosses, fixed, 1
     state.y[:] = y
     state.total[:], state.monitored[:], state.peak[:] = 0.0, 0.0, 0.0
     state.band[:, LAST_ABOVE:] = np.nan

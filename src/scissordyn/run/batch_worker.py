@@ -19,7 +19,7 @@ from scissordyn.run.advance.driver import SLICE, UNFINISHED, Driver, advance_tog
 from scissordyn.run.advance.numbers import put_numbers
 from scissordyn.run.advance.slice import FIRST
 from scissordyn.run.advance.trajectory import broken_off, crosses, model_failure
-from scissordyn.run.answer.hard_contact import step_unused, stepping_warnings
+from scissordyn.run.answer.hard_contact import ignored_roots, stepping_warnings
 from scissordyn.run.answer.measure import Ended
 from scissordyn.run.options import Options
 from scissordyn.run.start.ideal_path import IdealPath, ideal_path, stages
@@ -153,7 +153,7 @@ class Worker:
 def _warned(driver: Driver, options: Options) -> list[str]:
     """What the counters of a run warn of."""
     if driver.stepping is None:
-        return list(map(str, step_unused(options)))
+        return list(map(str, ignored_roots(driver.plan, options)))
     return list(map(str, stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))))
 
 

@@ -61,7 +61,9 @@ class Options:
     trust : bool
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
     step : float, optional
-        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it.
+        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it. Without
+        hard contacts every step has this size, whatever its error, and contacts begin and end with the steps in which they are
+        noticed, as in programs without error control and location of events.
     """
 
     until: EndTime
@@ -74,7 +76,8 @@ class Options:
     events: EventKind = "auto"
     trust: bool = False
     step: Annotated[
-        float | None, Quantity("s", minimum=1e-12, maximum=1e6, help="step of time stepping with hard contacts")
+        float | None,
+        Quantity("s", minimum=1e-12, maximum=1e6, help="step of time stepping with hard contacts, or of every step"),
     ] = None
 
     def __post_init__(self) -> None:

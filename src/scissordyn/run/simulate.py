@@ -83,7 +83,9 @@ def simulate(
     trust : bool
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
     step : float, optional
-        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it.
+        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it. Without
+        hard contacts every step has this size, whatever its error, and contacts begin and end with the steps in which they are
+        noticed, as in programs without error control and location of events.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
     checkpoint : Checkpoint, optional

@@ -12,6 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
+    ENDS,
     LOG_COLUMNS,
     Integration,
     Samples,
@@ -96,7 +97,7 @@ class Driver:
         *,
         method: Choice,
         tolerances: Tolerances,
-        crosses: bool = False,
+        crosses: int = ENDS,
         initial_events: tuple[list[float], ...] = (),
     ) -> None:
         self.plan, self.system, self.method = plan, system, method.method
@@ -120,7 +121,7 @@ class Driver:
             history=state.history,
             history_length=state.history_length,
         )
-        integrated.clock["crosses"] = int(crosses)
+        integrated.clock["crosses"], integrated.clock["fixed"] = crosses, method.fixed
         coefficients = tableau(_stores(method))
         absolute, relative, rounding = tolerances.weights(coefficients.kind)
         work = make_work(
@@ -142,7 +143,7 @@ class Driver:
         if method.step > 0.0:
             from scissordyn.run.advance.stepping import Stepping  # loads the kernels of hard contact
 
-            self.stepping = Stepping(plan, method.step, method.turn, located=not crosses)
+            self.stepping = Stepping(plan, method.step, method.turn, located=crosses == ENDS)
         self._begin(initial_events)
 
     def restart(
@@ -151,7 +152,7 @@ class Driver:
         y: np.ndarray,
         tolerances: Tolerances,
         *,
-        crosses: bool = False,
+        crosses: int = ENDS,
         initial_events: tuple[list[float], ...] = (),
         choice: Choice | None = None,
     ) -> None:
@@ -167,7 +168,7 @@ class Driver:
         work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)
         work.precision[:], work.crossable[:] = tolerances.precision, tolerances.crossable
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
-        reset_state(content.state, y, crosses=crosses)
+        reset_state(content.state, y, crosses=crosses, fixed=0.0 if choice is None else choice.fixed)
         self.band["limit"] = self._limits()
         if len(initial_events) > content.log.shape[0]:
             self._exchange(log=np.zeros((2 * len(initial_events), LOG_COLUMNS)))

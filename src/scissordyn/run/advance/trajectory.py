@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import Samples
+from scissordyn.integrate.integration import CROSSES, ENDS, IGNORES, Samples
 from scissordyn.kernel import Handle
 from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics import functions
@@ -107,8 +107,14 @@ def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]
     return driver, prepared, choice
 
 
-def crosses(plan: Plan, options: Options) -> bool:
-    """Whether steps go across contacts that begin and end."""
+def crosses(plan: Plan, options: Options) -> int:
+    """What steps do where contacts begin and end: `ENDS`, `CROSSES` or `IGNORES`."""
+    if options.step is not None and not plan.hard_places:
+        return IGNORES
+    return CROSSES if _across(plan, options) else ENDS
+
+
+def _across(plan: Plan, options: Options) -> bool:
     if options.events != "auto":
         return options.events == "crossed"
     if not plan.hard_places:

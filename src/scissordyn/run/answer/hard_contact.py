@@ -29,15 +29,15 @@ LASTING = 0.02
 
 
 def hard_contact_warnings(path: Trajectory, options: Options) -> list[RunWarning]:
-    """The warnings of time stepping; of a run without it only where a step was asked for."""
+    """The warnings of time stepping, or of another method whose steps ignore where contacts begin and end."""
     if "step" not in path.statistics:
-        return step_unused(options)
+        return ignored_roots(path.plan, options)
     return stepping_warnings(path.plan, path.system, path.statistics) + _not_converged(path) + _jammed(path)
 
 
-def step_unused(options: Options) -> list[RunWarning]:
-    """The warning of a run without hard contact for which a step of time stepping was asked."""
-    return [] if options.step is None else [warning("step unused", step=options.step)]
+def ignored_roots(plan: Plan, options: Options) -> list[RunWarning]:
+    """The warning of a run whose contacts begin and end with steps."""
+    return [warning("contacts with steps", step=options.step)] if plan.contacts and options.step is not None else []
 
 
 def stepping_warnings(plan: Plan, system: Handle, counts: Mapping[str, Any]) -> list[RunWarning]:

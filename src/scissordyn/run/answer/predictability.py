@@ -127,8 +127,8 @@ def predictability(
     if run.attrs["status"] != "complete":
         return Horizon(math.nan, 0, "unknown", "the run is not complete")
     tighter = dataclasses.replace(options, rtol=rtol, atol=atol, method=method)
-    if "step" in path.statistics:
-        tighter = dataclasses.replace(options, step=0.5 * float(path.statistics["step"]))
+    if (step := path.statistics.get("step", options.step)) is not None:
+        tighter = dataclasses.replace(options, step=0.5 * float(step))
     second = _repeated(tighter, path, compared, progress, keeper)
     if second.interrupted:
         return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,10 +72,11 @@ class Choice:
 
     method: str
     reason: str
-    step: float = 0.0  # Of time stepping [s]; 0 for a method with error control
+    step: float = 0.0  # Of time stepping [s]; 0 for another method
     # Longest step at a fastest rotation of 1/s [s], which falls with its power -4/3, and longest turn in a step [rad];
     # infinite if the step was asked for
     turn: tuple[float, float] = (math.inf, math.inf)
+    fixed: float = 0.0  # Of every step of another method [s]; 0 if errors choose it
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
@@ -83,6 +84,11 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
 
     Shapes: `y` (ny,).
     """
+    choice = _choose(plan, system, y, options, tolerances)
+    return choice if options.step is None or plan.hard_places else replace(choice, fixed=options.step)
+
+
+def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
     hard = [plan.contacts[j].name for j in plan.hard_places]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
         what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"

@@ -148,7 +148,7 @@ def _hypercube(points: int, dimensions: int, seed: int) -> np.ndarray:
     return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(points))
 
 
-def _sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+def sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
     """Points of a scrambled Sobol sequence by their numbers."""
     from scipy.stats import qmc
 
@@ -170,7 +170,7 @@ def sobol_dimensions(design: Design, factors: int) -> int:
 def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:
     """Rows A, A with one column of B for each factor, B: the order that SALib takes (Saltelli et al. 2010)."""
     row, part = np.divmod(at, d + 2)
-    both = _sobol_numbers(seed, 2 * d, row)
+    both = sobol_numbers(seed, 2 * d, row)
     u = np.where((part == d + 1)[:, None], both[:, d:], both[:, :d])
     for k in range(d):
         u[part == k + 1, k] = both[part == k + 1, d + k]
@@ -210,7 +210,7 @@ DESIGNS: Mapping[str, Points] = MappingProxyType(
         "one-at-a-time": _one_at_a_time,
         "random": _sampled(lambda design, d, at: uniform_numbers(design.seed, 0, d, at)),
         "latin-hypercube": _sampled(lambda design, d, at: _hypercube(design.points, d, design.seed)[at]),
-        "sobol": _sampled(lambda design, d, at: _sobol_numbers(design.seed, d, at)),
+        "sobol": _sampled(lambda design, d, at: sobol_numbers(design.seed, d, at)),
         "saltelli": _sampled(lambda design, d, at: _saltelli_numbers(design.seed, d, at)),
         "morris": _sampled(lambda design, d, at: morris_numbers(design, d)[at]),
         "adaptive": _adaptive,

@@ -1,0 +1,95 @@
+"""Steps of one size, which notice contacts late, and the slip speed of contact points: what other programs do."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from reference.lagrange import Array, constant_speed
+from reference.laws import flores, liu
+from reference.marching import ClearanceJoint, march_in_steps
+from scissordyn.errors import InputError
+
+EXACT = 0.0013651259130
+"""Start of the first contact [s], from the theory's reference events."""
+
+JOINT = sd.Clearance(5e-4)
+ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
+
+
+def run(step: float | None, until: float = 3e-3, joint: sd.Clearance = JOINT, **options: object) -> object:
+    """The paper's array."""
+    return sd.simulate(ARM.with_clearance("A", joint), until=until, step=step, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("step", [1e-5, 3e-5])
+def test_a_contact_begins_with_the_first_step_that_ends_in_it(step: float) -> None:
+    """Reference: free flight has no contact law, so that place and speed are those of a run with more clearance."""
+    late = run(step, method="dopri5")
+    start = step * np.ceil(EXACT / step)
+    assert late["contact_start"].values[0] == pytest.approx(start, rel=1e-12)
+    free = sd.simulate(ARM.with_clearance("A", dataclasses.replace(JOINT, clearance=6e-4)), until=start, samples=50_001)
+    place = free["eccentricity"].sel(joint="A").values
+    size = np.linalg.norm(place, axis=1)
+    assert JOINT.clearance < size[-1] < 6e-4
+    speed = (1.5 * size[-1] - 2.0 * size[-2] + 0.5 * size[-3]) / float(free["time"][1])
+    assert late["approach_speed"].values[0] == pytest.approx(speed, rel=1e-6)
+    assert json.loads(late.attrs["statistics"])["steps"] == round(3e-3 / step)
+
+
+@pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
+def test_a_loop_without_events_finds_the_same_contacts(driven_bar: str) -> None:
+    """Cross-check: Lagrange's equations, steps of order five, and a mode that changes between them, 12 ms."""
+    step, angle = 2e-5, math.radians(30.0)
+    array = Array(
+        ClearanceJoint(5e-4, 10e-3, liu(5e-4, 15e-3), flores(0.9)), constant_speed(angle, sd.rpm(150)), driven_bar=driven_bar
+    )
+    expected = march_in_steps(array, 0.012, step)
+    arm = sd.scissor(units=2, driven_bar=driven_bar).driven(speed=sd.rpm(150)).with_clearance("A", JOINT)
+    found = sd.simulate(arm, until=0.012, step=step, method="dopri5")
+    assert len(expected) >= 3
+    for name in ("start", "duration"):
+        assert found[f"contact_{name}"].values == pytest.approx([getattr(one, name) for one in expected], rel=1e-9, nan_ok=True)
+    for name in ("approach_speed", "rebound_speed"):
+        assert found[name].values == pytest.approx([getattr(one, name) for one in expected], rel=1e-6, nan_ok=True)
+
+
+def test_it_tends_to_located_contacts() -> None:
+    """Order: the first peak force differs in proportion to how late the contact is noticed."""
+    exact = run(None)["peak_normal_force"].values[0]
+    for step in (1e-5, 1e-6):
+        late = run(step, method="dopri5")
+        assert late["peak_normal_force"].values[0] == pytest.approx(exact, rel=2e3 * step)
+
+
+def test_it_is_said() -> None:
+    """Contract: in a run and in a batch; not where nothing can touch."""
+    many = sd.simulate_many(ARM.with_clearance("A", JOINT), {"A.clearance": [4e-4]}, until=1e-3, step=1e-4)
+    for text in (run(1e-4, 1e-3).attrs["warnings"], str(many["warnings"].values[0])):
+        assert "contacts begin and end with steps of 0.0001 s, whatever their error, not where surfaces touch" in text
+    assert "with steps of" not in sd.simulate(ARM, until=1e-3, step=1e-4).attrs["warnings"]
+
+
+def test_trust_halves_the_step() -> None:
+    """Contract: the horizon of such a run is that of its step, which misses the impacts."""
+    assert run(5e-5, 0.01, method="dopri5", trust=True).attrs["trusted_until"] < 0.01
+
+
+def test_slip_of_contact_points() -> None:
+    """Closed form: e'.t delta/|e|, without the rotation of the bodies; a hard contact refuses it."""
+    rough = dataclasses.replace(JOINT, friction=sd.Ambrosio(kinetic=0.1), slip="contact-points")
+    found = run(None, 1.6e-3, rough, samples=160_001)
+    place = found["eccentricity"].sel(joint="A").values
+    size, time = np.linalg.norm(place, axis=1), found["time"].values
+    across = (place[:, 0] * np.gradient(place[:, 1], time) - place[:, 1] * np.gradient(place[:, 0], time)) / size
+    inside = np.flatnonzero(found["in_contact"].sel(joint="A").values)[5:-5]
+    slip = found["slip_speed"].sel(joint="A").values
+    assert inside.size > 10_000
+    assert slip[inside] == pytest.approx((across * (1.0 - JOINT.clearance / size))[inside], rel=1e-5, abs=1e-6)
+    with pytest.raises(InputError, match="slip of the contact points in a hard contact, which has none"):
+        sd.Clearance(5e-4, slip="contact-points", contact="hard")

@@ -14,12 +14,10 @@ import scissordyn as sd
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.cards import cards
+from scissordyn.explore.answers import cards, differences
 from scissordyn.explore.case import open_case
-from scissordyn.explore.columns import chosen_point, chosen_torques, columns, requirements
 from scissordyn.explore.drag import assembled
-from scissordyn.explore.legend import differences
-from scissordyn.explore.save import curves_as_csv
+from scissordyn.explore.figures import Chosen, curves_as_csv
 from scissordyn.run.answer.summary import summary_of
 
 from .browser import CASE
@@ -48,19 +46,18 @@ def test_cards_judge_by_what_is_allowed() -> None:
 def test_allowed_values_are_drawn_where_curves_come_near() -> None:
     """Contract: the limit that is reached is a line, at the sides that are; one that is far off is none."""
     for run, near in ((held(5.0, 1e-6), True), (held(1e4, 1.0), False)):
-        torques, _ = chosen_torques(run)
-        point = chosen_point(summary_of(run))
-        assert point is not None
-        _, curves = columns(run, "", "slider", [source.name for source in torques], point.name)
-        lines = requirements(torques, point, curves)
-        assert set(lines["torque"]) == ({5.0, -5.0} if near else set())
-        assert lines["track"] == ([1e-6] if near else [])
+        chosen = Chosen(run, summary_of(run), "", "slider")
+        scales, data = chosen.scaled(run)
+        lines = chosen.levels(data, scales)
+        limit = 5.0 * scales["torque"].factor
+        assert set(lines["torque"]) == ({limit, -limit} if near else set())
+        assert lines["track"] == ([1e-6 * scales["track"].factor] if near else [])
 
 
 def test_file_of_curves_has_their_values() -> None:
     """Contract: each column of the file is a curve of the run at its samples, with its unit."""
     run = held(5.0, 1e-3)
-    rows = list(csv.reader(curves_as_csv(run, "slider", "slider pin").splitlines()))
+    rows = list(csv.reader(curves_as_csv(run, summary_of(run), "slider pin", "slider").splitlines()))
     table = {head: np.array([float(row[k]) for row in rows[1:]]) for k, head in enumerate(rows[0])}
     at = np.searchsorted(table["time [s]"], run["time"].values)
     assert np.array_equal(table["time [s]"][at], run["time"].values)

@@ -8,8 +8,8 @@ import pytest
 
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
+from scissordyn.explore.answers import differences
 from scissordyn.explore.case import open_case
-from scissordyn.explore.legend import differences
 
 BENDING = """
 [structure]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.explore.columns import MOST_POINTS, chosen_torques, columns, orbit, scaled
+from scissordyn.explore.figures import MOST_POINTS, Chosen, orbit
+from scissordyn.run.answer.summary import summary_of
 
 
 def test_controller_and_motor_have_torque_and_work() -> None:
@@ -14,14 +15,14 @@ def test_controller_and_motor_have_torque_and_work() -> None:
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     held = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
     run = sd.simulate(held, until=0.1, samples=101)
-    torques, more = chosen_torques(run)
-    assert ([source.name for source in torques], more) == (["torque of actuator of crank"], 0)
-    time, found = columns(run, "", held.output_body, [source.name for source in torques])
+    chosen = Chosen(run, summary_of(run), "", held.output_body)
+    assert ([source.name for source in chosen.torques], chosen.more) == (["torque of actuator of crank"], 0)
+    time, found = chosen.columns(run)
     sampled = np.isin(time, run["time"].values)  # the located peak stands between them
-    np.testing.assert_array_equal(found["torque"][sampled], run["control_torque"].values[:, 0])
-    np.testing.assert_array_equal(found["motor"][sampled], run["motor_work"].values)
-    assert np.abs(found["torque"]).max() == float(run["peak_control_torque"][0])
-    assert "work" not in found
+    np.testing.assert_array_equal(found["torque 1"][sampled], run["control_torque"].values[:, 0])
+    np.testing.assert_array_equal(found["motor_work"][sampled], run["motor_work"].values)
+    assert np.abs(found["torque 1"]).max() == float(run["peak_control_torque"][0])
+    assert "drive_work" not in found
     assert run["motor_work"].values[-1] > 0.1
 
 
@@ -30,9 +31,9 @@ def test_curves_of_the_page_reach_their_peaks(samples: int) -> None:
     """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
-    scales, data = scaled(run, "slider pin", "slider", ["driving torque"], "", None)
+    scales, data = Chosen(run, summary_of(run), "slider pin", "slider").scaled(run)
     assert data["force"].max() == pytest.approx(scales["force"].factor * float(run["peak_force"].max()), rel=1e-12)
-    assert np.abs(data["torque"]).max() == pytest.approx(
+    assert np.abs(data["torque 1"]).max() == pytest.approx(
         scales["torque"].factor * float(run["peak_drive_torque"][0]), rel=1e-12
     )
     assert data["time"].size <= MOST_POINTS + 2

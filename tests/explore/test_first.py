@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.explore.case import FileCase, open_case
+from scissordyn.config.code import Code
+from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome, Worker
 from scissordyn.model.mechanism import Mechanism
@@ -29,9 +29,9 @@ PATIENCE = 600.0
 
 
 @pytest.fixture
-def case() -> FileCase:
+def case() -> Case:
     """A short case."""
-    return FileCase("case.toml", CASE, Path(), tomllib.loads(CASE))
+    return Case("case.toml", CASE, Code(Path()))
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def until(condition: Callable[[], bool]) -> None:
     raise AssertionError(f"it did not happen within {PATIENCE:g} s")
 
 
-def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
+def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
     """Contract: a page that comes after the run has it at once; its later runs have other numbers."""
     opened, runs = gate
     early = Session(case, lambda what: None)
@@ -74,14 +74,14 @@ def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event,
     assert late.fine is early.fine
     assert not late.computing
     assert len(runs) == 1
-    assert late.change("drive.speed", "120 rpm")  # its runs have other numbers, or the browser would take them for the first
+    assert late.change({"drive.speed": "120 rpm"})  # its runs have other numbers, or the browser would take them for the first
     until(lambda: not late.computing)
     assert late.good.number > early.good.number
     for session in (early, late):
         session.close()
 
 
-def test_page_that_stops_leaves_others_alone(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
+def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
     """Contract: a run that a page has stopped is not that of the case, and a page beside it computes its own."""
     opened, runs = gate
     stopping = Session(case, lambda what: None)
@@ -99,7 +99,7 @@ def test_page_that_stops_leaves_others_alone(case: FileCase, gate: tuple[threadi
         session.close()
 
 
-def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
+def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
     """Contract: the motion with ideal joints is there while the run is held; then the run."""
     opened, _ = gate
     session = Session(case, lambda what: None)
@@ -121,7 +121,7 @@ def test_ideal_motion_is_shown_before_the_run(case: FileCase, gate: tuple[thread
     session.close()
 
 
-def test_long_run_is_preceded_by_a_coarse_one(case: FileCase, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_run_is_preceded_by_a_coarse_one(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
     monkeypatch.setattr("scissordyn.explore.worker.JUDGED", 0.0)
     monkeypatch.setattr("scissordyn.explore.worker.LONG", 0.0)
@@ -138,7 +138,7 @@ def test_long_run_is_preceded_by_a_coarse_one(case: FileCase, monkeypatch: pytes
 
 
 @pytest.mark.parametrize("samples", [41, "auto"])
-def test_curves_follow_with_the_instants_of_contacts(case: FileCase, samples: int | str) -> None:
+def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | str) -> None:
     """Contract: a run is reported once more for its curves, that of `samples = "auto"`, and the session has both."""
     few = case.changed({})
     few.options = replace(case.options, samples=samples)
@@ -157,13 +157,13 @@ def test_curves_follow_with_the_instants_of_contacts(case: FileCase, samples: in
     configured = read_configuration(session.fine).options
     assert configured is not None
     assert configured.samples == samples
-    session.change("drive.speed", "120 rpm")
+    session.change({"drive.speed": "120 rpm"})
     until(lambda: not session.computing)
     assert found.index("fine") > found.index("run")
     session.close()
 
 
-def test_saved_run_is_shown_without_computing(case: FileCase, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
+def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
     """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
     run = simulate(case.mechanism, until=case.options.until, samples=case.options.samples)
@@ -177,7 +177,7 @@ def test_saved_run_is_shown_without_computing(case: FileCase, gate: tuple[thread
     np.testing.assert_array_equal(session.good.run["normal_force"].values, run["normal_force"].values)
     opened.set()
     length = next(field for field in session.case.fields if field.name == "until")
-    assert session.change(length.key, "7 ms")
+    assert session.change({length.key: "7 ms"})
     until(lambda: not session.computing)
     assert len(runs) == 1
     assert session.good.number > 1

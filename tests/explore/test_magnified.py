@@ -11,7 +11,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.explore.cards import cards
+from scissordyn.explore.answers import cards
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
 from scissordyn.explore.magnified import factor_of, wish

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,8 @@ import pytest
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.case import FileCase, open_case
+from scissordyn.config.code import Code
+from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.explore.message import packed
 from scissordyn.explore.page import Page
@@ -44,7 +44,7 @@ class Heard:
     def __init__(self) -> None:
         self.messages: list[Mapping[str, Any]] = []
         self.blind = False
-        case = FileCase("case.toml", CASE, Path(), tomllib.loads(CASE))
+        case = Case("case.toml", CASE, Code(Path()))
         self.page = Page(Session(case, lambda what: None), self.send)
         self.page.begin()
 

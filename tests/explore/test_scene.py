@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.explore.table import contact_table
+from scissordyn.explore.answers import contact_table
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank

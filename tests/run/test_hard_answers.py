@@ -15,8 +15,7 @@ from scissordyn.cli.compare import measures
 from scissordyn.cli.show import TextConsole, show_events, show_summary
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import fmu
-from scissordyn.explore.cards import cards
-from scissordyn.explore.table import contact_table
+from scissordyn.explore.answers import cards, contact_table
 from scissordyn.run.answer.summary import joint_summaries, summary_of
 from scissordyn.run.options import Options
 

@@ -1,11 +1,9 @@
-"""The case that the explorer changes: a case file, or a saved run. No other file is read."""
+"""The case that the explorer changes: a case file, or what a saved run or a point of a study carries."""
 
 from __future__ import annotations
 
 import copy
-import dataclasses
 import tomllib
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -13,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from scissordyn.config.case import CaseTable
+from scissordyn.config.case import RecordTable
+from scissordyn.config.case_text import record_text
+from scissordyn.config.code import AllowedCode, Code
 from scissordyn.config.file import read_case
-from scissordyn.config.quantity import read_numbers, read_quantity
 from scissordyn.config.table import instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, command
-from scissordyn.explore.field import Field, fields_of_mechanism, fields_of_tree
+from scissordyn.explore.field import Field, fields_of
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.walk import replaced
 from scissordyn.run.configuration import is_run, read_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.store import load
@@ -31,74 +29,58 @@ if TYPE_CHECKING:
     from scissordyn.explore.points import Points
 
 
-class Case(ABC):
+class Case:
     """A case, frozen: a change makes another one."""
 
-    name: str
-    mechanism: Mechanism
-    options: Options
-    saved: xr.Dataset | None = None
-    """Its run, if that was read from a file."""
-    points: Points | None = None
-    """Those of the study or the diagram that it was opened from."""
+    saved: xr.Dataset | None = None  # Its run, if that was read from a file
+    points: Points | None = None  # Those of the study or the diagram that it was opened from
 
-    @property
-    @abstractmethod
+    def __init__(self, name: str, source: str, code: Code, tree: dict[str, Any] | None = None) -> None:
+        self.name, self.source, self.code = name, source, code
+        self.tree = tomllib.loads(source) if tree is None else tree
+        table: Any = instance(RecordTable, self.tree, {"folder": code.folder or Path(), "code": code})
+        self.mechanism: Mechanism = table.mechanism()
+        self.options: Options = table.run
+
+    @classmethod
+    def of(cls, name: str, mechanism: Mechanism, options: Options, allowed: Sequence[Path] = ()) -> Case:
+        """The case of a mechanism."""
+        return cls.carried(name, record_text(mechanism, options), allowed)
+
+    @classmethod
+    def carried(cls, name: str, source: str, allowed: Sequence[Path]) -> Case:
+        """The case that a run carries."""
+        tree = tomllib.loads(source)
+        return cls(name, source, AllowedCode([file for file in allowed if file.suffix == ".py"], tree.get("code", {})), tree)
+
+    @cached_property
     def fields(self) -> list[Field]:
-        """Every number of the case."""
-
-    @abstractmethod
-    def changed(self, texts: Mapping[str, str]) -> Case:
-        """The case with other numbers."""
-
-    @abstractmethod
-    def with_horizon(self, wanted: bool) -> Case:
-        """The case with or without the predictability horizon, for which each run is computed twice."""
-
-    @abstractmethod
-    def text(self) -> str | None:
-        """The case as a case file; None where there is none."""
-
-    def field(self, key: str) -> Field:
-        """A field by its key."""
-        found = self._by_key.get(key)
-        if found is None:
-            raise InputError(f"no number '{key}' in this case", "a number of the form")
-        return found
+        """Every number of the tables."""
+        return fields_of(self.tree, self.code)
 
     @cached_property
     def _by_key(self) -> dict[str, Field]:
         return {field.key: field for field in self.fields}
 
+    def field(self, key: str) -> Field:
+        """A field by its key."""
+        if key not in self._by_key:
+            raise InputError(f"no number '{key}' in this case", "a number of the form")
+        return self._by_key[key]
 
-class FileCase(Case):
-    """A case file, with changes."""
-
-    def __init__(self, name: str, source: str, folder: Path, tree: dict[str, Any]) -> None:
-        self.name, self.source, self.folder, self.tree = name, source, folder, tree
-        read = instance(CaseTable, tree, {"folder": folder}).case()
-        self.mechanism, self.options = read.mechanism, read.run
-
-    @cached_property
-    def fields(self) -> list[Field]:
-        """Every number of the file's tables."""
-        return fields_of_tree(self.tree, self.folder)
-
-    def changed(self, texts: Mapping[str, str]) -> FileCase:
-        """See `Case.changed`."""
+    def changed(self, texts: Mapping[str, str]) -> Case:
+        """The case with other numbers."""
         tree = copy.deepcopy(self.tree)
         for key, text in texts.items():
             _put(tree, self.field(key), _value(text, self.field(key)))
-        return FileCase(self.name, self.source, self.folder, tree)
+        return Case(self.name, self.source, self.code, tree)
 
-    def with_horizon(self, wanted: bool) -> FileCase:
-        """See `Case.with_horizon`."""
-        tree = copy.deepcopy(self.tree)
-        tree.setdefault("run", {})["trust"] = wanted
-        return FileCase(self.name, self.source, self.folder, tree)
+    def with_horizon(self, wanted: bool) -> Case:
+        """The case with or without the predictability horizon, for which each run is computed twice."""
+        return Case(self.name, self.source, self.code, {**self.tree, "run": {**self.tree.get("run", {}), "trust": wanted}})
 
     def text(self) -> str:
-        """The file with the changed values in it; its comments and its order stay."""
+        """The case file with the changed values in it; its comments and its order stay."""
         import tomlkit
 
         document = tomlkit.parse(self.source)
@@ -106,45 +88,8 @@ class FileCase(Case):
         return str(tomlkit.dumps(document))
 
 
-class RunCase(Case):
-    """The case of a saved run."""
-
-    def __init__(self, name: str, mechanism: Mechanism, options: Options, saved: xr.Dataset | None = None) -> None:
-        self.name, self.mechanism, self.options, self.saved = name, mechanism, options, saved
-
-    @cached_property
-    def fields(self) -> list[Field]:
-        """Every declared number of the mechanism and of the options."""
-        return fields_of_mechanism(self.mechanism, self.options)
-
-    def changed(self, texts: Mapping[str, str]) -> RunCase:
-        """See `Case.changed`."""
-        parts: dict[str, Any] = {"mechanism": self.mechanism, "options": self.options}
-        for key, text in texts.items():
-            field = self.field(key)
-            given = _value(text, field)
-            value: Any
-            if len(field.value) == 2:
-                value = read_numbers(given, field.quantity.unit)
-                if len(value) != 2:
-                    raise InputError(f"{field.name}: {len(value)} numbers", "two numbers and their unit")
-            else:
-                value = read_quantity(given, field.quantity, field.text)
-            top, *path = field.place
-            parts[str(top)] = replaced(parts[str(top)], path, value)
-        return RunCase(self.name, parts["mechanism"], parts["options"])
-
-    def with_horizon(self, wanted: bool) -> RunCase:
-        """See `Case.with_horizon`."""
-        return RunCase(self.name, self.mechanism, dataclasses.replace(self.options, trust=wanted))
-
-    def text(self) -> str | None:
-        """None: a saved run has no case file."""
-        return None
-
-
 def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
-    """The case of a file."""
+    """The case of a file; no other file is read unless it is allowed."""
     if path.suffix.lower() == ".db":
         from scissordyn.explore.points import open_study_case
 
@@ -158,8 +103,9 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
         configuration = read_configuration(run)
         if configuration.options is None or not is_run(run):
             raise InputError(f"'{path}' is not a run", "a run of 'scissordyn run', or a case file")
-        mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])
-        return RunCase(path.name, mechanism, configuration.options, run if run.sizes["time"] > 1 else None)
+        case = Case.carried(path.name, configuration.text, allowed)
+        case.saved = run if run.sizes["time"] > 1 else None
+        return case
     source = read_text(path, "a case file in TOML", f"scissordyn new scissor > {command(path)}")
     try:
         tree = tomllib.loads(source)
@@ -174,7 +120,7 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
                 command("scissordyn", "explore", path, "--allow", named),
             )
     read_case(path)  # its errors name the line
-    return FileCase(path.name, source, path.parent, tree)
+    return Case(path.name, source, Code(path.parent), tree)
 
 
 def _files(value: Any, key: str = "") -> Iterator[str]:

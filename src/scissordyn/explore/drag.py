@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ import xarray as xr
 from scissordyn.config.quantity import unit_factor
 from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
-from scissordyn.explore.field import NUMBER, Field
+from scissordyn.explore.field import Field
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import outline, upright
 from scissordyn.run.answer.placement import Placement, turned
@@ -37,7 +36,7 @@ ONE_POINT = 1.5
 SHORTEST = 0.02
 """A length is drawn down to this fraction of what it was."""
 
-TABLES = ("structure", "body", "ground", "guide", "rod", "mechanism")
+TABLES = ("structure", "body", "ground", "guide", "rod")
 NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
 
 
@@ -147,7 +146,7 @@ class Drag:
         digits = 17 if exact else 6
         texts = {}
         for key, (field, parts) in fields.items():
-            unit = _unit(field)
+            unit = field.unit or field.quantity.unit
             factor = unit_factor(unit, field.quantity.unit)
             texts[key] = ", ".join(f"{part / factor:.{digits}g}" for part in parts) + f" {unit}"
         return texts
@@ -183,11 +182,3 @@ class Drag:
     def note(self) -> str:
         """The changed numbers in words."""
         return ", ".join(f"{self.start.field(key).label} {text}" for key, text in self.texts.items())
-
-
-def _unit(field: Field) -> str:
-    """The unit in which a field is written."""
-    rest = field.text
-    while found := NUMBER.match(rest):
-        rest = rest[found.end() :].lstrip(", ")
-    return re.sub(r"^[,\s]+", "", rest) or field.quantity.unit

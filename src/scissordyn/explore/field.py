@@ -13,6 +13,7 @@ from typing import Any, get_args
 from scissordyn.config.bending import BendingTable
 from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
+from scissordyn.config.code import Code
 from scissordyn.config.control import ControlTable
 from scissordyn.config.line import handle
 from scissordyn.config.part import PARTS, component_part
@@ -26,10 +27,8 @@ from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.oil import OILS
 from scissordyn.model.lubrication import Lubrication
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import MATERIALS, SECTIONS
-from scissordyn.model.walk import Place, Route, at, declared, leaves
-from scissordyn.plugin.element import element_class
+from scissordyn.model.walk import Route, declared
 from scissordyn.run.options import Options
 from scissordyn.units import Quantity
 
@@ -38,9 +37,6 @@ STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
 
 STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
 """Tables with such fields, and that of the structure."""
-
-WITHIN = ("clearance", "motion", "points")
-"""What a form does not show as a group of its own."""
 
 SPREAD = 4.0
 """A slider goes from a value divided by this number to the value times it, on a logarithmic scale."""
@@ -74,7 +70,7 @@ INNER: Mapping[str, type[Table]] = {
     "reference": DriveTable,
 }
 
-NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
+NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
 
 
 @dataclass(frozen=True)
@@ -119,11 +115,16 @@ class Field:
         ends = max(low, value / SPREAD), min(high, SPREAD * value)
         return *ends, ends[0] > 0.0 and ends[1] / ends[0] > 3.0
 
+    @property
+    def unit(self) -> str:
+        """The unit in which it is written; "" without one."""
+        return re.sub(rf"^{NUMBER}(?:,{NUMBER})*", "", self.text)
+
     def plain(self) -> dict[str, Any]:
         """The field for the form."""
         span = self.range
         slider = None if span is None else {"low": span[0], "high": span[1], "logarithmic": span[2], "value": self.value[0]}
-        unit = re.sub(NUMBER, "", self.text, count=1).strip() if len(self.value) == 1 else ""
+        unit = self.unit if len(self.value) == 1 else ""
         return {
             "key": self.key,
             "group": self.group,
@@ -140,20 +141,11 @@ class Field:
         }
 
 
-def scaled_text(field: Field, value: float) -> str:
-    """A value as text in the unit in which a field is written, to six digits."""
-    unit = re.sub(NUMBER, "", field.text, count=1).strip()
-    if not unit or field.quantity.unit == "1":
-        return f"{value:.6g}"
-    return f"{value / unit_factor(unit, field.quantity.unit):.6g} {unit}"
-
-
-def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field]:
+def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
     """The fields of a case file."""
     structure = tree.get("structure", {})
-    found = list(
-        _of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", folder, star=not _places(tree))
-    )
+    kind = STRUCTURES[structure["kind"]]
+    fields = list(_of_table(kind, structure, ("structure",), "structure", code, star=not _places(tree)))
     for section in CaseTable.declared_keys():
         given = tree.get(section)
         if section not in (*LISTS, "component") or given is None:
@@ -162,12 +154,15 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
         for index, item in enumerate(given if many else [given]):
             group = f"{section.replace('_', ' ')} {handle(item)}".strip()
             place: Route = (section, index) if many else (section,)
-            table = LISTS[section] if section in LISTS else component_part(item["type"], folder).table
-            found += _of_table(table, item, place, group, folder, star=section in STARRED_IN)
-    found += _of_table(
-        table_of(Options, until="50 ms", step="0.1 ms"), tree.get("run", {}), ("run",), "run", folder, star=False
-    )
-    return found
+            table = LISTS[section] if section in LISTS else _component(item["type"], code)
+            fields += _of_table(table, item, place, group, code, star=section in STARRED_IN)
+    options = table_of(Options, until="50 ms", step="0.1 ms")
+    return [*fields, *_of_table(options, tree.get("run", {}), ("run",), "run", code, star=False)]
+
+
+def _component(kind: str, code: Code) -> type[Table]:
+    named = code.reference("component", kind) if ".py:" in kind else kind
+    return component_part(named, code.folder or Path()).table
 
 
 def _places(tree: Mapping[str, Any]) -> bool:
@@ -179,7 +174,7 @@ def _places(tree: Mapping[str, Any]) -> bool:
 
 
 def _of_table(
-    table: type[Table], given: Mapping[str, Any], place: Route, group: str, folder: Path, *, star: bool
+    table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
     """The fields of one table, those that are not written included."""
     for key, known in table.declared_keys().items():
@@ -198,9 +193,9 @@ def _of_table(
         elif isinstance(value, str) and key in ("position", "centre", "through", "velocity", "coupler_point"):
             yield from _point(here, group, key, value, "m/s" if key == "velocity" else "m", known.help)
         elif key in BY_KIND or key == "controller":
-            yield from _of_law(key, value, given, here, group, folder, star=star)
+            yield from _of_law(key, value, given, here, group, code, star=star)
         elif key in INNER and isinstance(value, Mapping):
-            yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", folder, star=False)
+            yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", code, star=False)
         elif isinstance(value, Mapping):
             kind = next((each for each in get_args(known.hint) if dataclasses.is_dataclass(each)), None)
             if kind is not None:
@@ -208,14 +203,14 @@ def _of_table(
 
 
 def _of_law(
-    key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, folder: Path, *, star: bool
+    key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
     """The fields of a contact law or of a controller."""
     inner = value if isinstance(value, Mapping) else {}
     name = inner.get("name" if key == "controller" else "law") if inner else value
     kind = CONTROLLERS.get(str(name)) if key == "controller" else BY_KIND[key].get(str(name))
     if ".py:" in str(name):
-        kind = element_class(key, str(name), folder)
+        kind = code.element(key, str(name), inner)
     if kind is None:
         return
     for field in _of_dataclass(kind, inner, place, f"{group}, {key}", star=star, law=str(name)):
@@ -266,35 +261,3 @@ def _point(place: Route, group: str, name: str, text: Any, unit: str, help: str)
         numbers = read_numbers(text, unit)
         if len(numbers) == 2:
             yield Field(place, group, name, text, numbers, Quantity(unit, help=help))
-
-
-def fields_of_mechanism(mechanism: Mechanism, options: Options) -> list[Field]:
-    """The fields of a saved run: every declared number of its mechanism, and its options."""
-    found = [_of_leaf(leaf, _part(mechanism, leaf.path)) for leaf in leaves(mechanism, ("mechanism",))]
-    found += [_of_leaf(leaf, "run") for leaf in leaves(options, ("options",))]
-    return [field for field in found if field is not None]
-
-
-def _of_leaf(leaf: Place, part: str) -> Field | None:
-    """The field of a number or of a point; None for any other value."""
-    if leaf.quantity is None:
-        return None
-    name, inner = str(leaf.path[-1]), [str(key) for key in leaf.path[3:-1]]
-    group = ", ".join([part, *(key.replace("_", " ") for key in inner if key not in WITHIN)])
-    if _is_point(leaf.value):
-        text = f"{leaf.value[0]:.12g}, {leaf.value[1]:.12g} {leaf.quantity.unit}"
-        return Field(leaf.path, group, f"point {name}" if "points" in inner else name, text, leaf.value, leaf.quantity)
-    return _number(leaf.path, group, name, leaf.value, leaf.quantity, starred=bool(inner) and name in STARRED)
-
-
-def _part(mechanism: Mechanism, path: Route) -> str:
-    """What the part at a path is called: its kind and its name."""
-    if len(path) < 4:
-        return "mechanism"
-    field, part = str(path[1]), at(mechanism, path[1:3])
-    kind = {"bodies": "body", "latches": "latch"}.get(field, field.removesuffix("s"))
-    return f"{kind} {getattr(part, 'name', getattr(part, 'body', int(path[2]) + 1))}"
-
-
-def _is_point(value: Any) -> bool:
-    return isinstance(value, tuple) and len(value) == 2 and all(isinstance(number, int | float) for number in value)

@@ -1,102 +1,220 @@
-"""The figures of the page, as plain data that curves.js draws: curves of a run over time, and the orbit of a journal."""
+"""The curves of the page: columns of numbers with one time axis in units that suit them, as figures that curves.js draws."""
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.explore.columns import UNITS, chosen_point, chosen_torques, orbit, requirements, scaled
-from scissordyn.plot.scale import engineering
+from scissordyn.plot.contact import force_curve
+from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
+from scissordyn.plot.source import TorqueSource, torque_sources
 from scissordyn.run.answer.joints import clearance_joints
 from scissordyn.units import short
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from scissordyn.plot.source import TorqueSource
     from scissordyn.run.answer.summary import PointAnswer, Summary
 
 NOW, PINNED = "blue", ("vermilion", "green", "purple")
 """Colours of the run that is shown and of pinned ones, the newest first, by their names in page.css."""
-
-LABELS = {
-    "metal": "metal alone",
-    "stored": "springs",
-    "work": "drives",
-    "motor": "motors",
-    "load": "loads",
-}
-"""Of lines whose column has another name."""
 
 COLORS = ("blue", "orange", "green", "purple", "vermilion", "sky")
 """Of the lines of one figure, in order; those of energies stand for the same quantity in every picture."""
 
 ENERGIES = ("blue", "green", "purple", "vermilion", "orange", "sky")
 
-Figure = dict[str, Any]
+MOST_POINTS = 100_000
+"""Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
+
+MOST_TORQUES = 4
+"""Torques in one figure, those with the largest values."""
+
+NEAR = 5.0
+"""What is allowed is drawn from a fifth of it on: further off it would flatten the curve."""
+
+FIGURES: Mapping[str, tuple[str, str]] = {
+    "output": ("m", ""),
+    "torque": ("N m", "torque"),
+    "force": ("N", "contact force at {joint}"),
+    "slip": ("m/s", "slip speed at {joint}"),
+    "energy": ("J", "energy"),
+    "loss": ("J", "dissipated energy"),
+    "film": ("m", "film thickness at {joint}"),
+    "stress": ("Pa", "largest stress of the bars"),
+    "track": ("m", "deviation of {point}"),
+}
+"""SI units and titles."""
+
+TORQUES = tuple(f"torque {k}" for k in range(1, MOST_TORQUES + 1))
+
+LINES: Mapping[str, Mapping[str, tuple[str, str]]] = {
+    "output": {"output": ("", "")},
+    "torque": dict.fromkeys(TORQUES, ("", "")),
+    "force": {
+        "force": ("force", "force at {joint}"),
+        "friction": ("friction", "friction force at {joint}"),
+        "metal": ("metal alone", "normal force of the metal at {joint}"),
+    },
+    "slip": {"slip": ("slip", "slip speed at {joint}")},
+    "energy": {
+        "kinetic_energy": ("kinetic", "kinetic energy"),
+        "potential_energy": ("potential", "potential energy"),
+        "stored_energy": ("springs", "energy of springs"),
+        "drive_work": ("drives", "work of drives"),
+        "motor_work": ("motors", "work of motors"),
+        "load_work": ("loads", "work of loads"),
+    },
+    "loss": {"dissipated_energy": ("dissipated", "dissipated energy")},
+    "film": {"film": ("film", "film")},
+    "stress": {"stress": ("stress", "stress")},
+    "track": {"track": ("track", "deviation of {point}")},
+}
+"""Columns of the figures: labels of their lines, and heads in a file. Energies have the names of their variables."""
+
+ALWAYS = ("kinetic_energy", "potential_energy")
+
+Columns = dict[str, np.ndarray]
+
+
+class Chosen:
+    """What is drawn of a run: joint, output body, torques, and of several tracked points the one that is furthest off."""
+
+    def __init__(self, run: xr.Dataset, summary: Summary, joint: str, output: str) -> None:
+        self.joint, bodies = joint, run["body"].values.astype(str).tolist()
+        self.output = output if output in bodies else bodies[-1]
+        self.point: PointAnswer | None = max(summary.points, key=lambda point: point.share, default=None)
+        self._run, self._sources = run, torque_sources(run)
+        sources = self._sources
+        largest = sorted(range(len(sources)), key=lambda k: -float(np.abs(sources[k].curve.values).max(initial=0.0)))
+        self.torques: list[TorqueSource] = [sources[k] for k in sorted(largest[:MOST_TORQUES])]
+        self.more = len(sources) - len(self.torques)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """For titles and heads."""
+        return {"joint": self.joint, "point": self.point.name if self.point else ""}
+
+    def columns(self, run: xr.Dataset) -> tuple[np.ndarray, Columns]:
+        """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
+
+        Straight between samples, as a line is drawn. What a run does not have is left out.
+        """
+        time, joint, point = run["time"].values, self.joint, self.words["point"]
+        curves = {source.name: source.curve for source in (self._sources if run is self._run else torque_sources(run))}
+        names = zip(TORQUES, (source.name for source in self.torques), strict=False)
+        exact = {column: curves[name] for column, name in names if name in curves}
+        sampled: Columns = {}
+        if joint in clearance_joints(run):
+            exact["force"] = force_curve(run, joint)
+            of_joint = run[["slip_speed", "friction_force", "normal_force"]].sel(joint=joint)
+            sampled["slip"] = of_joint["slip_speed"].values
+            if np.any(np.nan_to_num(of_joint["friction_force"].values)):
+                sampled["friction"] = of_joint["friction_force"].values
+            if "film" in run.dims and joint in run["film"].values:
+                sampled["metal"] = of_joint["normal_force"].values
+        moved = run["slider_position"] if "slider_position" in run else run["angle"].sel(body=self.output)
+        sampled["output"] = moved.values
+        for name in (*LINES["energy"], *LINES["loss"]):
+            if name in ALWAYS or (name in run and np.any(np.nan_to_num(run[name].values))):
+                sampled[name] = run[name].values
+        if "film" in run.dims:
+            films = run["film"].values.astype(str).tolist()
+            sampled["film"] = run["film_thickness"].values[:, films.index(joint) if joint in films else 0]
+        if "beam_stress" in run and np.any(run["beam_stress"].values):
+            sampled["stress"] = run["beam_stress"].max(dim="beam").values
+        if "track_deviation" in run and point in run["track"].values:
+            sampled["track"] = run["track_deviation"].sel(track=point).values
+        every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
+        values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
+        for name, column in sampled.items():
+            values[name] = column if every.size == time.size else np.interp(every, time, column)
+        present = (name for lines in LINES.values() for name in lines if name in values and np.isfinite(values[name]).any())
+        return every, {name: values[name] for name in present}
+
+    def scaled(self, run: xr.Dataset, scales: dict[str, Scale] | None = None) -> tuple[dict[str, Scale], Columns]:
+        """Scales by the names of figures and "time", and the columns with them, "time" among them.
+
+        The scales suit the columns if none are given. Of a long run only those points are there that a line of pixels needs.
+        """
+        time, raw = self.columns(run)
+        kept = thinned(time.size, list(raw.values()))
+        if scales is None:
+            scales = {"time": engineering("s", run["time"].values)}
+            for name, (unit, _) in FIGURES.items():
+                angular = name == "output" and "slider_position" not in run
+                scales[name] = DEGREES if angular else engineering(unit, *(raw[line] for line in LINES[name] if line in raw))
+        data = {"time": scales["time"].factor * time[kept]}
+        for name, lines in LINES.items():
+            data |= {line: scales[name].factor * raw[line][kept] for line in lines if line in raw}
+        return scales, data
+
+    def levels(self, data: Columns, scales: Mapping[str, Scale]) -> dict[str, list[float]]:
+        """What is allowed in the figures of torques and of the tracked point, where their curves come near it."""
+        factor, point = scales["torque"].factor, self.point
+        limits = [
+            side * factor * source.limit
+            for name, source in zip(TORQUES, self.torques, strict=False)
+            for side in (1.0, -1.0)
+            if source.limit is not None and NEAR * np.nanmax(side * data[name], initial=0.0) >= factor * source.limit
+        ]
+        tolerance = None if point is None or point.tolerance is None else point.tolerance
+        near = tolerance is not None and point is not None and NEAR * point.deviation >= tolerance
+        return {
+            "torque": list(dict.fromkeys(limits)),
+            "track": [scales["track"].factor * tolerance] if near and tolerance else [],
+        }
+
+
+def thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
+    """Points to draw: all of a short run, of a long one the extreme ones of each interval."""
+    if count <= MOST_POINTS or not curves:
+        return slice(None)
+    long = -(-2 * max(1, len(curves)) * count // MOST_POINTS)
+    firsts = np.arange(0, count - long + 1, long)
+    points = [np.array([0, count - 1]), np.arange(firsts.size * long, count)]
+    for curve in curves:
+        intervals = np.nan_to_num(curve[: firsts.size * long]).reshape(firsts.size, long)
+        points += [firsts + intervals.argmin(axis=1), firsts + intervals.argmax(axis=1)]
+    return np.unique(np.concatenate(points))
 
 
 def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str) -> dict[str, Any]:
-    """What is drawn of a run beside its scene.
+    """What is drawn of a run beside its scene, and of pinned ones, the newest last, with it.
 
-    Parameters
-    ----------
-    run : Dataset
-    summary : Summary
-        Of the run.
-    pins : sequence of Dataset
-        The newest last.
-    joint : str
-        Of force, slip and orbit; "" for a run without clearance joints.
-    output : str
-        The output body.
-
-    Returns
-    -------
-    dict
-        "figures" over time, "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
+    "figures" over time, "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
     """
-    torques, more = chosen_torques(run)
-    point = chosen_point(summary)
-    of = (joint, output, [source.name for source in torques], point.name if point else "")
-    scales, data = scaled(run, *of, None, torques)
-    before = [scaled(pin, *of, scales)[1] for pin in reversed(pins)]
-    time, horizon = scales["time"], predictability_horizon(run)
-    levels = requirements(
-        torques, point, {name: data[name] / scales["torque"].factor for name in UNITS["torque"][1] if name in data}
-    )
-    titles = _titles(run, joint, output, point)
+    chosen = Chosen(run, summary, joint, output)
+    scales, data = chosen.scaled(run)
+    before = [chosen.scaled(pin, scales)[1] for pin in reversed(pins)]
+    time, horizon, levels = scales["time"], predictability_horizon(run), chosen.levels(data, scales)
     drawn = []
-    for name, (_, names) in UNITS.items():
-        lines = [column for column in names if column in data]
-        if not lines:
+    for name, lines in LINES.items():
+        first = next(iter(lines))
+        labels = {line: label for line, (label, _) in lines.items() if line in data}
+        if name == "torque":
+            labels = dict(zip(labels, map(_label, chosen.torques), strict=False))
+        if not labels:
             continue
-        labels = [_label(torque) for torque in torques] if name == "torque" else [LABELS.get(line, line) for line in lines]
-        colors = ENERGIES if name == "energy" else COLORS
-        pinned = [(PINNED[k], pin) for k, pin in enumerate(before) if names[0] in pin]
+        if len(labels) == 1 and name != "torque":
+            labels = dict.fromkeys(labels, "")
+        colors = dict(zip(lines, ENERGIES if name == "energy" else COLORS, strict=False))
+        pinned = [_line("", PINNED[k], pin["time"], pin[first], "dash") for k, pin in enumerate(before) if first in pin]
+        shown = [_line(label, colors[line], data["time"], data[line]) for line, label in labels.items()]
         drawn.append(
             {
                 "name": name,
-                "title": f"{titles[name]}; {more} more are smaller" if name == "torque" and more else titles[name],
+                "title": _title(name, chosen, run),
                 "unit": scales[name].unit or "1",
                 "axis": f"time [{time.unit}]",
-                "lines": [
-                    *(_line("", color, pin["time"], pin[names[0]], "dash") for color, pin in pinned),
-                    *(
-                        _line(
-                            label if len(lines) > 1 or name == "torque" else "",
-                            colors[names.index(line)],
-                            data["time"],
-                            data[line],
-                        )
-                        for label, line in zip(labels, lines, strict=True)
-                    ),
-                ],
-                "levels": [scales[name].factor * level for level in levels.get(name, [])],
+                "lines": [*pinned, *shown],
+                "levels": levels.get(name, []),
             }
         )
     return {
@@ -116,32 +234,30 @@ def _label(source: TorqueSource) -> str:
     return source.name if source.limit is None else f"{source.name}, limit {short(source.limit, 'N m')}"
 
 
-def _titles(run: xr.Dataset, joint: str, output: str, point: PointAnswer | None) -> dict[str, str]:
-    of_joint = f" at {joint}" if joint else ""
-    bodies = run["body"].values.astype(str).tolist()
-    body = output if output in bodies else bodies[-1]
-    allowed = "" if point is None or point.tolerance is None else f"; allowed {short(point.tolerance, 'm')}"
-    return {
-        "output": "displacement of the slider" if "slider_position" in run else f"angle of {body}",
-        "torque": "torque",
-        "force": f"contact force{of_joint}",
-        "slip": f"slip speed{of_joint}",
-        "energy": "energy",
-        "loss": "dissipated energy",
-        "film": f"film thickness{of_joint}",
-        "stress": "largest stress of the bars",
-        "track": "" if point is None else f"deviation of {point.name}{allowed}",
-    }
+def _title(name: str, chosen: Chosen, run: xr.Dataset) -> str:
+    if name == "output":
+        return "displacement of the slider" if "slider_position" in run else f"angle of {chosen.output}"
+    title = FIGURES[name][1].format(**chosen.words).removesuffix(" at ")
+    if name == "torque" and chosen.more:
+        return f"{title}; {chosen.more} more are smaller"
+    if name == "track" and chosen.point is not None and chosen.point.tolerance is not None:
+        return f"{title}; allowed {short(chosen.point.tolerance, 'm')}"
+    return title
 
 
-def _orbit(run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> Figure | None:
-    plane = bool(run["plane_contact"].sel(joint=joint)) if joint and "plane_contact" in run else False
-    if not joint or plane:
+def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
+    """The journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
+    x, y = factor * run["eccentricity"].sel(joint=joint).transpose("axis", "time").values
+    kept = thinned(x.size, [x, y, np.hypot(x, y)])
+    return {"x": x[kept].copy(), "y": y[kept].copy()}
+
+
+def _orbit(run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str, Any] | None:
+    if not joint or ("plane_contact" in run and bool(run["plane_contact"].sel(joint=joint))):
         return None
     clearance = float(run["clearance"].sel(joint=joint))
     scale = engineering("m", clearance)
-    around = np.linspace(0.0, 2.0 * math.pi, 181)
-    size = scale.factor * clearance
+    around, size = np.linspace(0.0, 2.0 * math.pi, 181), scale.factor * clearance
     now = orbit(run, joint, scale.factor)
     before = [orbit(pin, joint, scale.factor) for pin in reversed(pins) if joint in clearance_joints(pin)]
     largest = max(float(np.abs(path[axis]).max(initial=0.0)) for path in (now, *before) for axis in "xy")
@@ -166,3 +282,20 @@ def _rounded(reach: float) -> float:
         return 1.0
     digit = 10.0 ** (math.floor(math.log10(reach)) - 1)
     return math.ceil(reach / digit) * digit
+
+
+def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) -> str:
+    """The curves of a run as the page draws them, with the instants of located peaks between the samples."""
+    chosen = Chosen(run, summary, joint, output)
+    time, values = chosen.columns(run)
+    moved = "output angle [rad]" if "slider_position" not in run else "slider displacement [m]"
+    named = {"output": moved} | {name: f"{source.name} [N m]" for name, source in zip(TORQUES, chosen.torques, strict=False)}
+    heads = {"time": "time [s]"}
+    for figure, lines in LINES.items():
+        for name, (_, head) in lines.items():
+            heads[name] = named.get(name) or f"{head.format(**chosen.words)} [{FIGURES[figure][0]}]"
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow([heads[name] for name in ("time", *values)])
+    writer.writerows(zip(time.tolist(), *(column.tolist() for column in values.values()), strict=True))
+    return table.getvalue()

@@ -11,21 +11,19 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.cards import cards
+from scissordyn.explore.answers import cards, contact_table, differences
 from scissordyn.explore.figures import NOW, PINNED, figures
-from scissordyn.explore.legend import differences
-from scissordyn.explore.magnified import Larger, wish
+from scissordyn.explore.magnified import factor_of, magnified_scene, wish
 from scissordyn.explore.message import number, text, whole
 from scissordyn.explore.session import Session
-from scissordyn.explore.table import contact_table
 from scissordyn.explore.worker import Outcome
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import packed_scene
-from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import largest_forces
 from scissordyn.run.answer.advice import warnings_of
 from scissordyn.run.answer.joints import clearance_joints
 from scissordyn.run.answer.summary import summary_of
+from scissordyn.units import short
 from scissordyn.warning import group, line
 
 if TYPE_CHECKING:
@@ -42,14 +40,7 @@ Message = Mapping[str, Any]
 
 
 class Page:
-    """One open page with its session; what it does is done by one thread at a time.
-
-    Parameters
-    ----------
-    session : Session
-    send : callable
-        Takes messages to the browser, see page.js.
-    """
+    """One open page with its session; what it does is done by one thread at a time. `send` takes messages, see page.js."""
 
     def __init__(self, session: Session, send: Callable[[Message], None]) -> None:
         self.session, self.send = session, send
@@ -58,21 +49,25 @@ class Page:
         self.shown: Outcome | None = None
         self._summary: tuple[Outcome, Summary] | None = None
         self._lock = threading.RLock()
-        self._drawing = self._making = False
+        self._drawing = self._making = self._enlarging = False
         self._answers = 0
-        self.larger = Larger(self._magnified)
-        self._answering: dict[str, Callable[[Message], None]] = {
-            "change": self._change,
+        self._wish: float | str = 1.0
+        self._larger: tuple[tuple[int, float], str] | None = None
+        self._answering: dict[str, Callable[[Message], object]] = {
+            "change": lambda of: session.change({text(of, "key"): text(of, "text")}, final=bool(of.get("final", True))),
             "select": self._select,
-            "drawn": lambda message: self._drawn(whole(message, "run")),
-            "horizon": lambda message: session.horizon(bool(message.get("wanted"))),
+            "drawn": lambda of: self._drawn(whole(of, "run")),
+            "horizon": lambda of: session.horizon(bool(of.get("wanted"))),
             "magnify": self._magnify,
             "drag": self._dragged,
             "pin": self._pin,
             "python": self._python,
-            "axis": lambda message: self._show_points(text(message, "name")),
+            "axis": lambda of: self._show_points(text(of, "name")),
             "open": self._open,
-            **{kind: self._call(getattr(session, kind)) for kind in ("undo", "redo", "unpin", "stop")},
+            "undo": lambda of: session.undo(),
+            "redo": lambda of: session.redo(),
+            "unpin": lambda of: session.unpin(),
+            "stop": lambda of: session.stop(),
             **dict.fromkeys(("case", "run", "curves", "picture", "film"), self._save),
         }
 
@@ -94,7 +89,8 @@ class Page:
     def _updated(self, what: str) -> None:
         with self._lock:
             if what == "fields":
-                self._show_fields()
+                fields = [field.plain() for field in self.session.case.fields]
+                self.send({"type": "form", "fields": fields, "typed": self.session.typed, "errors": self.session.errors})
             elif what == "pins":
                 self._publish(pins=True)
             elif what == "fine" and self.session.good is self.shown:  # else they come with their run
@@ -115,7 +111,8 @@ class Page:
             return
         self.shown, self._drawing = good, True
         if self.selected not in clearance_joints(good.run):
-            self.selected = _heaviest(good)
+            largest = largest_forces(good.run) if clearance_joints(good.run) else {"": 0.0}
+            self.selected = max(largest, key=lambda name: largest[name])
         self._publish(scene=True)
 
     def _drawn(self, run: int) -> None:
@@ -131,23 +128,23 @@ class Page:
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
         if self._summary is None or self._summary[0] is not self.shown:
             self._summary = self.shown, summary_of(run)
-        summary = self._summary[1]
+        summary, before = self._summary[1], [pin.run for pin in pinned if pin.run is not None]
         message: dict[str, Any] = {
             "type": "run",
             "run": self.shown.number,
-            "bar": self._bar(self.shown),
+            "bar": self._bar(self.shown, run),
             "cards": cards(summary),
-            **figures(self._sampled(run), summary, [pin.run for pin in pinned], self.selected, mechanism.output_body),
+            **figures(self._sampled(run), summary, before, self.selected, mechanism.output_body),
         }
         if scene:
             message |= {
-                "scene": self.larger.scene(self.shown) or packed_scene(run, mechanism, number=self.shown.number),
+                "scene": self._scene(self.shown, run),
                 "table": contact_table(run),
                 "bends": bends(mechanism),
                 "selected": self.selected,
             }
         if pins:
-            message["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
+            message["ghost"] = packed_scene(before[-1], pinned[-1].case.mechanism) if before else ""
         self.send(message)
 
     def _sampled(self, run: xr.Dataset) -> xr.Dataset:
@@ -155,24 +152,49 @@ class Page:
         fine = self.session.fine
         return run if fine is None or self.session.good is not self.shown else fine
 
-    def _bar(self, shown: Outcome) -> dict[str, Any]:
+    def _bar(self, shown: Outcome, run: xr.Dataset) -> dict[str, Any]:
         """What the bar says of a run."""
-        assert shown.run is not None
-        statistics = json.loads(shown.run.attrs["statistics"])
+        statistics = json.loads(run.attrs["statistics"])
         pins = self.session.pins[::-1]
-        scale = engineering("s", statistics["seconds"])
-        steps = (
-            f"{statistics['steps']} steps of {statistics['method']} in {scale.factor * statistics['seconds']:.3g} {scale.unit}"
-        )
+        steps = f"{statistics['steps']} steps of {statistics['method']} in {short(statistics['seconds'], 's')}"
         legend = differences([shown.case, *(pin.case for pin in pins)]) if pins else []
         return {
             "note": shown.note,
-            "fine": self._sampled(shown.run) is not shown.run,
+            "fine": self._sampled(run) is not run,
             "text": f"{shown.note}: {steps}" if shown.note else steps,
             "pins": len(pins),
             "legend": [list(pair) for pair in zip((NOW, *PINNED), legend, strict=False)],
-            "warnings": [line(alike) for alike in group(warnings_of(shown.run))],
+            "warnings": [line(alike) for alike in group(warnings_of(run))],
         }
+
+    def _factor(self, shown: Outcome) -> float:
+        """The magnification of the deflections of a run; runs that precede another have none."""
+        if shown.run is None or shown.note or self._wish == 1.0:
+            return 1.0
+        return factor_of(self._wish, shown.run, shown.case.mechanism)
+
+    def _scene(self, shown: Outcome, run: xr.Dataset) -> str:
+        """The scene of a run; with magnified deflections when it has been made, in a thread."""
+        factor = self._factor(shown)
+        if self._larger is not None and self._larger[0] == (shown.number, factor):
+            return self._larger[1]
+        if factor != 1.0 and not self._enlarging:  # else it is asked for once more when the one before is there
+            self._enlarging = True
+            self._apart("magnifies", lambda: self._enlarge(shown, run, factor))
+        return packed_scene(run, shown.case.mechanism, number=shown.number)
+
+    def _enlarge(self, shown: Outcome, run: xr.Dataset, factor: float) -> None:
+        try:
+            larger = magnified_scene(run, shown.case.mechanism, factor, shown.number)
+            self._larger = (shown.number, factor), larger
+        except BaseException:
+            self._wish = 1.0
+            raise
+        finally:
+            self._enlarging = False
+        with self._lock:
+            if self.drag is None:
+                self._publish(scene=True)
 
     # what is not of a run
 
@@ -180,9 +202,8 @@ class Page:
         points = self.session.opened.points
         if points is None or axis not in points.axes:
             raise InputError(f"points over '{axis}'", "the numbers of a study that vary")
-        self.send(
-            {"type": "points", "axes": list(points.axes), "axis": axis, "note": points.note, "figures": points.figures(axis)}
-        )
+        message = {"type": "points", "axes": list(points.axes), "axis": axis, "note": points.note}
+        self.send({**message, "figures": points.figures(axis)})
 
     def _open(self, message: Message) -> None:
         points = self.session.opened.points
@@ -190,29 +211,9 @@ class Page:
             raise InputError("a point of a case that is no study", "a study or a bifurcation diagram")
         self.session.open(points.opened(whole(message, "point")))
 
-    def _show_fields(self) -> None:
-        session = self.session
-        fields = [field.plain() for field in session.case.fields]
-        self.send({"type": "form", "fields": fields, "typed": session.typed, "errors": session.errors})
-
     def _show_state(self) -> None:
-        session = self.session
-        self.send(
-            {
-                "type": "state",
-                "undo": session.can_undo,
-                "redo": session.can_redo,
-                "file": session.case.text() is not None,
-                "horizon": session.case.options.trust,
-                "computing": session.computing or self.shown is not session.good,
-                "ordered": session.ordered,
-                "fraction": session.fraction or 0.0,
-                "lasting": session.lasting,
-                "left": session.left,
-                "name": session.case.name,
-                "text": "" if session.computing else session.message,
-            }
-        )
+        state = self.session.state()
+        self.send({"type": "state", **state, "computing": state["computing"] or self.shown is not self.session.good})
 
     # what comes from the browser
 
@@ -243,11 +244,14 @@ class Page:
     def _complain(self, words: str) -> None:
         self.send({"type": "said", "text": words})
 
-    def _call(self, action: Callable[[], None]) -> Callable[[Message], None]:
-        return lambda message: action()
+    def _apart(self, what: str, make: Callable[[], None]) -> None:
+        """Do what takes seconds in a thread."""
 
-    def _change(self, message: Message) -> None:
-        self.session.change(text(message, "key"), text(message, "text"), final=bool(message.get("final", True)))
+        def work() -> None:
+            with self._in_one_line():
+                make()
+
+        threading.Thread(target=work, name=f"scissordyn {what}", daemon=True).start()
 
     def _select(self, message: Message) -> None:
         joint = text(message, "name")
@@ -265,7 +269,7 @@ class Page:
             self.session.pin(replace(self.shown, run=self._sampled(self.shown.run)))
 
     def _save(self, message: Message) -> None:
-        """Make a file in a thread, as a film takes seconds: one for this page, and few for all pages."""
+        """Make a file: one at a time for this page, and few for all pages."""
         from scissordyn.explore.save import MOST_MADE, saved, slots  # with matplotlib, which the page does not need
 
         what, time = text(message, "type"), number(message, "time")
@@ -278,30 +282,21 @@ class Page:
         self._making = True
         shown, joint = self.shown, self.selected
         fine = None if shown is None or shown.run is None else self._sampled(shown.run)
-        magnify = 1.0 if shown is None else self.larger.factor(shown)
+        magnify = 1.0 if shown is None else self._factor(shown)
 
         def make() -> None:
             try:
-                with self._in_one_line():
-                    name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
-                    self.send({"type": "file", "name": name, "mime": mime, "content": content})
+                name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
+                self.send({"type": "file", "name": name, "mime": mime, "content": content})
             finally:
                 self._making = False
                 slots.release()
 
-        threading.Thread(target=make, name="scissordyn saves", daemon=True).start()
+        self._apart("saves", make)
 
     def _magnify(self, message: Message) -> None:
-        self.larger.wanted = wish(message.get("factor"))
+        self._wish = wish(message.get("factor"))
         self._publish(scene=True)
-
-    def _magnified(self, error: str) -> None:
-        """Show what has been magnified, or say why it cannot be."""
-        with self._lock:
-            if error:
-                self._complain(error)
-            elif self.drag is None:
-                self._publish(scene=True)
 
     def _dragged(self, message: Message) -> None:
         from scissordyn.explore.drag import Drag
@@ -321,7 +316,7 @@ class Page:
                 self._draft()
         if phase == "end" and self.drag is not None:
             texts, self.drag = self.drag.texts, None
-            if not (texts and self.session.change_all(texts)):
+            if not (texts and self.session.change(texts)):
                 self.send({"type": "draft", "draft": ""})
 
     def _draft(self) -> None:
@@ -330,12 +325,3 @@ class Page:
         self._answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
         self.send({"type": "draft", "draft": packed_scene(self.drag.run, self.drag.ideal, number=self._answers, note=note)})
-
-
-def _heaviest(good: Outcome) -> str:
-    """The clearance joint with the largest force; "" without any."""
-    assert good.run is not None
-    if not clearance_joints(good.run):
-        return ""
-    largest = largest_forces(good.run)
-    return max(largest, key=lambda name: largest[name])

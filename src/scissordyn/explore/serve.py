@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from html import escape
+from http import HTTPStatus
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,6 +59,9 @@ ASSETS = Path(__file__).parent / "assets"
 
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
+FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in KINDS} | {"canvas.js"})
+"""Files of the page, below its address; canvas.js is that of films."""
+
 
 def listen(address: str, wanted: int) -> socket.socket:
     """Listen for pages on a port of this machine, 0 for any."""
@@ -80,25 +84,10 @@ def serve(
     show: bool,
     said: Callable[[str], None],
 ) -> None:
-    """Serve the page of a case until Ctrl-C, which ends it as a `KeyboardInterrupt`.
+    """Serve the page of a case until Ctrl-C, which ends it as a `KeyboardInterrupt`; raise what is wrong with the case.
 
-    Parameters
-    ----------
-    opened : callable
-        Reads the case, in a thread of its own: the browser gets the page meanwhile.
-    listening : socket
-    name : str
-        Of the case.
-    address : str
-    show : bool
-        Whether to open a browser.
-    said : callable
-        Called with the address of the page, which has a random part: whoever has it may use the page.
-
-    Raises
-    ------
-    ScissordynError
-        If the case cannot be read.
+    `opened` reads the case, in a thread of its own: the browser gets the page meanwhile. `said` is called with the address of
+    the page, which has a random part: whoever has it may use the page.
     """
     access = Access.to(listening, address)
     host = "127.0.0.1" if is_everywhere(listening) else f"[{address}]" if ":" in address else address
@@ -129,16 +118,7 @@ def _show(url: str, private: Path) -> None:
 
 
 class Pages:
-    """All pages of a case, and what they are made of.
-
-    Parameters
-    ----------
-    name : str
-        Of the case.
-    access : Access
-    opened : callable
-        Reads the case.
-    """
+    """All pages of a case, and what they are made of; `opened` reads the case."""
 
     def __init__(self, name: str, access: Access, opened: Callable[[], Case]) -> None:
         self.name, self.access, self._opened = name, access, opened
@@ -196,18 +176,20 @@ class Pages:
             return _response(refusal[0], f"{refusal[1]}\n".encode())
         if getattr(request, "method", "GET") not in ("GET", "HEAD"):
             return _response(405, b"the page only answers GET\n")
-        asked = request.path.partition("?")[0].removeprefix(self.access.folder)
+        asked = request.path.partition("?")[0].removeprefix(self.access.folder) or "page.html"
         if asked == "ws":
             return None
-        if asked == "":
-            return _response(200, _asset("page.html").replace(b"{name}", escape(self.name).encode()), ".html")
+        if asked not in FILES:
+            return _response(404, b"nothing here\n")
         if asked == "canvas.js":
             from scissordyn.plot.canvas import CANVAS
 
-            return _response(200, CANVAS.encode(), ".js")
-        if asked in FILES:
-            return _response(200, _asset(asked), Path(asked).suffix)
-        return _response(404, b"nothing here\n")
+            content = CANVAS.encode()
+        else:
+            content = (ASSETS / asked).read_bytes()
+        if asked == "page.html":
+            content = content.replace(b"{name}", escape(self.name).encode())
+        return _response(200, content, Path(asked).suffix)
 
     def _connected(self, connection: ServerConnection) -> None:
         """Talk to one page, in its own thread, until it is closed."""
@@ -220,16 +202,15 @@ class Pages:
             self._count += 1
             full = self._count > MOST_PAGES
         try:
-            if full:
-                words = f"{MOST_PAGES} pages of this case are open: close one, then reload this"
-                send({"type": "said", "text": words})
-                return
-            self._drawn.wait()
-            if self._early:
-                send({"type": "early", "scene": self._early})
-            self._read.wait()
-            if self.error is not None:
-                words = str(self.error) if isinstance(self.error, ScissordynError) else "a fault: see the terminal"
+            words = f"{MOST_PAGES} pages of this case are open: close one, then reload this" if full else ""
+            if not words:
+                self._drawn.wait()
+                if self._early:
+                    send({"type": "early", "scene": self._early})
+                self._read.wait()
+                if self.error is not None:
+                    words = str(self.error) if isinstance(self.error, ScissordynError) else "a fault: see the terminal"
+            if words:
                 send({"type": "said", "text": words})
                 return
             from scissordyn.explore.page import Page
@@ -262,17 +243,7 @@ class Pages:
             return Session(self._case, lambda what: None, self._first.first)
 
 
-FILES = tuple(path.name for path in sorted(ASSETS.glob("*.*")) if path.suffix in (".css", ".js"))
-"""Files of the page, below its address; canvas.js is that of films."""
-
-_REASONS = {200: "OK", 403: "Forbidden", 404: "Not Found", 405: "Method Not Allowed"}
-
-
-def _asset(name: str) -> bytes:
-    return (ASSETS / name).read_bytes()
-
-
 def _response(status: int, content: bytes, ending: str = "") -> Response:
     kind = f"{KINDS.get(ending, 'text/plain')}; charset=utf-8"
     headers = Headers({"Content-Type": kind, "Content-Length": str(len(content)), "Connection": "close", **CAREFUL})
-    return Response(status, _REASONS[status], headers, content)
+    return Response(status, HTTPStatus(status).phrase, headers, content)

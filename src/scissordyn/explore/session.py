@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.worker import Outcome, Worker
@@ -27,24 +27,11 @@ LOOK = 0.2
 """How often the progress of a run is reported [s]."""
 
 
-@dataclass(frozen=True)
-class Pinned:
-    """A run that is kept for comparison."""
-
-    case: Case
-    run: xr.Dataset
-
-
 class Session:
     """The state of one page; it knows nothing of browsers.
 
-    Parameters
-    ----------
-    case : Case
-    updated : callable
-        Called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
-    known : Outcome, optional
-        The run of the case as it was opened, where it has been computed for another session; with its `fine`, if there is one.
+    `updated` is called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
+    `known` is the run of the case as it was opened, where it has been computed for another session.
     """
 
     def __init__(self, case: Case, updated: Callable[[str], None], known: Outcome | None = None) -> None:
@@ -54,7 +41,7 @@ class Session:
         self._redo: list[Case] = []
         self.errors: dict[str, str] = {}
         self.typed: dict[str, str] = {}
-        self.pins: list[Pinned] = []
+        self.pins: list[Outcome] = []
         self.good: Outcome | None = None
         self.fine: xr.Dataset | None = None
         self.first: Outcome | None = known
@@ -79,73 +66,59 @@ class Session:
         return self.fraction is not None
 
     @property
-    def lasting(self) -> float:
-        """For how long the present run has been going on [s]; 0 without one."""
-        return time.monotonic() - self._began if self.computing else 0.0
-
-    @property
-    def left(self) -> float | None:
-        """How much longer the present stage takes if it goes on like this [s]; None without one, or where it has not begun."""
-        if not self.fraction:
-            return None
-        return (time.monotonic() - self._stage) * (1.0 - self.fraction) / self.fraction
-
-    @property
     def ordered(self) -> int:
         """Number of the newest run that was asked for; that of the last good run is smaller while it is computed."""
         return self._worker.number
 
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a change to take back."""
-        return bool(self._undo)
+    def state(self) -> dict[str, Any]:
+        """What the bar shows; "left" is how much longer the present stage takes if it goes on like this [s]."""
+        stage = time.monotonic() - self._stage
+        return {
+            "undo": bool(self._undo),
+            "redo": bool(self._redo),
+            "horizon": self.case.options.trust,
+            "computing": self.computing,
+            "ordered": self.ordered,
+            "fraction": self.fraction or 0.0,
+            "lasting": self._lasting(),
+            "left": stage * (1.0 - self.fraction) / self.fraction if self.fraction else None,
+            "name": self.case.name,
+            "text": "" if self.computing else self.message,
+        }
 
-    @property
-    def can_redo(self) -> bool:
-        """Whether a change was taken back."""
-        return bool(self._redo)
+    def _lasting(self) -> float:
+        """For how long the present run has been going on [s]; 0 without one."""
+        return time.monotonic() - self._began if self.computing else 0.0
 
-    def change(self, key: str, text: str, *, final: bool = True) -> bool:
-        """Change one number and run again; what is wrong with it is kept in `errors`. Whether it could be used.
+    def change(self, texts: dict[str, str], *, final: bool = True) -> bool:
+        """Change numbers and run again; what is wrong with them is kept in `errors`. Whether they could be used.
 
         Steps of a slider on its way, which are not final, are one change for undo.
         """
-        return self.change_all({key: text}, final=final)
-
-    def change_all(self, texts: dict[str, str], *, final: bool = True) -> bool:
-        """Change several numbers at once, see `change`."""
+        before = self.case
+        written = {field.key: field.text for field in before.fields}
         try:
             # a slider that is released says once more what it said last
-            new = self.case if self._is_as(texts) else self.case.changed(texts)
+            new = before if all(written.get(key) == text for key, text in texts.items()) else before.changed(texts)
         except ScissordynError as error:
-            keys = {field.key for field in self.case.fields} & set(texts)
-            if not keys:
+            if not written.keys() & texts:
                 raise
-            for key in keys:
+            for key in written.keys() & texts:
                 self.errors[key], self.typed[key] = _beside_field(error), texts[key]
             self.updated("fields")
             return False
         for key in texts:
             self.errors.pop(key, None)
             self.typed.pop(key, None)
-        before = self.case
-        same = new.mechanism == before.mechanism and new.options == before.options
-        self.case = new
-        if self._base is None:
-            self._base = before
+        self.case, self._base = new, self._base or before
         if final:
-            if self._base.mechanism != new.mechanism or self._base.options != new.options:
+            if _differ(self._base, new):
                 self._remember(self._base)
             self._base = None
-        if not same:
-            self.compute()
+        if _differ(before, new):
+            self._compute()
         self.updated("fields")  # while the run is going on
         return True
-
-    def _is_as(self, texts: dict[str, str]) -> bool:
-        """Whether numbers of the case are written like this already."""
-        written = {field.key: field.text for field in self.case.fields}
-        return all(written.get(key) == text for key, text in texts.items())
 
     def horizon(self, wanted: bool) -> None:
         """Compute the predictability horizon with each run, or not."""
@@ -154,36 +127,34 @@ class Session:
     def open(self, case: Case) -> None:
         """Go to another case; it is a change that can be taken back."""
         self._remember(self.case)
-        self.case = case
-        self.errors.clear()
-        self.typed.clear()
-        self.compute()
-        self.updated("fields")
+        self._go(case)
 
     def undo(self) -> None:
         """Take the last change back."""
-        self._go(self._undo, self._redo)
+        if self._undo:
+            self._redo.append(self.case)
+            self._go(self._undo.pop())
 
     def redo(self) -> None:
         """Make the change again that was taken back."""
-        self._go(self._redo, self._undo)
+        if self._redo:
+            self._undo.append(self.case)
+            self._go(self._redo.pop())
 
-    def _go(self, source: list[Case], other: list[Case]) -> None:
-        if source:
-            other.append(self.case)
-            self.case = source.pop()
-            self.errors.clear()
-            self.typed.clear()
-            self.compute()
-            self.updated("fields")
+    def _go(self, case: Case) -> None:
+        self.case = case
+        self.errors.clear()
+        self.typed.clear()
+        self._compute()
+        self.updated("fields")
 
     def _remember(self, case: Case) -> None:
         self._undo = [*self._undo[1 - MOST_UNDO :], case]
         self._redo.clear()
 
-    def compute(self) -> None:
+    def _compute(self) -> None:
         """Run the present case, in stages if runs take long; a run that is going on ends."""
-        self._slow |= self.lasting > SLOW
+        self._slow |= self._lasting() > SLOW
         self._order(staged=self._slow)
 
     def _order(self, *, staged: bool) -> None:
@@ -200,12 +171,10 @@ class Session:
         """End the page."""
         self._worker.close()
 
-    def pin(self, shown: Outcome | None = None) -> None:
-        """Keep the run that is shown for comparison, the last good one if not given; the oldest goes if there are too many."""
-        kept = shown or self.good
-        if kept is not None and kept.run is not None:
-            self.pins = [*self.pins, Pinned(kept.case, kept.run)][-MOST_PINS:]
-            self.updated("pins")
+    def pin(self, shown: Outcome) -> None:
+        """Keep a run for comparison; the oldest goes if there are too many."""
+        self.pins = [*self.pins, shown][-MOST_PINS:]
+        self.updated("pins")
 
     def unpin(self) -> None:
         """Forget the pinned runs."""
@@ -232,10 +201,9 @@ class Session:
             return
         if outcome.note:
             if run is not None and run.sizes["time"] > 1 and (self.good is None or self.good.number < outcome.number):
-                self.good, self.fine = outcome, None
-                self.updated("run")
+                self._show(outcome)
             return
-        self._slow, self.fraction = self.lasting > SLOW, None
+        self._slow, self.fraction = self._lasting() > SLOW, None
         # what somebody has stopped is not the run of the case
         if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
             self.first = outcome
@@ -246,9 +214,16 @@ class Session:
             if run.sizes["time"] < 2:
                 self.message += "; it ended before its second sample: the run before stays"
             else:
-                self.good, self.fine = outcome, None
-                self.updated("run")
+                self._show(outcome)
         self.updated("status")
+
+    def _show(self, outcome: Outcome) -> None:
+        self.good, self.fine = outcome, None
+        self.updated("run")
+
+
+def _differ(one: Case, other: Case) -> bool:
+    return one.mechanism != other.mechanism or one.options != other.options
 
 
 def _beside_field(error: ScissordynError) -> str:

@@ -17,24 +17,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.case import Case
-    from scissordyn.model.mechanism import Mechanism
-    from scissordyn.run.options import Options
 
 log = logging.getLogger(__name__)
 
-COARSE = 1e-5
-"""Tolerances of a coarse run."""
-
-COARSE_SAMPLES = 201
+COARSE, COARSE_SAMPLES = 1e-5, 201
+"""Tolerances of a coarse run, and its most samples."""
 
 PREVIEW = 2.0
 """Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown."""
 
-JUDGED = 1.0
-"""After this time the length of an accurate run is estimated [s]."""
-
-LONG = 5.0
-"""A run that takes longer than this is preceded by a coarse one [s]."""
+JUDGED, LONG = 1.0, 5.0
+"""When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""
 
 PAUSE = 0.25
 """A run is computed once more for its curves if nothing else is asked for during this time [s]."""
@@ -45,43 +38,23 @@ PATIENCE = 20.0
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of the run of an order.
-
-    Parameters
-    ----------
-    number : int
-    case : Case
-    run : Dataset or None
-        None if it could not begin, or if a newer order took its place.
-    error : str
-        Why it could not begin.
-    note : str
-        What it is, if it precedes the run of the order: "ideal joints" or "coarse run, rtol 1e-5".
-    fine : Dataset or None
-        The same motion with the instants of the contacts among its samples, for curves and orbits. The outcome of the run
-        itself has none: it is reported once more when it does.
-    """
+    """What became of the run of an order."""
 
     number: int
     case: Case
-    run: xr.Dataset | None
-    error: str = ""
-    note: str = ""
+    run: xr.Dataset | None  # None if it could not begin, or if a newer order took its place
+    error: str = ""  # Why it could not begin
+    note: str = ""  # What it is, if it precedes the run of the order
+    # The same motion with the instants of the contacts among its samples, for curves and orbits: the run is reported once
+    # more when it has been computed
     fine: xr.Dataset | None = None
 
 
 class Worker:
     """A thread that simulates the newest order.
 
-    Parameters
-    ----------
-    done : callable
-        Called in the thread with the `Outcome` of each order that no newer one has replaced; those that precede the run of
-        an order have a note and smaller numbers. Called once more when a run has been computed for its curves.
-    progress : callable
-        Called in the thread with the number of the order and the simulated part of its time, 0 to 1.
-    earlier : int
-        Number of the last order elsewhere; those of this one are larger.
+    `done` gets the outcome of each order that no newer one has replaced, and those that precede it, with smaller numbers;
+    `progress` the number of the order and the simulated part of its time. Orders before were numbered up to `earlier`.
     """
 
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
@@ -110,61 +83,55 @@ class Worker:
 
     def stop(self) -> None:
         """Stop the present run; what it has computed so far is its result."""
-        with self._changed:
-            self._stopped = self.number
+        self._stopped = self.number
 
     def close(self) -> None:
         """End the thread, at the next look at it of a run that is going on."""
         with self._changed:
-            self._closed = True
-            self._order = None
+            self._closed, self._order = True, None
             self._changed.notify()
 
     def _work(self) -> None:
         while True:
             with self._changed:
-                while self._order is None and not self._closed:
-                    self._changed.wait()
+                self._changed.wait_for(lambda: self._closed or self._order is not None)
                 if self._closed or self._order is None:
                     return
-                number, case, staged = self._order
-                self._order = None
+                (number, case, staged), self._order = self._order, None
             for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
                 if number == self.number and not self._closed:
                     self._done(outcome)
-            if is_refined(outcome) and not self._is_wanted(PAUSE):
-                fine = self._fine(outcome)
+            if is_refined(outcome):
+                with self._changed:
+                    replaced = self._changed.wait_for(lambda: self._closed or self._order is not None, PAUSE)
+                fine = None if replaced else self._fine(outcome)
                 if fine is not None:
                     self._done(replace(outcome, fine=fine))
 
-    def _is_wanted(self, seconds: float) -> bool:
-        """Whether something else is asked for during some time."""
-        with self._changed:
-            return self._changed.wait_for(lambda: self._closed or self._order is not None, seconds)
+    def _look(self, number: int) -> None:
+        """Ask a run to end that is not wanted any more."""
+        if self._closed or number != self.number or number <= self._stopped:
+            raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
         """A run with the instants of its contacts; None if a newer order has taken its place, or it was stopped."""
         from scissordyn.run.configuration import write_configuration
         from scissordyn.run.simulate import refined
 
-        def look(time: float) -> None:
-            if self._closed or outcome.number != self.number or outcome.number <= self._stopped:
-                raise KeyboardInterrupt
-
         assert outcome.run is not None
+        mechanism, options = outcome.case.mechanism, outcome.case.options
         try:
-            fine = refined(outcome.run, outcome.case.mechanism, look)
+            fine = refined(outcome.run, mechanism, lambda time: self._look(outcome.number))
         except Exception:  # the run is there without it
             log.exception("curves go through the samples of the run")
             return None
-        if fine is outcome.run:
-            return None
-        return fine.assign_attrs(configuration=write_configuration(outcome.case.mechanism, outcome.case.options))
+        return None if fine is outcome.run else fine.assign_attrs(configuration=write_configuration(mechanism, options))
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """The runs of a staged order, the accurate one last."""
-        ideal = _ideal(case)
-        if ideal is not None:
+        ideal = brief(case)
+        ideal.mechanism = case.mechanism.ideal()
+        if ideal.mechanism != case.mechanism:
             spent = _stopwatch()
             early = self._outcome(number, ideal, lambda done: spent() > PREVIEW)
             if early.run is not None:
@@ -186,15 +153,17 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
+        from scissordyn.run.simulate import simulate  # in the thread that needs it: the page comes first
+
         def look(time: float) -> None:
-            if self._closed or number != self.number or number <= self._stopped:
-                raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
+            self._look(number)
             if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
             self._progress(number, time / case.options.until)
 
-        try:
-            return Outcome(number, case, _simulated(case.mechanism, case.options, look))
+        options = {name: getattr(case.options, name) for name in case.options.__dataclass_fields__}
+        try:  # that of samples = "auto" is computed a second time when it has been shown
+            return Outcome(number, case, simulate(case.mechanism, **options | {"samples": case.options.count}, progress=look))
         except ScissordynError as error:
             return Outcome(number, case, None, str(error))
         except KeyboardInterrupt:
@@ -216,30 +185,11 @@ def _stopwatch() -> Callable[[], float]:
     began: list[float] = []
 
     def spent() -> float:
-        now = time.monotonic()
         if not began:
-            began.append(now)
-        return now - began[0]
+            began.append(time.monotonic())
+        return time.monotonic() - began[0]
 
     return spent
-
-
-def _ideal(case: Case) -> Case | None:
-    """The case with ideal joints and few samples; None if its joints are ideal."""
-    mechanism = case.mechanism.ideal()
-    if mechanism == case.mechanism:
-        return None
-    ideal = brief(case)
-    ideal.mechanism = mechanism
-    return ideal
-
-
-def _simulated(mechanism: Mechanism, options: Options, look: Callable[[float], None]) -> xr.Dataset:
-    """The run of a mechanism; that of samples = "auto" is computed a second time when it has been shown."""
-    from scissordyn.run.simulate import simulate  # in the thread that needs it: the page comes first
-
-    keywords = {name: getattr(options, name) for name in options.__dataclass_fields__} | {"samples": options.count}
-    return simulate(mechanism, **keywords, progress=look)
 
 
 def brief(case: Case) -> Case:

@@ -70,10 +70,9 @@ export function bar(root, send, curves) {
   }
   function show() {
     clearTimeout(timer);
-    by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins; by.python.disabled = !now.ordered;
+    by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins; by.case.disabled = by.python.disabled = !now.ordered;
     by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
     by.pin.disabled = by.run.disabled = by.curves.disabled = by.picture.disabled = by.film.disabled = !run;
-    by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
     box.checked = Boolean(now.horizon);
     if (now.name) line.querySelector("h1").textContent = now.name;
     const computing = Boolean(now.computing || (of.note && !words && run < now.ordered));

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measure import machine, paragraph, table, write_section
-from scissordyn.cli.where import UNPROTECTED
+from scissordyn.cli.option import UNPROTECTED
 from scissordyn.study.compute.store import COMPLETE, Store
 
 __all__ = ["Kill", "killed_at_random", "measure"]

@@ -16,7 +16,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from scissordyn.cli import main, progress
+from scissordyn.cli import main
+from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.run import simulate
 from scissordyn.run.store import load
@@ -142,7 +143,7 @@ def test_interrupted_runs_keep_what_was_computed(
 
         yield stop
 
-    monkeypatch.setattr(progress, "progress_bar", impatient)
+    monkeypatch.setattr(run_module, "progress_bar", impatient)
     assert status_of(["run", str(PAPER), "-o", "part.nc", "--set", "run.rtol=1e-10"]) == 130
     shown = capsys.readouterr()
     assert "marked interrupted" in shown.out
@@ -161,7 +162,7 @@ def test_interrupted_before_anything_was_computed(
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("scissordyn.config.file.read_case", stop)
+    monkeypatch.setattr("scissordyn.cli.run.read_case", stop)
     assert status_of(["run", str(PAPER), "-o", "run.nc"]) == 130
     assert capsys.readouterr().err == "scissordyn: interrupted\n"
     assert not list(folder.iterdir())
@@ -269,7 +270,7 @@ def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeyp
     def broken(*_: object) -> None:
         raise ZeroDivisionError("two\nlines")
 
-    monkeypatch.setattr("scissordyn.config.file.read_case", broken)
+    monkeypatch.setattr("scissordyn.cli.check.read_case", broken)
     monkeypatch.delenv("SCISSORDYN_TRACEBACK", raising=False)
     assert status_of(["check", str(PAPER)]) == 1
     line = capsys.readouterr().err

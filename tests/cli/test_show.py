@@ -15,8 +15,7 @@ from reference.paper_case import paper_case
 from scissordyn.cli.compare import change
 from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
-from scissordyn.cli.scale import column
-from scissordyn.cli.show import TextConsole, show_answer, show_events, show_summary
+from scissordyn.cli.show import TextConsole, column, show_answer, show_events, show_summary
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.run.store import load
 from scissordyn.units import prefix, short

@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 import pytest
 
 from scissordyn.cli import paper as command
-from scissordyn.cli.where import Where
+from scissordyn.cli.option import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.run import engine

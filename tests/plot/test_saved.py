@@ -16,7 +16,7 @@ import xarray as xr
 from scipy.io import loadmat
 
 import scissordyn as sd
-from scissordyn.cli.difference import differences
+from scissordyn.cli.compare import differences
 from scissordyn.cli.main import status_of
 from scissordyn.file.export import contact_table, time_table
 from scissordyn.plot.comparison import comparison, shared_curves

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.cli.record import run_record
+from scissordyn.cli.show import run_record
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.run.advance.instants import MOST_INSTANTS, own_instants
 from scissordyn.run.advance.spacing import equally_spaced, spread_samples, time_mean

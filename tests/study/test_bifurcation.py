@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.cli.bifurcation import bifurcation as command
+from scissordyn.cli.response import bifurcation as command
 from scissordyn.errors import InputError
 from scissordyn.periodic.bifurcation import bifurcation
 from scissordyn.periodic.cycles import cycle

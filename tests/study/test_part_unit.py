@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.cli.answers import show_answers
+from scissordyn.cli.study import show_answers
 from scissordyn.config.study import read_requirement
 from scissordyn.plot.study import response_curves
 from scissordyn.run.answer.measure import COMPONENT_UNIT, component_units

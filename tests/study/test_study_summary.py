@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.cli.answers import show_answers
+from scissordyn.cli.study import show_answers
 from scissordyn.plot.study import response_curves
 from scissordyn.run.options import Options
 from scissordyn.study.answer.indices import morris_indices

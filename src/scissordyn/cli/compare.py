@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+import numpy as np
+from typer import Argument, Option
 
-from scissordyn.cli.option import SavedRun
+from scissordyn.cli.option import PictureFormat, SavedRun
 from scissordyn.cli.output import check_folder
+from scissordyn.cli.read import read_run
+from scissordyn.cli.show import print_table, say
+from scissordyn.config.quantity import written
+from scissordyn.model.walk import declared
+from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.summary import joint_summaries
+from scissordyn.run.configuration import Configuration, read_configuration
+from scissordyn.units import cell
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,74 +31,102 @@ MOST = 20
 MULTIPLE = 10.0
 """From this ratio on a change is written as a multiple."""
 
+LAST = {
+    "slider_position": ("displacement at the end", "m"),
+    "drive_work": ("work of the drive", "J"),
+    "motor_work": ("work of motors and actuators", "J"),
+    "load_work": ("work of forces and torques", "J"),
+    "dissipated_energy": ("dissipated energy", "J"),
+}
+"""Variables whose last values are compared, with their names and units."""
+
+SELDOM = ("motor_work", "load_work")
+"""Shown only where there is any."""
+
 
 def compare(
     run: SavedRun,
-    other: Annotated[Path, typer.Argument(help="Another one, or measured curves as CSV: 'time [s], angle of arm [deg]'.")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw both into this folder.")] = None,
-    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png, svg or pdf.")] = "png",
+    other: Annotated[Path, Argument(help="Another one, or measured curves as CSV: 'time [s], angle of arm [deg]'.")],
+    output: Annotated[Path | None, Option("-o", "--output", metavar="DIR", help="Draw both into this folder.")] = None,
+    form: PictureFormat = "png",
 ) -> int:
-    """Show how two saved runs differ, or how well a run agrees with measured curves."""
-    from rich import box
-    from rich.table import Table
-
-    from scissordyn.cli.difference import differences
-    from scissordyn.cli.saved import read_run
-    from scissordyn.cli.show import console
     from scissordyn.plot.file import check_format, write
-    from scissordyn.run.configuration import read_configuration
-    from scissordyn.units import cell
 
     check_format(form)
-    if output is not None:
-        check_folder(output, "-o figures")
+    check_folder(output, "-o figures")
+    first = read_run(run)
     if other.suffix.lower() == ".csv":
-        from scissordyn.cli.agreement import compare_with_data
+        from scissordyn.plot.agreement import agreement_curves as draw_agreement
 
-        return compare_with_data(read_run(run), other, output, form)
-    first, second = read_run(run), read_run(other)
-    to = console()
-    names = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))
-    found = list(differences(read_configuration(first), read_configuration(second)))
-    if not found:
-        to.print("Both runs are of the same case.", markup=False)
+        name, compared = "agreement", _print_agreement(first, other)
+        drawn = None if output is None else draw_agreement(compared)
     else:
-        entries = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-        entries.add_column("entry", overflow="fold")
-        for name, texts in zip(names, list(zip(*found, strict=True))[1:], strict=True):
-            numbers = [len(text) for text in texts if text[:1].isdigit() or text[:1] == "-"]
-            entries.add_column(name, justify="right", overflow="fold", min_width=max(numbers, default=1))
-        for row in found[:MOST]:
-            entries.add_row(*row)
-        to.print(entries)
-    if len(found) > MOST:
-        to.print(f"... and {len(found) - MOST} more entries differ", markup=False)
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("quantity", overflow="fold")
-    for name in names:
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("change", justify="right", no_wrap=True)
-    both = measures(first), measures(second)
-    for name, (value, unit) in both[0].items():
-        if name in both[1]:
-            theirs = both[1][name][0]
-            shown = (cell(each, unit) if unit else f"{each:g}" for each in (value, theirs))
-            table.add_row(name, *shown, change(value, theirs))
-    to.print(table)
-    hard = [name for name, one in zip(names, (first, second), strict=True) if "peak_force_estimate" in one]
-    if hard:
-        to.print(
-            f"Hard contact in {' and '.join(hard)}: largest forces are estimates, driving torques leave impacts out.",
-            markup=False,
-        )
-    if output is not None:
         from scissordyn.plot.comparison import comparison
 
+        second = read_run(other)
+        labels = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))
+        _print_comparison(first, second, labels)
+        name, drawn = "comparison", None if output is None else comparison(first, second, labels=labels)
+    if output is not None and drawn is not None:
         output.mkdir(parents=True, exist_ok=True)
-        figure = comparison(first, second, labels=names)[0].get_figure(root=True)
-        assert figure is not None
-        to.print(str(write(figure, output / f"comparison.{form}")), markup=False)
+        say(write(drawn, output / f"{name}.{form}"))
     return 0
+
+
+def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, str]) -> None:
+    entries = list(differences(read_configuration(first), read_configuration(second)))
+    if entries:
+        print_table({"entry": "text", **dict.fromkeys(labels, "numbers")}, entries[:MOST])
+    else:
+        say("Both runs are of the same case.")
+    if len(entries) > MOST:
+        say(f"... and {len(entries) - MOST} more entries differ")
+    others, rows = measures(second), []
+    for name, (value, unit) in measures(first).items():
+        if name in others:
+            changed = others[name][0]
+            rows.append(
+                [name, *(cell(size, unit) if unit else f"{size:g}" for size in (value, changed)), change(value, changed)]
+            )
+    print_table({"quantity": "text", **dict.fromkeys(labels, "number"), "change": "number"}, rows)
+    hard = [label for label, run in zip(labels, (first, second), strict=True) if "peak_force_estimate" in run]
+    if hard:
+        say(f"Hard contact in {' and '.join(hard)}: largest forces are estimates, driving torques leave impacts out.")
+
+
+def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
+    """Print measures of agreement of a run with measured curves."""
+    from scissordyn.analysis.agreement import agreement
+    from scissordyn.config.measured import read_measured
+    from scissordyn.file.export import time_columns
+
+    compared = agreement(run, read_measured(path, {column.heading: column.unit for column in time_columns(run)}))
+    time = compared["time"].values
+    say(f"Compared at {time.size} instants from {time[0]:.6g} s to {time[-1]:.6g} s")
+    if compared.attrs["left_out"]:
+        say(f"{compared.attrs['left_out']} measured instants are outside the time of the run")
+    for k, heading in enumerate(compared["column"].values.astype(str)):
+        here = {str(name): values.item() for name, values in compared.isel(column=k).items() if not values.dims}
+        unit = here["column_unit"]
+        counts = ", ".join(f"{here[name]:.0f}" for name in ("events", "run_events", "matched_events"))
+        rows = [
+            ("root mean square error", cell(here["rmse"], unit)),
+            ("the same over the measured range", f"{100.0 * here['nrmse']:.3g} %"),
+            ("mean of run less measured", cell(here["bias"], unit)),
+            ("correlation", cell(here["correlation"], "1")),
+            ("explained variance", cell(here["explained"], "1")),
+            (
+                "largest value, run against measured",
+                f"{100.0 * here['peak_error']:+.3g} %, {cell(here['peak_lag'], 's')} later",
+            ),
+            ("events measured, of the run, matched", counts),
+            (
+                "time of matched events, run less measured",
+                f"{cell(here['event_lag'], 's')}, rms {cell(here['event_deviation'], 's')}",
+            ),
+        ]
+        print_table({heading: "text", "agreement": "number"}, rows)
+    return compared
 
 
 def change(value: float, other: float) -> str:
@@ -95,41 +134,79 @@ def change(value: float, other: float) -> str:
     if not value:
         return "0 %" if other == value else "-"
     ratio = other / value
-    if ratio >= MULTIPLE:
-        return f"{float(f'{ratio:.3g}'):g} times"
-    return f"{100.0 * (other - value) / abs(value):+.3g} %"
-
-
-SELDOM = ("motor_work", "load_work")
-"""Shown only where there is any."""
+    return f"{float(f'{ratio:.3g}'):g} times" if ratio >= MULTIPLE else f"{100.0 * (other - value) / abs(value):+.3g} %"
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Figures of a run with their units, by name."""
-    import numpy as np
-
-    from scissordyn.run.answer.joints import clearance_joints
-    from scissordyn.run.answer.summary import joint_summaries
-
-    largest = {joint.name: joint.largest for joint in joint_summaries(run)} if "contact_joint" in run else {}
-    found: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
-    joint_of = run["contact_joint"].values.astype(str) if "contact_joint" in run else np.empty(0, str)
+    figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
+    if "contact_joint" in run:
+        largest = {joint.name: joint.largest for joint in joint_summaries(run)}
+        joint_of = run["contact_joint"].values.astype(str)
+    else:
+        largest, joint_of = {}, np.empty(0, str)
     for joint in clearance_joints(run):
-        found[f"contacts at {joint}"] = (float((joint_of == joint).sum()), "")
+        figures[f"contacts at {joint}"] = (float((joint_of == joint).sum()), "")
         if math.isfinite(largest.get(joint, math.nan)):
-            found[f"largest force at {joint}"] = (largest[joint], "N")
+            figures[f"largest force at {joint}"] = (largest[joint], "N")
     if "peak_drive_torque" in run:
-        found["largest driving torque"] = (float(np.max(np.abs(run["peak_drive_torque"].values))), "N m")
+        figures["largest driving torque"] = (float(np.max(np.abs(run["peak_drive_torque"].values))), "N m")
     if "peak_control_torque" in run:
         for name, size in zip(run["actuator"].values.astype(str), run["peak_control_torque"].values.tolist(), strict=True):
-            found[f"largest torque of {name}"] = (abs(size), "N m")
-    for variable, name, unit in (
-        ("slider_position", "displacement at the end", "m"),
-        ("drive_work", "work of the drive", "J"),
-        ("motor_work", "work of motors and actuators", "J"),
-        ("load_work", "work of forces and torques", "J"),
-        ("dissipated_energy", "dissipated energy", "J"),
-    ):
+            figures[f"largest torque of {name}"] = (abs(size), "N m")
+    for variable, (name, unit) in LAST.items():
         if variable in run and math.isfinite(last := float(run[variable].values[-1])) and (last or variable not in SELDOM):
-            found[name] = (last, unit)
-    return found
+            figures[name] = (last, unit)
+    return figures
+
+
+def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Iterator[tuple[str, str, str]]:
+    """Entries in which two configurations, or parts of them, differ, with their place."""
+    both = [None if parts is None else list(parts) for parts in (_parts(first, unit), _parts(second, unit))]
+    left, right = ({name: (value, of) for name, value, of in parts or ()} for parts in both)
+    lengths = isinstance(first, tuple) and len(first) != len(second)
+    if None in both or type(first) is not type(second) or lengths:
+        if first != second:
+            yield place, *_texts(first, second, unit)
+        return
+    for name in dict.fromkeys((*left, *right)):
+        (value, of), (other, _) = left.get(name, (None, "")), right.get(name, (None, ""))
+        yield from differences(value, other, f"{place}.{name}" if place else name, of)
+
+
+def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
+    """Name, value and unit of what a value is made of; None for what is one thing."""
+    if isinstance(value, Mapping):
+        return ((str(key), part, unit) for key, part in value.items())
+    if isinstance(value, tuple):
+        return ((str(getattr(part, "name", None) or k), part, unit) for k, part in enumerate(value))
+    kind = type(value)
+    if not dataclasses.is_dataclass(kind):
+        return None
+    return (
+        (name, getattr(value, name), field.quantity.unit if field.quantity is not None else "")
+        for name, field in declared(kind).items()
+        if (kind, name) != (Configuration, "text")
+    )
+
+
+def _texts(first: Any, second: Any, unit: str) -> tuple[str, str]:
+    """Two values in short, with as many digits as it takes to tell them apart."""
+    for digits in (6, 12, 17):
+        texts = _short(first, unit, digits), _short(second, unit, digits)
+        if texts[0] != texts[1]:
+            break
+    return texts
+
+
+def _short(value: Any, unit: str, digits: int) -> str:
+    if isinstance(value, float) and unit and digits < 17:
+        number, _, named = written(float(f"{value:.{digits}g}"), unit).partition(" ")
+        return f"{float(number):.{digits}g} {named}".rstrip()
+    if isinstance(value, float):
+        return f"{value:.{digits}g} {unit if unit != '1' else ''}".rstrip()
+    if isinstance(value, tuple | Mapping):
+        return "1 entry" if len(value) == 1 else f"{len(value)} entries"
+    if dataclasses.is_dataclass(type(value)):
+        return str(type(value).__name__)
+    return "-" if value is None else str(value)

@@ -1,4 +1,4 @@
-"""``scissordyn explore``: change the numbers of a case in the browser and watch its run follow."""
+"""``scissordyn explore`` and ``import``: a case in the browser, and a linkage that was drawn elsewhere as a case."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
+from scissordyn.cli.option import Quiet
 from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
@@ -18,29 +19,23 @@ NEEDED = ("websockets", "tomlkit")
 
 
 def explore(
-    case: Annotated[Path, typer.Argument(help="A case file, a saved run, a study (study.db), or a bifurcation diagram.")],
-    port: Annotated[int, typer.Option(help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
+    case: Annotated[Path, Argument(help="A case file, a saved run, a study (study.db), or a bifurcation diagram.")],
+    port: Annotated[int, Option(help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
     address: Annotated[
-        str, typer.Option(help="Address to listen on; other machines can open the page unless it is local.")
+        str, Option(help="Address to listen on; other machines can open the page unless it is local.")
     ] = "127.0.0.1",
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open a browser.")] = True,
+    browser: Annotated[bool, Option("--browser/--no-browser", help="Whether to open a browser.")] = True,
     allow: Annotated[
         list[Path] | None,
-        typer.Option(
-            metavar="FILE", help="A file that the case names, which may be read, and executed if it is Python. Repeatable."
-        ),
+        Option(metavar="FILE", help="A file that the case names, which may be read, and executed if it is Python. Repeatable."),
     ] = None,
 ) -> int:
-    """Open a page in the browser with the fields of a case, its animation and its curves; end it with Ctrl-C."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         raise InputError(f"the explorer needs {', '.join(missing)}", "the extra 'explore'", "pip install 'scissordyn[explore]'")
     if not case.exists():
-        raise InputError(
-            f"cannot read '{case}': no such file",
-            "a case file or a saved run",
-            f"scissordyn new scissor > {command(case)}" if case.suffix in ("", ".toml") else "",
-        )
+        sample = f"scissordyn new scissor > {command(case)}" if case.suffix in ("", ".toml") else ""
+        raise InputError(f"cannot read '{case}': no such file", "a case file or a saved run", sample)
     from scissordyn.explore.access import is_local
     from scissordyn.explore.serve import listen, serve
 
@@ -59,15 +54,46 @@ def explore(
 
         return open_case(case, allow or [])
 
+    def announce(url: str) -> None:
+        print(f"{url}  (Ctrl-C ends it)", flush=True)
+
     try:
-        serve(
-            opened,
-            listening,
-            name=case.name,
-            address=address,
-            show=browser,
-            said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True),
-        )
+        serve(opened, listening, name=case.name, address=address, show=browser, said=announce)
     finally:
         listening.close()
+    return 0
+
+
+def import_drawing(
+    source: Annotated[str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml (MJCF) or .urdf.")],
+    case: Annotated[Path, Option("--output", "-o", help="The case file to write.")],
+    unit: Annotated[str, Option(help="Unit of length of a DXF that names none, as mm.", show_default=False)] = "",
+    linear_density: Annotated[
+        str, Option(metavar="QUANTITY", help="Mass per length of bars whose mass the drawing does not say.")
+    ] = "1 kg/m",
+    tolerance: Annotated[
+        str, Option(metavar="LENGTH", help="Ends of a DXF nearer than this are one pin.", show_default="1e-6 of the drawing")
+    ] = "",
+    until: Annotated[str, Option(metavar="TIME", help="How long the case runs.")] = "1 s",
+    quiet: Quiet = False,
+) -> int:
+    from scissordyn.cli.read import typed
+    from scissordyn.cli.show import say
+    from scissordyn.config.case_text import BEGINNING
+    from scissordyn.config.file import write_case
+    from scissordyn.config.quantity import read_quantity
+    from scissordyn.exchange.read import read_drawing
+    from scissordyn.file.output_file import check_target
+    from scissordyn.run.options import Options
+    from scissordyn.units import Quantity
+
+    check_target(case, sample="-o case.toml", beginning=BEGINNING.encode())
+    density = read_quantity(linear_density, Quantity("kg/m", above=0.0))
+    near = read_quantity(tolerance, Quantity("m", above=0.0)) if tolerance else None
+    end = typed(until, "--until")
+    drawing = read_drawing(source, unit=unit, linear_density=density, tolerance=near)
+    written = write_case(drawing.mechanism, case, run=Options(until=end))
+    if not quiet:
+        say(*(f"note: {note}" for note in drawing.notes), soft_wrap=True)
+        say(written)
     return 0

@@ -9,39 +9,11 @@ LETTERS = (
     "rho ρ sigma σ tau τ phi φ varphi φ chi χ psi ψ omega ω Gamma Γ Delta Δ Theta Θ Lambda Λ Sigma Σ Phi Φ Psi Ψ Omega Ω"
 )
 GREEK = dict(zip(LETTERS.split()[::2], LETTERS.split()[1::2], strict=True))
-SIGNS = {
-    "cdot": "·",
-    "times": "×",
-    "le": "≤",
-    "leq": "≤",
-    "ge": "≥",
-    "geq": "≥",
-    "ne": "≠",
-    "approx": "≈",
-    "infty": "∞",
-    "pm": "±",
-    "to": "→",
-    "int": "∫",
-    "sum": "Σ",
-    "partial": "∂",
-    "ldots": "...",
-    "dots": "...",
-    "quad": "\n",
-    "qquad": "\n",
-    "left": "",
-    "right": "",
-    "bigl": "",
-    "bigr": "",
-    "big": "",
-    "Big": "",
-    "displaystyle": "",
-    "prime": "'",
-    "langle": "<",
-    "rangle": ">",
-    "lVert": "|",
-    "rVert": "|",
-    "|": "|",
-}
+SHOWN = (
+    "cdot=· times=× le=≤ leq=≤ ge=≥ geq=≥ ne=≠ approx=≈ infty=∞ pm=± to=→ int=∫ sum=Σ partial=∂ ldots=... dots=... quad=\n "
+    "qquad=\n left= right= bigl= bigr= big= Big= displaystyle= prime=' langle=< rangle=> lVert=| rVert=| |=|"
+)
+SIGNS = dict(pair.split("=") for pair in SHOWN.split(" "))
 """Commands that stand for one sign; any other command, such as \\sin, is its name."""
 
 GROUP = r"\{((?:[^{}]|\{[^{}]*\})*)\}"
@@ -61,7 +33,7 @@ def plain_formula(latex: str) -> str:
     text = re.sub(r"\\[,;:! ]", " ", text)
     for _ in range(8):  # from the innermost braces outwards
         before = text
-        text = re.sub(r"\\[dt]?frac\s*" + GROUP + r"\s*" + GROUP, lambda m: f"{_held(m[1])}/{_held(m[2])}", text)
+        text = re.sub(r"\\[dt]?frac\s*" + GROUP + r"\s*" + GROUP, lambda m: f"{_factor(m[1])}/{_factor(m[2])}", text)
         text = re.sub(r"\\[dt]?frac\s*(\w)\s*(\w)", r"\1/\2", text)
         text = re.sub(r"\\sqrt\s*\[3\]" + GROUP, r"(\1)^(1/3)", text)
         text = re.sub(r"\\sqrt\s*" + GROUP, r"√(\1)", text)
@@ -80,7 +52,7 @@ def plain_formula(latex: str) -> str:
     return "\n".join(filter(None, (re.sub(r"\s+", " ", line).replace("( ", "(").strip() for line in text.split("\n"))))
 
 
-def _held(part: str) -> str:
+def _factor(part: str) -> str:
     """A part of a fraction, in parentheses if it is more than one factor."""
     part = part.strip()
     return part if TOKEN.fullmatch(part) else f"({part})"
@@ -93,11 +65,11 @@ def _power(exponent: str) -> str:
     return f"^{exponent}" if re.fullmatch(r"\\?\w+", exponent) else f"^({exponent})"
 
 
-def _sign(found: re.Match[str]) -> str:
-    name, space = found[1], found[0][len(found[1]) + 1 :]
+def _sign(match: re.Match[str]) -> str:
+    name, space = match[1], match[0][len(match[1]) + 1 :]
     if name in GREEK:
-        return GREEK[name] + (" " if space and found.end() < len(found.string) else "")
+        return GREEK[name] + (" " if space and match.end() < len(match.string) else "")
     if name in SIGNS:
         return SIGNS[name] + (" " if space and SIGNS[name].strip() else "")
-    after = found.string[found.end() : found.end() + 1]
+    after = match.string[match.end() : match.end() + 1]
     return name + (" " if space or after.isalnum() or after == "\\" else "")

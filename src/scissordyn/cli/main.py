@@ -1,4 +1,4 @@
-"""The entry point: errors become one line and an exit status."""
+"""The entry point: commands are loaded when they are called, errors become one line and an exit status."""
 
 from __future__ import annotations
 
@@ -11,122 +11,72 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from scissordyn import __version__
-from scissordyn.cli.animate import animate
-from scissordyn.cli.bifurcation import bifurcation
-from scissordyn.cli.check import check
-from scissordyn.cli.cite import cite
-from scissordyn.cli.compare import compare
-from scissordyn.cli.controllers import controllers
-from scissordyn.cli.examples import examples
-from scissordyn.cli.explore import explore
-from scissordyn.cli.export import export
-from scissordyn.cli.fit import fit
-from scissordyn.cli.import_ import import_drawing
 from scissordyn.cli.interrupt import install, received
-from scissordyn.cli.laws import laws
-from scissordyn.cli.modes import modes
-from scissordyn.cli.motor import motor
-from scissordyn.cli.new import new
-from scissordyn.cli.paper import paper
-from scissordyn.cli.plot import plot
-from scissordyn.cli.preview import preview
-from scissordyn.cli.run import run as run_case
-from scissordyn.cli.schema import schema
-from scissordyn.cli.statics import statics
-from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
+from scissordyn.cli.output import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.streams import give_up, prepare_streams
-from scissordyn.cli.study import study
-from scissordyn.cli.sweep import sweep
-from scissordyn.cli.zoo import zoo
 from scissordyn.errors import ScissordynError, printable, shortened
 
-app = typer.Typer(
-    name="scissordyn",
-    help="Dynamics of deployable scissor structures with clearance joints.",
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        print(f"scissordyn {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _options(
-    _version: Annotated[
-        bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
-    ] = False,
-) -> None:
-    """Dynamics of deployable scissor structures with clearance joints."""
-
+ABOUT = "Dynamics of deployable scissor structures with clearance joints."
 
 STOPPED = "interrupted"
 
-_returned: list[int] = []
-"""What a command has returned, which says on its own that it was interrupted; what typer makes of Ctrl-C elsewhere does not."""
-
-
-class NothingComputedError(Exception):
-    """Ctrl-C outside the simulation, which handles it itself and returns its results."""
-
-
-class ClosedPipeError(Exception):
-    """The reader of a pipe has closed it, as in "scissordyn laws | head -1"; typer would end the process with status 1."""
-
-
-def _guarded(command: Callable[..., int]) -> Callable[..., int]:
-    """The command, with Ctrl-C and a closed pipe as errors that typer does not catch."""
-
-    @functools.wraps(command)
-    def guarded(*arguments: Any, **options: Any) -> int:
-        try:
-            _returned.append(command(*arguments, **options))
-        except KeyboardInterrupt:
-            raise NothingComputedError from None
-        except BrokenPipeError:
-            raise ClosedPipeError from None
-        return _returned[-1]
-
-    return guarded
-
-
-COMMANDS: dict[str, Callable[..., int]] = {
-    "run": run_case,
-    "check": check,
-    "preview": preview,
-    "statics": statics,
-    "modes": modes,
-    "motor": motor,
-    "explore": explore,
-    "plot": plot,
-    "animate": animate,
-    "compare": compare,
-    "import": import_drawing,
-    "cite": cite,
-    "fit": fit,
-    "export": export,
-    "new": new,
-    "examples": examples,
-    "zoo": zoo,
-    "schema": schema,
-    "laws": laws,
-    "controllers": controllers,
-    "bifurcation": bifurcation,
-    "sweep": sweep,
-    "study": study,
-    "paper": paper,
+COMMANDS = {
+    "run": ("run", "Simulate a case and show its contacts."),
+    "check": ("check", "Read a case, assemble its mechanism and describe the run."),
+    "preview": ("check", "Assemble a case, describe its motion with ideal joints, and draw it with its names."),
+    "statics": ("statics", "Forces in pins, guides, drives, rods, springs and bars over the stroke, without inertia."),
+    "modes": ("response", "Natural frequencies and mode shapes at the start or along the motion."),
+    "motor": (
+        "response",
+        "Torque and speed that a case needs, what of a motor's curve that is, and the least limit that is enough.",
+    ),
+    "explore": (
+        "explore",
+        "Open a page in the browser with the fields of a case, its animation and its curves; end it with Ctrl-C.",
+    ),
+    "plot": ("saved", "Draw a saved run; nothing is computed anew."),
+    "animate": ("saved", "Write a film of a saved run; nothing is computed anew."),
+    "compare": ("compare", "Show how two saved runs differ, or how well a run agrees with measured curves."),
+    "import": ("explore", "Write a case file of a linkage that was drawn elsewhere, and say what was not understood."),
+    "cite": ("saved", "List the publications of the mechanism, the laws and the methods that a saved run has used."),
+    "fit": (
+        "fit",
+        "Fit numbers of a case to measured curves; say how well they are known, and which the data cannot distinguish.",
+    ),
+    "export": (
+        "saved",
+        "Write a saved run as a table or its pin forces, or the mechanism of a case as a drawing, a model or an FMU.",
+    ),
+    "new": ("catalogue", "Print a commented case file: scissordyn new scissor --with servo,tip > case.toml."),
+    "examples": ("catalogue", "List the examples, print one, or copy them."),
+    "zoo": ("catalogue", "List the named mechanisms, or show one: what it is, its source, its numbers, its case file."),
+    "schema": (
+        "catalogue",
+        "Print the JSON Schema of case or study files; '#:schema case.json' on top of a file makes an editor use it.",
+    ),
+    "laws": ("catalogue", "List the laws and materials, or show one with its parameters."),
+    "controllers": ("catalogue", "List the controllers, or show one with its parameters."),
+    "bifurcation": (
+        "response",
+        "Compute a bifurcation diagram: the state once per period of the drive, for many values of a parameter.",
+    ),
+    "sweep": ("study", "Vary numbers of a case, keep all results in a store, and say where requirements are met."),
+    "study": (
+        "study",
+        "Compute a study file; or show, resume, retry, extend, refine, report, export or convert one, or replay a case.",
+    ),
+    "paper": ("paper", "Reproduce the paper's figures and compare its statements with measured numbers."),
 }
+"""Of each command the file and what it does."""
 
-EXAMPLES: dict[str, str] = {
+EXAMPLES = {
     "run": "scissordyn run case.toml -o run.nc --plot pictures --trust",
     "check": "scissordyn check case.toml --set drive.speed='250 rpm'",
     "preview": "scissordyn preview case.toml -o picture.svg --curves curves.svg",
@@ -154,25 +104,67 @@ EXAMPLES: dict[str, str] = {
 }
 """Of each command one that can be typed, below its help."""
 
-OTHER_WORDS = {
-    "simulate": "run",
-    "draw": "plot",
-    "film": "animate",
-    "view": "explore",
-    "open": "explore",
-    "template": "new",
-    "equilibrium": "statics",
-}
+OTHER_WORDS = {"simulate": "run", "draw": "plot", "film": "animate", "view": "explore", "open": "explore", "template": "new"}
+OTHER_WORDS["equilibrium"] = "statics"
 """Words that users try in place of a command."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
 """Keys of [run] that users try as options of a command."""
 
-for _name, _command in COMMANDS.items():
-    app.command(_name, epilog=f"Example: {EXAMPLES[_name]}")(_guarded(_command))
-
 # depending on its version typer has its own copy of click or uses the installed one: this is ClickException in both
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
+
+PLAIN: dict[str, Any] = {
+    "pretty_exceptions_enable": False,
+    "rich_markup_mode": None,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
+
+
+class Commands(TyperGroup):
+    """The commands, each of which is loaded when it is called or its own help is asked for."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = dict.fromkeys(COMMANDS)  # type: ignore[assignment] # typer looks for the nearest name here
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return load_command(cmd_name) if cmd_name in COMMANDS else None
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, about) for name, (_, about) in COMMANDS.items()])
+
+
+def load_command(name: str) -> Any:
+    """A command that typer parses; it returns what is to be called, as typer handles Ctrl-C and pipes in its own way."""
+    room, about = COMMANDS[name]
+    command: Callable[..., int] = getattr(import_module(f"scissordyn.cli.{room}"), {"import": "import_drawing"}.get(name, name))
+
+    @functools.wraps(command)
+    def parsed(**options: Any) -> Callable[[], int]:
+        return functools.partial(command, **options)
+
+    alone = typer.Typer(add_completion=False, **PLAIN)
+    alone.command(name, help=about, epilog=f"Example: {EXAMPLES[name]}")(parsed)
+    return typer.main.get_command(alone)
+
+
+app = typer.Typer(name="scissordyn", help=ABOUT, cls=Commands, **PLAIN)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"scissordyn {__version__}")
+        raise typer.Exit
+
+
+@app.callback(help=ABOUT)
+def _options(
+    _version: Annotated[
+        bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None: ...
 
 
 def run() -> None:
@@ -199,20 +191,20 @@ def run() -> None:
 
 def status_of(arguments: Sequence[str]) -> int:
     """Run one command."""
-    _returned.clear()
     try:
-        status = int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
-        if status == INTERRUPTED and not _returned:
+        parsed = app(list(arguments) or ["--help"], standalone_mode=False)
+        if parsed == INTERRUPTED:  # what typer makes of Ctrl-C
             raise KeyboardInterrupt
+        status = parsed() if callable(parsed) else int(parsed or DONE)
         sys.stdout.flush()
         return status
     except ScissordynError as error:
         return _complain(str(error), BAD_INPUT)
     except USAGE_ERROR as error:
         return _complain(_usage(error, arguments), BAD_INPUT)
-    except (NothingComputedError, KeyboardInterrupt):
+    except KeyboardInterrupt:
         return _complain(STOPPED, INTERRUPTED)
-    except (ClosedPipeError, BrokenPipeError, SystemExit):  # typer's own answer to it, while it prints a help, is to exit
+    except (BrokenPipeError, SystemExit):  # as in "scissordyn laws | head -1"; typer, while it prints a help, exits
         give_up("stdout")
         return DONE
     except OSError as error:  # a full standard output, a name that is too long, a folder that may not be read
@@ -228,21 +220,21 @@ def status_of(arguments: Sequence[str]) -> int:
 
 def _usage(error: Exception, arguments: Sequence[str]) -> str:
     """What typer says of the words of a command, and the command that a word of another program means."""
-    said = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
+    text = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
     first = next((word for word in arguments if not word.startswith("-")), "")
     near = [OTHER_WORDS[first]] if first in OTHER_WORDS else []
     near = near or [OTHER_WORDS[word] for word in get_close_matches(first, OTHER_WORDS, n=1, cutoff=0.6)]
-    if "No such command" in said and near and (first in OTHER_WORDS or "Did you mean" not in said):
-        said = f"No such command '{first}' (did you mean '{near[0]}'?)"
-    if said.startswith("Missing") and first in EXAMPLES:
-        return f"{said}; type: {EXAMPLES[first]}"
-    option = re.match(r"No such option:? '?--([\w-]+)", said)
+    if "No such command" in text and near and (first in OTHER_WORDS or "Did you mean" not in text):
+        text = f"No such command '{first}' (did you mean '{near[0]}'?)"
+    if text.startswith("Missing") and first in EXAMPLES:
+        return f"{text}; type: {EXAMPLES[first]}"
+    option = re.match(r"No such option:? '?--([\w-]+)", text)
     key = option[1].replace("-", "_") if option else ""
     if key in OPTION_KEYS and first in COMMANDS:
-        return f"{said}; allowed: options of a run are changed in its case; type: --set run.{key}=VALUE"
-    if "unexpected extra argument" in said:
-        said += "; allowed: quotes about a value with blanks"
-    return f"{said}; type: scissordyn {f'{first} ' if first in COMMANDS else ''}--help"
+        return f"{text}; allowed: options of a run are changed in its case; type: --set run.{key}=VALUE"
+    if "unexpected extra argument" in text:
+        text += "; allowed: quotes about a value with blanks"
+    return f"{text}; type: scissordyn {f'{first} ' if first in COMMANDS else ''}--help"
 
 
 def _refused(error: OSError) -> str:

@@ -1,14 +1,27 @@
-"""Checks that results can be written, before the computation."""
+"""Exit statuses, checks that results can be written before the computation, and progress."""
 
 from __future__ import annotations
 
+import json
+import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from scissordyn.errors import InputError
 
+DONE, BUG, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
+"""Exit statuses: 3 if a run failed, whose results up to the failure are kept; 128 + SIGINT as in shells."""
+
+STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}
+
 PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
-"""Endings of pictures."""
+
+DESCRIPTION = "{task.description}"
+"""A column of a progress bar."""
 
 
 def check_file(path: Path, case: Path, sample: str) -> None:
@@ -29,16 +42,36 @@ def check_run(path: Path, case: Path, sample: str) -> None:
     check_name(path)
 
 
-def check_store_name(address: str) -> None:
+def check_picture(path: Path | None, case: Path, sample: str) -> None:
+    """The same for a picture, if one is asked for."""
+    if path is not None:
+        from scissordyn.plot.file import check_format
+
+        check_format(path.suffix.lower().removeprefix("."))
+        check_file(path, case, sample)
+
+
+def check_movie(path: Path | None, case: Path, sample: str) -> None:
+    """The same for a film, if one is asked for."""
+    if path is not None:
+        from scissordyn.plot.animation import check_film
+
+        check_film(path)
+        check_file(path, case, sample)
+
+
+def check_store_name(name: str) -> None:
     """Raise `InputError` for a new store with the name of a file of another kind."""
     from scissordyn.file.output_file import OTHER_ENDINGS
 
-    if Path(address).suffix.lower() in {".nc", *OTHER_ENDINGS} - {".db"}:
-        raise InputError(f"'{address}' for the store of a study", "a name that ends in .db", "-o study.db")
+    if Path(name).suffix.lower() in {".nc", *OTHER_ENDINGS} - {".db"}:
+        raise InputError(f"'{name}' for the store of a study", "a name that ends in .db", "-o study.db")
 
 
-def check_folder(folder: Path, sample: str) -> None:
-    """Raise `InputError` unless a folder exists or can be created, and is writable; a name of a picture is no folder."""
+def check_folder(folder: Path | None, sample: str) -> None:
+    """Raise `InputError` unless a folder, if one is asked for, can be written; a name of a picture is no folder."""
+    if folder is None:
+        return
     if folder.suffix.lower() in PICTURES and not folder.is_dir():
         raise InputError(f"'{folder}' for a folder of pictures", "a folder", sample)
     existing = next(ancestor for ancestor in (folder, *folder.absolute().parents) if ancestor.exists())
@@ -53,3 +86,48 @@ def _try(target: Path, folder: Path, sample: str) -> None:
             pass
     except OSError as error:
         raise InputError(f"cannot write '{target}': {error.strerror}", "a place that can be written", sample) from None
+
+
+def print_json(record: dict[str, Any]) -> None:
+    """Print plain data as one line of JSON, with every character beyond ASCII as its code."""
+    print(json.dumps(record, allow_nan=False))
+
+
+@contextmanager
+def bar(*columns: str, description: str, total: float | None) -> Iterator[Callable[..., None] | None]:
+    """A function that updates a bar on stderr, with the keywords of rich's `Progress.update`; None without a terminal."""
+    with bars(*columns) as update:
+        if update is None:
+            yield None
+        else:
+            update("", description=description, total=total)
+            yield partial(update, "")
+
+
+@contextmanager
+def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
+    """The same for several bars by name."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress
+    from rich.console import Console
+
+    shown = [progress.TextColumn(column, markup=False) if "{" in column else getattr(progress, column)() for column in columns]
+    with progress.Progress(*shown, console=Console(stderr=True), transient=True) as drawn:
+        tasks: dict[str, progress.TaskID] = {}
+
+        def update(name: str, **changes: Any) -> None:
+            if name not in tasks:
+                tasks[name] = drawn.add_task(name, total=None)
+            drawn.update(tasks[name], **changes)
+
+        yield update
+
+
+@contextmanager
+def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
+    """A function of the simulated time that updates a bar on stderr; None without a terminal."""
+    percent = "{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"
+    with bar(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn", description="preparing ", total=until) as update:
+        yield None if update is None else lambda time: update(completed=time, description="simulating")

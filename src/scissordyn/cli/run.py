@@ -7,40 +7,53 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
 from scissordyn.cli.option import AsJson, Changes, OwnCode, Quiet
-from scissordyn.cli.output import check_file, check_folder, check_run
-from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
+from scissordyn.cli.output import (
+    INTERRUPTED,
+    STATUSES,
+    check_file,
+    check_folder,
+    check_movie,
+    check_run,
+    print_json,
+    progress_bar,
+)
+from scissordyn.cli.show import console, run_record, show_answer, show_events, show_summary
+from scissordyn.config.file import read_case
 from scissordyn.errors import InputError, printable
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.checkpoint import Checkpoint
+from scissordyn.run.configuration import read_configuration
+from scissordyn.run.results import Results
+from scissordyn.run.simulate import refined, replayed, results_of, simulate
+from scissordyn.run.start.demand import check_samples
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from scissordyn.model.mechanism import Mechanism
-    from scissordyn.run.advance.checkpoint import Checkpoint
-    from scissordyn.run.results import Results
 
 PATIENCE = 20.0
 """Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
 
 
 def run(
-    case: Annotated[Path, typer.Argument(help="A case file, or a saved run to run again.")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Save the run to this NetCDF file.")] = None,
+    case: Annotated[Path, Argument(help="A case file, or a saved run to run again.")],
+    output: Annotated[Path | None, Option("-o", "--output", help="Save the run to this NetCDF file.")] = None,
     change: Changes = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the run, beside the ideal mechanism, into this folder.")] = None,
+    plot: Annotated[Path | None, Option(help="Draw the run, beside the ideal mechanism, into this folder.")] = None,
     film: Annotated[
-        Path | None, typer.Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
+        Path | None, Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
     ] = None,
-    trust: Annotated[bool, typer.Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
+    trust: Annotated[bool, Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
     samples: Annotated[
-        str | None, typer.Option(metavar="N", help="Recorded instants, or 'auto': the contacts' own ones too.")
+        str | None, Option(metavar="N", help="Recorded instants, or 'auto': the contacts' own ones too.")
     ] = None,
-    events: Annotated[int, typer.Option(help="Number of contacts to show.", min=0)] = 20,
+    events: Annotated[int, Option(help="Number of contacts to show.", min=0)] = 20,
     checkpoint: Annotated[
         str | None,
-        typer.Option(
+        Option(
             metavar="TIME",
             help="Keep the state beside the file of -o now and then, as every '60 s'. The same command goes on from there.",
         ),
@@ -49,69 +62,58 @@ def run(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
-    """Simulate a case and show its contacts."""
     _check_outputs(case, output, plot, film)
-    kept = None if checkpoint is None else _checkpoint(checkpoint, output, case)
-    changes = list(change or [])
-    changes += ["run.trust=true"] if trust else []
-    changes += [] if samples is None else [f"run.samples={samples}"]
+    keeper = None if checkpoint is None else _checkpoint(checkpoint, output, case)
+    changes = [*(change or ()), *["run.trust=true"] * trust, *([] if samples is None else [f"run.samples={samples}"])]
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [], kept)
+        mechanism, result = _again(case, changes, allow_code or [], keeper)
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
-        drawn = not (output is None and plot is None and film is None)
-        mechanism, result = _from_case(case, changes, kept, drawn=drawn)
-    silent = quiet or as_json
-    files: list[Path] = []
+        mechanism, result = _from_case(case, changes, keeper, drawn=any((output, plot, film)))
+    silent, stopped = quiet or as_json, False
     try:
-        stopped = output is not None and _save(result, output, kept)
+        if output is not None:
+            stopped = _save(result, output, keeper)
     finally:  # whatever became of the file, the user sees what was computed
         if not silent:
-            _show(result, mechanism, events)
+            to = console()
+            show_answer(result, to)
+            show_events(result, events, to)
+            show_summary(result, to, mechanism)
     status = result.attrs["status"]
-    if output is not None:
-        files.append(output)
-        if not silent:
-            print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
+    if output is not None and not silent:
+        print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
     if stopped:
         return INTERRUPTED
-    made = len(files)
-    if result.sizes["time"] > 1 and status != "interrupted":
-        files += _pictures(result, mechanism, plot, film)
+    drawn = result.sizes["time"] > 1 and status != "interrupted"
+    pictures = _pictures(result, mechanism, plot, film) if drawn else []
     if as_json:
-        from scissordyn.cli.record import print_json, run_record
-
-        print_json(run_record(result, files))
+        print_json(run_record(result, [*([] if output is None else [output]), *pictures]))
     elif not quiet:
-        for path in files[made:]:
+        for path in pictures:
             print(path)
     if status != "complete":
         print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
-    return {"complete": DONE, "interrupted": INTERRUPTED}.get(status, UNFINISHED)
+    return STATUSES[status]
 
 
 def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Path | None) -> None:
     """Refuse names of files that cannot be written, before anything is computed."""
     if output is not None:
         check_run(output, case, "-o run.nc")
-    if plot is not None:
-        check_folder(plot, "--plot figures")
-    if film is not None:
-        from scissordyn.plot.animation import check_film
-
-        check_film(film)
-        check_file(film, case, "--animate film.html")
+    check_folder(plot, "--plot figures")
+    check_movie(film, case, "--animate film.html")
 
 
-def _save(result: Results, output: Path, kept: Checkpoint | None) -> bool:
+def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:
     """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
     from scissordyn.run.write import write_results
 
     try:
         write_results(result, output)
-        if kept is not None and result.attrs["status"] != "interrupted":
-            kept.remove()
+        if keeper is not None and result.attrs["status"] != "interrupted":
+            keeper.remove()
     except KeyboardInterrupt:
         return True
     return False
@@ -121,11 +123,15 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     """Draw and film what is asked for."""
     if plot is None and film is None:
         return []
-    run = _refined(result.dataset(), mechanism)
-    files = [] if plot is None else list(_draw(run, mechanism, plot))
-    if film is not None:
-        from scissordyn.plot.animation import animate
+    from scissordyn.plot.animation import animate
+    from scissordyn.plot.report import draw_all
+    from scissordyn.run.advance.interrupt import pass_on
 
+    run, files = _refined(result.dataset(), mechanism), []
+    if plot is not None:
+        ideal = pass_on(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
+        files += draw_all(run, ideal, plot, mechanism)
+    if film is not None:
         files.append(animate(run, mechanism, film))
     return files
 
@@ -149,7 +155,6 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     """The checkpoint beside the file of the result."""
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.table import located
-    from scissordyn.run.advance.checkpoint import Checkpoint
     from scissordyn.units import quantities
 
     sample = "-o run.nc --checkpoint '60 s'"
@@ -162,24 +167,15 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     return Checkpoint(path, seconds, keep=True)
 
 
-def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None, *, drawn: bool) -> tuple[Mechanism, Results]:
+def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, drawn: bool) -> tuple[Mechanism, Results]:
     """The case's run; the further samples of "auto", which are for curves, only if it is saved or drawn."""
-    from scissordyn.cli.progress import progress_bar
-    from scissordyn.config.file import read_case
-    from scissordyn.plan.plan import plan
-    from scissordyn.run.simulate import results_of
-    from scissordyn.run.start.demand import check_samples
-
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
-        return case.mechanism, results_of(case.mechanism, case.run if drawn else case.run.once, progress, checkpoint)
+        return case.mechanism, results_of(case.mechanism, case.run if drawn else case.run.once, progress, keeper)
 
 
-def _again(path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None) -> tuple[Mechanism, Results]:
-    from scissordyn.cli.progress import progress_bar
-    from scissordyn.run.configuration import read_configuration
-    from scissordyn.run.simulate import replayed
+def _again(path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None) -> tuple[Mechanism, Results]:
     from scissordyn.run.store import load
 
     if changes:
@@ -190,36 +186,16 @@ def _again(path: Path, changes: list[str], allow_code: list[Path], checkpoint: C
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
-        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=checkpoint)
+        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)
     return configuration.build_mechanism(allow_code), result
-
-
-def _show(result: Results, mechanism: Mechanism, rows: int) -> None:
-    from scissordyn.cli.show import console, show_answer, show_events, show_summary
-
-    to = console()
-    show_answer(result, to)
-    show_events(result, rows, to)
-    show_summary(result, to, mechanism)
 
 
 def _refined(result: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     """The run with the instants of its contacts, for its pictures, where that takes no long time and nobody chose samples."""
-    from scissordyn.run.configuration import read_configuration
     from scissordyn.run.options import EQUALLY_SPACED
-    from scissordyn.run.simulate import refined
 
     options, seconds = read_configuration(result).options, json.loads(result.attrs["statistics"])["seconds"]
     chosen = options is None or options.samples != EQUALLY_SPACED
     if chosen or not result.sizes["contact"] or seconds > PATIENCE or result.attrs["status"] != "complete":
         return result
     return refined(result, mechanism)
-
-
-def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> list[Path]:
-    from scissordyn.plot.report import draw_all
-    from scissordyn.run.advance.interrupt import pass_on
-    from scissordyn.run.simulate import simulate
-
-    ideal = pass_on(simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"]))
-    return draw_all(result, ideal, folder, mechanism)

@@ -1,65 +1,167 @@
-"""What the commands on saved runs share: reading them, their mechanism, times with units."""
+"""``scissordyn plot``, ``animate``, ``export`` and ``cite``: saved runs, and the mechanism of a case for other programs."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated, Any
 
-from scissordyn.errors import InputError, command
+from typer import Argument, Option
 
-if TYPE_CHECKING:
-    import xarray as xr
+from scissordyn.cli.option import BarQuantity, Changes, Magnified, OwnCode, PictureFormat, SavedRun
+from scissordyn.cli.output import check_file, check_folder, check_movie
+from scissordyn.cli.read import mechanism_of, read_run, typed
+from scissordyn.cli.show import say
+from scissordyn.errors import InputError
 
-    from scissordyn.model.mechanism import Mechanism
+LONGEST = 3600.0
+"""Of a film [s]."""
 
-
-def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
-    """A saved run with at least so many samples."""
-    from scissordyn.config.table import located
-    from scissordyn.file.sound import check_run
-    from scissordyn.run.configuration import is_run
-    from scissordyn.run.store import load
-
-    if not path.exists():
-        raise InputError(f"cannot read '{path}': no such file", "a run that was saved", "scissordyn run case.toml -o run.nc")
-    if path.suffix.lower() == ".toml":
-        from scissordyn.config.file import is_study, parsed
-        from scissordyn.config.text import read_text
-
-        if is_study(parsed(read_text(path, "a run that was saved"), path)):
-            shown = command("scissordyn", "study", path, "-o", f"{path.stem}.db")
-            raise InputError(f"'{path}' is a study file", "a run that was saved", shown)
-        raise InputError(
-            f"'{path}' is a case file", "a run that was saved", command("scissordyn", "run", path, "-o", f"{path.stem}.nc")
-        )
-    run = load(path)
-    if not is_run(run):
-        raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")
-    with located(f"'{path}'"):
-        check_run(run)
-    if run.sizes.get("time", 0) < samples:
-        raise InputError(f"'{path}' holds a run of {run.sizes.get('time', 0)} samples", f"a run of {samples} or more")
-    return run
+Begin = Annotated[str | None, Option("--from", metavar="TIME", help="From this instant on, as in '10 ms'.")]
+End = Annotated[str | None, Option("--to", metavar="TIME", help="Up to this instant.")]
 
 
-def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
-    """The mechanism that was run."""
-    from scissordyn.file.sound import check_names
-    from scissordyn.run.configuration import read_configuration
+def plot(
+    run: SavedRun,
+    output: Annotated[Path, Option("-o", "--output", metavar="DIR", help="Draw into this folder.")],
+    only: Annotated[
+        str | None,
+        Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, film, energy, structure, bending."),
+    ] = None,
+    joint: Annotated[list[str] | None, Option(metavar="NAME", help="Draw this clearance joint. Repeatable.")] = None,
+    first: Begin = None,
+    last: End = None,
+    form: PictureFormat = "png",
+    look: Annotated[
+        str, Option("--style", metavar="STYLE", help="screen, single-column, double-column (of a journal) or slides.")
+    ] = "screen",
+    magnify: Magnified = 1.0,
+    bars: BarQuantity = None,
+    envelope: Annotated[bool, Option("--envelope", help="Bending: the largest values of the run at each place.")] = False,
+    allow_code: OwnCode = None,
+) -> int:
+    from scissordyn.plot.file import check_format
+    from scissordyn.plot.publication import style
+    from scissordyn.plot.report import check_kinds, draw_all
+    from scissordyn.plot.window import window
 
-    mechanism = read_configuration(run).build_mechanism(allow_code or [])
-    check_names(run, mechanism)
-    return mechanism
+    check_format(form)
+    kinds = None if only is None else [kind.strip() for kind in only.split(",") if kind.strip()]
+    check_kinds(kinds)
+    check_folder(output, "-o figures")
+    begin, end = typed(first, "--from"), typed(last, "--to")
+    saved = read_run(run)
+    mechanism = None
+    if kinds is None or {"structure", "bending"} & set(kinds):
+        try:
+            mechanism = mechanism_of(saved, allow_code)
+        except InputError as error:
+            if kinds is not None:
+                raise
+            say(f"Without the picture of the structure: {error.what}.")
+    with style(look):
+        part = window(saved, begin, end)
+        options: dict[str, Any] = {"only": kinds, "joints": joint, "magnify": magnify, "bars": bars, "envelope": envelope}
+        say(*draw_all(part, None, output, mechanism, form, **options))
+    return 0
 
 
-def seconds(text: str | None, option: str) -> float | None:
-    """A time with its unit, as in "10 ms"."""
-    if text is None:
-        return None
-    from scissordyn.config.quantity import read_quantity
-    from scissordyn.units import Quantity
+def animate(
+    run: SavedRun,
+    film: Annotated[Path, Argument(help="A name that ends in .html (a page with a player), .mp4 or .gif.")],
+    joint: Annotated[list[str] | None, Option(metavar="NAME", help="Magnify this clearance joint. Repeatable.")] = None,
+    first: Begin = None,
+    last: End = None,
+    lasting: Annotated[float, Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)] = 6.0,
+    magnify: Magnified = 1.0,
+    bars: BarQuantity = None,
+    allow_code: OwnCode = None,
+) -> int:
+    from scissordyn.plot.animation import animate as write_film
+    from scissordyn.plot.window import window
 
-    try:
-        return read_quantity(text, Quantity("s"))
-    except InputError as error:
-        raise InputError(f"{option} {text!r}: {error.what}", "a time with its unit", f"{option} '10 ms'") from None
+    check_movie(film, run, "film.html")
+    begin, end = typed(first, "--from"), typed(last, "--to")
+    saved = read_run(run)
+    mechanism = mechanism_of(saved, allow_code)
+    part = window(saved, begin, end)
+    say(write_film(part, mechanism, film, joints=joint, seconds=lasting, magnify=magnify, bars=bars))
+    return 0
+
+
+def export(
+    source: Annotated[Path, Argument(help="A saved run, or a case file.")],
+    target: Annotated[
+        Path,
+        Argument(
+            help="Of a run: a name that ends in .csv, .parquet or .mat; with --forces in .csv, .json or .inp (CalculiX). "
+            "Of a case: in .dxf (bars with holes), .csv (cut list), .xml (MJCF) or .fmu (FMI 3.0)."
+        ),
+    ],
+    contacts: Annotated[bool, Option("--contacts", help="One row for each contact in place of each instant.")] = False,
+    forces: Annotated[bool, Option("--forces", help="The forces of the pins on each bar.")] = False,
+    envelope: Annotated[bool, Option("--envelope", help="The extremes of these forces over time.")] = False,
+    first: Begin = None,
+    last: End = None,
+    section: Annotated[str, Option(help="Of beams in an .inp, as '20x30 mm'.", show_default=False)] = "",
+    material: Annotated[str, Option(help="Of these beams.")] = "steel",
+    pin: Annotated[str | None, Option(metavar="LENGTH", help="Radius of the pins of ideal joints, as '5 mm'.")] = None,
+    width: Annotated[str | None, Option(metavar="LENGTH", help="Width of the bars in a DXF.")] = None,
+    sources: Annotated[bool, Option("--sources", help="An FMU as C source alone, without a compiler.")] = False,
+    change: Changes = None,
+    allow_code: OwnCode = None,
+) -> int:
+    from scissordyn.exchange.export import FORCES, MECHANISMS, check_ending
+    from scissordyn.exchange.export import export as write
+    from scissordyn.exchange.forces import missed_peaks
+    from scissordyn.file.export import check_export
+    from scissordyn.plot.window import window
+
+    notes: tuple[str, ...] = ()
+    if source.suffix.lower() == ".toml":
+        from scissordyn.config.file import read_case
+        from scissordyn.exchange.mjcf_text import mjcf
+
+        check_ending(target, MECHANISMS, "a mechanism", "bars.dxf")
+        check_file(target, source, "bars.dxf")
+        case = read_case(source, change or ())
+        radius, broad = typed(pin, "--pin", "m"), typed(width, "--width", "m")
+        written = write(case, target, pin_radius=radius, width=broad, sources_only=sources)
+        notes = mjcf(case.mechanism).notes if target.suffix.lower() == ".xml" else ()
+    else:
+        loads = forces or envelope
+        if loads:
+            check_ending(target, FORCES, "forces", "forces.csv")
+        else:
+            check_export(target)
+        check_file(target, source, "table.csv")
+        begin, end = typed(first, "--from"), typed(last, "--to")
+        run = read_run(source)
+        mechanism = mechanism_of(run, allow_code) if loads else None
+        part = window(run, begin, end)
+        beams: dict[str, Any] = {"section": section, "material": material}
+        written = write(part, target, contacts=contacts, forces=forces, envelope=envelope, mechanism=mechanism, **beams)
+        notes = tuple(missed_peaks(part)) if loads else ()
+    say(*(f"note: {note}" for note in notes), soft_wrap=True)
+    say(written)
+    return 0
+
+
+def cite(
+    run: SavedRun,
+    output: Annotated[
+        Path | None, Option("-o", "--output", metavar="FILE", help="Write BibTeX, as references.bib, in place of text.")
+    ] = None,
+    bibtex: Annotated[bool, Option("--bibtex", help="Print BibTeX in place of text.")] = False,
+) -> int:
+    from scissordyn.file.output_file import write_file
+    from scissordyn.run.answer.citations import citations
+
+    sample = "-o references.bib"
+    if output is not None:
+        check_file(output, run, sample)
+    works = citations(read_run(run))
+    if output is not None:
+        say(write_file(output, works.bibtex.encode(), sample=sample))
+    else:
+        print(works.bibtex if bibtex else works)
+    return 0

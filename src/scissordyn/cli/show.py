@@ -1,19 +1,19 @@
-"""The summary and the table of contacts of a run."""
+"""What commands print: tables, and a run with its contacts, in words and as plain data."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich import box
-from rich.console import Console, HighlighterType, JustifyMethod, OverflowMethod
-from rich.style import Style
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from scissordyn.cli.scale import column
 from scissordyn.errors import printable
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import numerals
@@ -22,7 +22,7 @@ from scissordyn.run.answer.force_answer import estimate_in_words, parts_of_oiled
 from scissordyn.run.answer.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.answer.warn import energy_turned_over
 from scissordyn.run.results import Run
-from scissordyn.units import counted, short
+from scissordyn.units import counted, prefix, short
 
 WIDTH = 100
 """Columns of the output without a terminal."""
@@ -59,21 +59,10 @@ class TextConsole(Console):
         """Leave the error of a pipe that its reader has closed to whoever runs the command; rich would end the process."""
         raise
 
-    def render_str(
-        self,
-        text: str,
-        *,
-        style: str | Style = "",
-        justify: JustifyMethod | None = None,
-        overflow: OverflowMethod | None = None,
-        emoji: bool | None = None,
-        markup: bool | None = None,
-        highlight: bool | None = None,
-        highlighter: HighlighterType | None = None,
-    ) -> Text:
+    def render_str(self, text: str, **look: Any) -> Text:
         """The text, line by line, with its control characters made visible."""
         lines = "\n".join(map(printable, text.split("\n")))
-        return super().render_str(lines, style=style, justify=justify, overflow=overflow, emoji=False, markup=False)
+        return super().render_str(lines, **{**look, "emoji": False, "markup": False})
 
 
 def console() -> Console:
@@ -82,16 +71,49 @@ def console() -> Console:
     return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
 
 
+def say(*lines: object, **look: Any) -> None:
+    """Print lines as they are, on a terminal broken between words."""
+    to = console()
+    for line in lines:
+        to.print(str(line), **look)
+
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "name": {"no_wrap": True},  # which is copied
+    "text": {"overflow": "fold"},
+    "number": {"justify": "right", "no_wrap": True},
+    "numbers": {"justify": "right", "overflow": "fold"},
+}
+
+
+def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
+    """Print a table with columns of `LOOKS`, by their heads."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
+    for head, look in columns.items():
+        table.add_column(head, **LOOKS[look])
+    for row in rows:
+        table.add_row(*row)
+    console().print(table)
+
+
+def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:
+    """A unit with its prefix, and the numbers as `numeral.numerals` writes them."""
+    finite = np.abs(values[np.isfinite(values)])
+    largest = float(finite.max()) if finite.size else 0.0
+    factor, letter = prefix(largest) if unit.isalpha() and unit != "deg" else (1.0, "")
+    return letter + unit, numerals((values / factor).tolist(), digits)
+
+
 def show_answer(run: Run, to: Console) -> None:
     """Print what a designer asks of a run, one sentence a line."""
     for line in summary_of(run).lines:
-        to.print(line, markup=False)
+        to.print(line)
 
 
 def show_events(run: Run, rows: int, to: Console) -> None:
     """Print the first contacts of a run."""
-    found = run.sizes["contact"]
-    if not found or rows <= 0:
+    contacts = run.sizes["contact"]
+    if not contacts or rows <= 0:
         return
     joints = run["contact_joint"].values[:rows].tolist()
     columns = [("contact", list(map(str, range(1, len(joints) + 1)))), ("joint", joints)]
@@ -104,8 +126,8 @@ def show_events(run: Run, rows: int, to: Console) -> None:
     left = _print_columns(columns, to)
     if left:
         to.print(f"Left out at this width: {', '.join(left)}.")
-    if found > rows:
-        to.print(f"... and {counted(found - rows, 'more contact')} (--events {found} shows all)\n")
+    if contacts > rows:
+        to.print(f"... and {counted(contacts - rows, 'more contact')} (--events {contacts} shows all)\n")
 
 
 def _print_columns(columns: Sequence[tuple[str, Sequence[str]]], to: Console) -> list[str]:
@@ -136,18 +158,18 @@ def _locked_and_stopped(run: Run) -> list[str]:
     """Sentences on latches that locked and on end stops."""
     if "event_kind" not in run:
         return []
-    found = []
-    events = zip(run["event_name"].values, run["event_kind"].values, run["event_time"].values, strict=True)
-    losses = run["event_loss"].values
+    locked: list[str] = []
     reached: dict[str, list[float]] = {}
-    for (name, kind, when), loss in zip(events, losses, strict=True):
+    events = (run[f"event_{column}"].values.tolist() for column in ("name", "kind", "time", "loss"))
+    for name, kind, when, loss in zip(*events, strict=True):
         if kind == "locked":
-            found.append(f"Latch {name} locked at {short(float(when), 's')}, with a loss of {short(float(loss), 'J')}.")
+            locked.append(f"Latch {name} locked at {short(when, 's')}, with a loss of {short(loss, 'J')}.")
         elif kind == "reached":
-            reached.setdefault(str(name), []).append(float(when))
-    for name, times in reached.items():
-        found.append(f"End stop {name} was reached {counted(len(times), 'time')}, first at {short(times[0], 's')}.")
-    return found
+            reached.setdefault(name, []).append(when)
+    return locked + [
+        f"End stop {name} was reached {counted(len(times), 'time')}, first at {short(times[0], 's')}."
+        for name, times in reached.items()
+    ]
 
 
 def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
@@ -202,6 +224,26 @@ def show_summary(run: Run, to: Console, mechanism: Mechanism | None = None) -> N
         turned_over = energy_turned_over(run)
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
-    to.print(" ".join(parts), markup=False)
+    to.print(" ".join(parts))
     for warning in warning_lines(warnings_of(run), mechanism):
-        to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}", markup=False)
+        to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}")
+
+
+def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
+    """A run in plain data, in SI units."""
+    trusted = float(run.attrs.get("trusted_until", math.nan))
+    residual = float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else math.nan
+    return {
+        "status": run.attrs["status"],
+        "cause": run.attrs["cause"],
+        "end": float(run.attrs["end"]),
+        "statistics": json.loads(run.attrs["statistics"]),
+        "summary": summary_of(run).plain(),
+        "joints": [joint.plain() for joint in joint_summaries(run)],
+        "energy_residual": residual if math.isfinite(residual) else None,
+        "trusted_until": trusted if math.isfinite(trusted) else None,
+        "warnings": json.loads(run.attrs["warnings"]),
+        "warnings_in_short": warning_lines(warnings_of(run)),
+        "warning_data": [warning.data for warning in warnings_of(run)],
+        "files": [str(path) for path in files],
+    }

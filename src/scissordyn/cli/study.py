@@ -1,7 +1,9 @@
-"""``scissordyn study``: compute a study file, continue a study, and show its results."""
+"""``scissordyn study`` and ``sweep``: compute a study, continue it, and show its results."""
 
 from __future__ import annotations
 
+import math
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -9,17 +11,26 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
-from scissordyn.cli.option import BlockSize
-from scissordyn.cli.output import check_store_name
-from scissordyn.cli.progress import DESCRIPTION, bar
-from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
-from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
+from scissordyn.cli.option import BlockSize, CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount
+from scissordyn.cli.output import (
+    DESCRIPTION,
+    DONE,
+    INTERRUPTED,
+    STATUSES,
+    UNFINISHED,
+    bar,
+    check_folder,
+    check_run,
+    check_store_name,
+)
+from scissordyn.cli.show import console, print_table, say, show_answer, show_events, show_summary
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.units import counted, short
+from scissordyn.units import Quantity, counted, short
 
 if TYPE_CHECKING:
+    from scissordyn.study.answer.summary import Table
     from scissordyn.study.ask.description import Study
     from scissordyn.study.compute.execute import Progress
     from scissordyn.study.result import StudyResult
@@ -31,30 +42,43 @@ UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 EVENTS = 20
 """Contacts of a replayed case that are shown."""
 
+ROWS = 12
+"""Points of a front or of a table that are shown."""
+
 EVERY = 30.0
 """Seconds between two lines of progress where there is no terminal."""
 
+VARY = "--vary A.clearance='0.05..0.4 mm'"
+
+DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
+"""A parameter and a distribution, whose table may be a file with an equals sign in its name."""
+
+Varied = Annotated[
+    list[str] | None,
+    Option("--vary", metavar="ADDRESS=VALUES", help="A number and its range, levels or distribution. Repeatable."),
+]
+Uncertain = Annotated[
+    list[str] | None,
+    Option("--uncertain", metavar="ADDRESS=VALUES", help="A number that nobody chooses, and its distribution. Repeatable."),
+]
+
 
 def study(
-    what: Annotated[str, typer.Argument(help=f"A study file, or one of: {', '.join(ACTIONS)}.")],
-    store: Annotated[str | None, typer.Argument(help="The store, after one of these words.")] = None,
-    case: Annotated[int | None, typer.Argument(help="The case to replay.")] = None,
+    what: Annotated[str, Argument(help=f"A study file, or one of: {', '.join(ACTIONS)}.")],
+    store: Annotated[str | None, Argument(help="The store, after one of these words.")] = None,
+    case: Annotated[int | None, Argument(help="The case to replay.")] = None,
     output: Annotated[
-        str | None, typer.Option("-o", "--output", help="The store of a study file; the file of a report, export or replay.")
+        str | None, Option("-o", "--output", help="The store of a study file; the file of a report, export or replay.")
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Also draw the pictures of a report into this folder.")] = None,
-    points: Annotated[int | None, typer.Option(help="Points from now on, for extend, or of refine.", min=1)] = None,
-    vary: Annotated[
-        list[str] | None, typer.Option(metavar="ADDRESS=VALUES", help="For refine: a new range. Repeatable.")
-    ] = None,
-    uncertain: Annotated[
-        list[str] | None, typer.Option(metavar="ADDRESS=VALUES", help="For refine: an uncertain number. Repeatable.")
-    ] = None,
-    samples: Annotated[int | None, typer.Option(help="For refine: samples of the uncertain numbers.", min=1)] = None,
-    seed: Annotated[int | None, typer.Option(help="For refine: of design and samples.", min=0)] = None,
-    goal: Annotated[list[str] | None, typer.Option(help="For refine: as in 'minimise peak_force'. Repeatable.")] = None,
+    plot: Annotated[Path | None, Option(help="Also draw the pictures of a report into this folder.")] = None,
+    points: Annotated[int | None, Option(help="Points from now on, for extend, or of refine.", min=1)] = None,
+    vary: Varied = None,
+    uncertain: Uncertain = None,
+    samples: Annotated[int | None, Option(help="For refine: samples of the uncertain numbers.", min=1)] = None,
+    seed: Annotated[int | None, Option(help="For refine: of design and samples.", min=0)] = None,
+    goal: Annotated[list[str] | None, Option(help="For refine: as in 'minimise peak_force'. Repeatable.")] = None,
     budget: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Of a study file with [screen]: time for all runs, as in '10 min'.")
+        str | None, Option(metavar="TIME", help="Of a study file with [screen]: time for all runs, as in '10 min'.")
     ] = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
@@ -62,16 +86,15 @@ def study(
     cluster: QueueFile = None,
     block: BlockSize = None,
     allow_code: Annotated[
-        list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
+        list[Path] | None, Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
     ] = None,
 ) -> int:
-    """Compute a study file; or show, resume, retry, extend, refine, report, export or convert one, or replay a case."""
     where = Where(threads, workers, scheduler, cluster)
     changes = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal}
-    named = next((name for name, value in changes.items() if value is not None), None)
-    if named is not None and what != "refine":
+    changed = next((name for name, value in changes.items() if value is not None), None)
+    if changed is not None and what != "refine":
         sample = "scissordyn study refine study.db --samples 64 -o next.db"
-        raise InputError(f"--{named} without refine", "study refine", sample)
+        raise InputError(f"--{changed} without refine", "study refine", sample)
     if plot is not None and what != "report":
         raise InputError("--plot without a report", "study report", "scissordyn study report study.db --plot figures")
     if what not in ACTIONS:
@@ -83,61 +106,58 @@ def study(
     if what == "convert":
         return _convert(Path(store), output)
     from scissordyn.config.studies import open_study
-    from scissordyn.study.compute.store import damage_text
 
     result = open_study(store, allow_code=allow_code or [])
-    if what in ("resume", "retry", "extend") and (damaged := result.store.damage()):
+    if what in ("resume", "retry", "extend"):
+        return _continue(result, what, where, points)
+    if what == "refine":
+        from scissordyn.config.refine import refined
+
+        if output is None:
+            raise InputError("'study refine' without a store of its own", "-o and a file", "-o next.db")
+        check_store_name(output)
+        ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
+        numbers = {"points": points, "samples": samples, "seed": seed}
+        narrowed = refined(result.built(), vary=ranges, uncertain=drawn, goals=goal or (), **numbers)
+        return compute(narrowed, output, where, block=block)
+    if what == "status":
+        return _status(result)
+    if what == "report":
+        return _report(result, output, plot)
+    if what == "replay":
+        return _replay(result, case, output)
+    print(f"Saved to {result.export(output or 'study.csv')}")
+    show_damage(result)
+    return DONE
+
+
+def _continue(result: StudyResult, what: str, where: Where, points: int | None) -> int:
+    """Resume, retry or extend a study."""
+    from scissordyn.study.compute.store import damage_text
+
+    store = result.store.address
+    if damaged := result.store.damage():
         print(f"scissordyn: {damage_text(damaged)}", file=sys.stderr)
-    match what:
-        case "status":
-            return _status(result)
-        case "resume" | "retry":
-            return compute(result.built(), store, where, retry=what == "retry")
-        case "extend":
-            if result.study.optimisation is not None:
-                sample = command("scissordyn", "study", "study.toml", "-o", store)
-                raise InputError("more points of an optimisation", "its study file with more generations", sample)
-            if points is None:
-                raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
-            return compute(result.built(), store, where, points=points)
-        case "refine":
-            if output is None:
-                raise InputError("'study refine' without a store of its own", "-o and a file", "-o next.db")
-            from scissordyn.cli.sweep import addressed
-            from scissordyn.config.refine import refined
-
-            check_store_name(output)
-            ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
-            now = refined(
-                result.built(), vary=ranges, uncertain=drawn, points=points, samples=samples, seed=seed, goals=goal or ()
-            )
-            return compute(now, output, where, block=block)
-        case "report":
-            return _report(result, output, plot)
-        case "export":
-            from scissordyn.cli.answers import show_damage
-
-            print(f"Saved to {result.export(output or 'study.csv')}")
-            show_damage(result)
-            return DONE
-        case _:
-            return _replay(result, case, output)
+    if what != "extend":
+        return compute(result.built(), store, where, retry=what == "retry")
+    if result.study.optimisation is not None:
+        sample = command("scissordyn", "study", "study.toml", "-o", store)
+        raise InputError("more points of an optimisation", "its study file with more generations", sample)
+    if points is None:
+        raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
+    return compute(result.built(), store, where, points=points)
 
 
 def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None, budget: str | None) -> int:
-    path = Path(what)
-    if not path.exists():
-        raise InputError(
-            f"no study file '{what}'{did_you_mean(what, ACTIONS)}",
-            f"a study file in TOML, or {', '.join(ACTIONS)}",
-            "study.toml",
-        )
-    if store is not None:
-        raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
-    from scissordyn.units import Quantity
 
+    path = Path(what)
+    if not path.exists():
+        near = did_you_mean(what, ACTIONS)
+        raise InputError(f"no study file '{what}'{near}", f"a study file in TOML, or {', '.join(ACTIONS)}", "study.toml")
+    if store is not None:
+        raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
     text = read_study(path)
     if output is None:
         sample = command("scissordyn", "study", path, "-o", f"{path.stem}.db")
@@ -147,8 +167,66 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
     return compute(study_of(text), output, where, block=block, budget=seconds)
 
 
+def sweep(
+    case: CaseFile,
+    output: Annotated[str, Option("-o", "--output", help="The store: a file.")],
+    vary: Varied = None,
+    uncertain: Uncertain = None,
+    measure: Annotated[
+        list[str] | None, Option(metavar="NAME", help="A measure, or 'NAME [UNIT]=FILE.py:FUNCTION'. Repeatable.")
+    ] = None,
+    require: Annotated[list[str] | None, Option(metavar="REQUIREMENT", help="As in 'peak_force < 500 N'. Repeatable.")] = None,
+    design: Annotated[
+        str, Option(help="grid, zip, one-at-a-time, random, latin-hypercube, sobol, saltelli or morris.")
+    ] = "grid",
+    points: Annotated[int, Option("--points", "--values", metavar="N", help="Points of a sampled design.", min=0)] = 0,
+    seed: Annotated[int, Option(help="Of a sampled design.", min=0)] = 0,
+    samples: Annotated[int, Option(help="Samples of the uncertain numbers at each point.", min=1)] = 1,
+    members: Annotated[int, Option(help="Runs of each sample, from starts that differ by round-off.", min=1)] = 1,
+    change: Changes = None,
+    threads: ThreadCount = None,
+    workers: WorkerCount = None,
+    scheduler: Scheduler = None,
+    cluster: QueueFile = None,
+    block: BlockSize = None,
+) -> int:
+    from scissordyn.config.study import StudyText, study_of
+    from scissordyn.study.ask.description import Sampling
+    from scissordyn.study.ask.design import Design
+
+    check_store_name(output)
+    text = StudyText(
+        case=case,
+        changes=tuple(change or ()),
+        vary=addressed(vary, "--vary"),
+        uncertain=addressed(uncertain, "--uncertain"),
+        measures=tuple(measure or ()),
+        require=tuple(require or ()),
+        design=Design(design, points, seed),
+        sampling=Sampling(samples, seed=seed),
+        members=members,
+    )
+    return compute(study_of(text), output, Where(threads, workers, scheduler, cluster), block=block)
+
+
+def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
+    """Values by parameter, of ``ADDRESS=VALUES``."""
+    varied: dict[str, str] = {}
+    for text in texts or ():
+        called = DISTRIBUTED.fullmatch(text)
+        # names of joints may have equals signs, levels and ranges have none
+        path, equals, values = (called[1], "=", called[2]) if called else text.rpartition("=")
+        path = path.strip()
+        if not equals or not values.strip():
+            raise InputError(f"{option} {text!r}", "an address, an equals sign and values", VARY)
+        if path in varied:
+            raise InputError(f"{option} {text!r}: '{path}' varies twice", "each address once")
+        varied[path] = values
+    return varied
+
+
 def compute(
-    described: Study,
+    study: Study,
     address: str,
     where: Where,
     *,
@@ -163,31 +241,30 @@ def compute(
     from scissordyn.study.compute.store import Store, StoreError
     from scissordyn.study.result import computed
 
-    store = Store(address)
-
-    def kept() -> str:
-        if not store.begun():
-            return "nothing was computed yet; the same command begins anew"
-        return f"what is complete is in {printable(address)}; {on()}"
-
-    def on() -> str:
-        return f"to go on: {command('scissordyn', 'study', 'resume', address)}"
-
+    store, options = Store(address), {"block": block, "retry": retry, "points": points, "budget": budget}
+    further = f"to go on: {command('scissordyn', 'study', 'resume', address)}"
     try:
-        if store.exists() and points is None and described.design.kind != "adaptive":
-            store.check(described)  # before workers are started for nothing
-        with where.engine() as engine, _progress() as told:
-            result = computed(
-                described, address, engine=engine, block=block, retry=retry, points=points, budget=budget, progress=told
-            )
+        if store.exists() and points is None and study.design.kind != "adaptive":
+            store.check(study)  # before workers are started for nothing
+        with where.engine() as engine, _progress() as progress:
+            result = computed(study, address, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
     except KeyboardInterrupt:
-        print(f"scissordyn: interrupted; {kept()}", file=sys.stderr)
+        complete = f"what is complete is in {printable(address)}; {further}"
+        state = complete if store.begun() else "nothing was computed yet; the same command begins anew"
+        print(f"scissordyn: interrupted; {state}", file=sys.stderr)
         return INTERRUPTED
     except (EngineError, StoreError, ProgramError) as error:
-        then = on() if store.begun() else "the same command begins anew"
+        then = further if store.begun() else "the same command begins anew"
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
-    return _answers(result)
+    show_answers(result)
+    store.conclude(result.conclusion.to_plain())
+    print(f"Saved to {printable(store.address)}")
+    if result.counts["failed"] and not result.counts["complete"]:
+        why = command("scissordyn", "study", "status", store.address)
+        print(f"scissordyn: all {result.counts['failed']} cases failed; for the causes: {why}", file=sys.stderr)
+        return UNFINISHED
+    return DONE
 
 
 @contextmanager
@@ -195,25 +272,25 @@ def _progress() -> Iterator[Callable[[Progress], None]]:
     """A function of the progress: a bar on a terminal, a line now and then elsewhere."""
     last = [time.monotonic()]
 
-    def line(one: Progress) -> None:
+    def line(state: Progress) -> None:
         if time.monotonic() - last[0] > EVERY:
             last[0] = time.monotonic()
-            print(_words(one), file=sys.stderr)
+            print(_words(state), file=sys.stderr)
 
-    with bar("BarColumn", DESCRIPTION, described="preparing", total=None) as update:
+    with bar("BarColumn", DESCRIPTION, description="preparing", total=None) as update:
         if update is None:
             yield line
         else:
-            yield lambda one: update(completed=one.complete + one.failed, total=one.cases, description=_words(one))
+            yield lambda state: update(completed=state.complete + state.failed, total=state.cases, description=_words(state))
 
 
-def _words(one: Progress) -> str:
-    done = one.complete + one.failed
-    failed = f", {one.failed / max(done, 1):.1%} failed" if one.failed else ""
-    minutes, seconds = divmod(int(min(one.left, 1e9)), 60)
+def _words(state: Progress) -> str:
+    done = state.complete + state.failed
+    failed = f", {state.failed / max(done, 1):.1%} failed" if state.failed else ""
+    minutes, seconds = divmod(int(min(state.left, 1e9)), 60)
     left = f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {seconds} s"
-    which = f"generation {one.generation}: " if one.generation else ""
-    return f"{which}{done} of {one.cases} cases{failed}, {_rate(one.rate)}, {left} left"
+    which = f"generation {state.generation}: " if state.generation else ""
+    return f"{which}{done} of {state.cases} cases{failed}, {_rate(state.rate)}, {left} left"
 
 
 def _rate(rate: float) -> str:
@@ -222,26 +299,10 @@ def _rate(rate: float) -> str:
     return f"{rate * seconds:.3g} {unit}"
 
 
-def _answers(result: StudyResult) -> int:
-    from scissordyn.cli.answers import show_answers
-
-    show_answers(result)
-    result.store.conclude(result.conclusion.to_plain())
-    address, counts = result.store.address, result.counts
-    print(f"Saved to {printable(address)}")
-    if counts["failed"] and not counts["complete"]:
-        why = command("scissordyn", "study", "status", address)
-        print(f"scissordyn: all {counts['failed']} cases failed; for the causes: {why}", file=sys.stderr)
-        return UNFINISHED
-    return DONE
-
-
 def _status(result: StudyResult) -> int:
-    from scissordyn.cli.answers import show_causes, show_damage, show_warnings
-
     counts, study, times = result.counts, result.study, result.store.times()
-    said = ", ".join(f"{count} {name}" for name, count in counts.items())
-    print(f"{study.points} points x {study.per_point} cases: {said}; blocks of {result.store.block}")
+    states = ", ".join(f"{count} {name}" for name, count in counts.items())
+    print(f"{study.points} points x {study.per_point} cases: {states}; blocks of {result.store.block}")
     worked, cases = float(times["seconds"].sum()), float(times["cases"].sum())
     if cases and worked:
         integration = float(times["integration_seconds"].sum())
@@ -276,12 +337,9 @@ def _convert(old: Path, output: str | None) -> int:
 
 
 def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
-    from scissordyn.cli.answers import show_answers
-    from scissordyn.cli.output import check_folder
     from scissordyn.study.answer.report import write_figures
 
-    if plot is not None:
-        check_folder(plot, "--plot figures")
+    check_folder(plot, "--plot figures")
     files = [result.report(output or "report.html")]
     files += [] if plot is None else write_figures(result.study, result.dataset, result.store.address, plot)
     show_answers(result)
@@ -297,8 +355,6 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     if case is None or not 0 <= case < result.store.cases:
         what = "'study replay' without a case" if case is None else f"case {case}"
         raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(address, 0))
-    from scissordyn.cli.output import check_run
-    from scissordyn.cli.show import console, show_answer, show_events, show_summary
     from scissordyn.run.store import save
 
     if output is not None:
@@ -312,4 +368,103 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     show_summary(run, to)
     if output is not None:
         print(f"Saved to {save(run, Path(output))}")
-    return {"complete": DONE, "interrupted": INTERRUPTED}.get(run.attrs["status"], UNFINISHED)
+    return STATUSES[run.attrs["status"]]
+
+
+def show_answers(result: StudyResult) -> None:
+    """Print counts, what the study says, fractions, sensitivity, the best points and the worst cases."""
+    from scissordyn.study.answer.indices import sensitivity
+    from scissordyn.study.answer.ranking import rankings
+    from scissordyn.study.answer.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
+
+    study, results = result.study, result.dataset
+    print(f"{', '.join(f'{n} {name}' for name, n in result.counts.items())}; {study.points} points".replace(" ", " cases ", 1))
+    show_damage(result)
+    _fidelity(result)
+    _conclusion(result)
+    if study.requirements:
+        _show(requirement_fractions(study, results))
+    _show(response_ranges(study, result.dataset, result.points))
+    if runs_agree := agreement(study, result.points):
+        say(runs_agree)
+    indices, left_out = sensitivity(study, results)
+    for table in sensitivities(indices):
+        _show(table)
+    for table in rankings(study, results):
+        _show(table)
+    for name, why in left_out.items():
+        print(f"No indices of {name}: {printable(why)}")
+    best = best_points(study, results, ROWS)
+    if best is not None:
+        print(best.title)
+        _show(best)
+    _worst(result)
+    show_causes(result)
+    show_warnings(result)
+
+
+def _fidelity(result: StudyResult) -> None:
+    """What cheap and accurate runs say together."""
+    from scissordyn.study.answer.fidelity import fidelity_text
+
+    if (verified := result.verified) is None:
+        return
+    sentences, table, cost = fidelity_text(result.study, result.dataset, verified.dataset, (result.store, verified.store))
+    say(*sentences)
+    print(table.title)
+    _show(table)
+    print(cost)
+
+
+def _conclusion(result: StudyResult) -> None:
+    """Whether and where the requirements are met, what the responses go with, and what to do next."""
+    conclusion = result.conclusion
+    say(*conclusion.verdict)
+    if conclusion.margins is not None:
+        _show(conclusion.margins)
+    say(*conclusion.trends)
+    for why, what in conclusion.next:
+        print(f"{why}:\n  {what}")
+
+
+def _show(table: Table) -> None:
+    print_table(dict.fromkeys(table.head, "text"), table.rows)
+    for note in table.notes:
+        print(note)
+
+
+def _worst(result: StudyResult) -> None:
+    from scissordyn.study.answer.conclusion import numbers_text
+
+    for worst in result.worst(3) if result.study.requirements else ():
+        what, place = ("Worst", "beyond") if worst.margin < 0.0 else ("Nearest", "from")
+        bound = f" ({abs(worst.margin):.1%} {place} the bound)" if math.isfinite(worst.margin) else ""
+        where = numbers_text(result.study, result.dataset, worst.numbers)
+        _with_command(result, f"{what} for {worst.requirement}: {worst.text}{bound} at {where}", worst.case)
+
+
+def show_warnings(result: StudyResult) -> None:
+    """Print the warnings, each with the number of its cases and a command that shows one."""
+    for text, cases in list(result.warnings.items())[:ROWS]:
+        many = "case" if len(cases) == 1 else "cases"
+        _with_command(result, f"Warning in {len(cases)} {many}, as in: {printable(text)}", cases[0])
+
+
+def show_causes(result: StudyResult) -> None:
+    """Print the failed cases by cause, each with a command that shows one."""
+    for cause, cases in list(result.causes.items())[:ROWS]:
+        _with_command(result, f"{len(cases)} failed: {printable(cause)}", cases[0])
+
+
+def _with_command(result: StudyResult, text: str, case: int) -> None:
+    from scissordyn.study.answer.verdict import replay_command
+
+    print(text)
+    print(f"  {replay_command(result.store.address, case)}")
+
+
+def show_damage(result: StudyResult) -> None:
+    """Name the blocks that were written and are not whole, and the command that computes them anew."""
+    if result.damage:
+        print(result.damage)
+        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', result.store.address)}")

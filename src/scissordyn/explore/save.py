@@ -57,9 +57,7 @@ def _content(
         return curves_as_csv(drawn, summary_of(drawn), joint, mechanism.output_body).encode()
     if what == "picture":
         instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
-        figure = structure(run, mechanism, times=[instant], magnify=magnify)[0].get_figure(root=True)
-        assert figure is not None
-        return svg(figure).encode()
+        return svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
     if shown.case.options.samples == AUTO and fine is not None:
         run = fine
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError, did_you_mean
@@ -24,22 +26,30 @@ def check_format(format: str) -> None:
         raise InputError(f"picture format '{format}'{did_you_mean(format, FORMATS)}", ", ".join(FORMATS), "format='png'")
 
 
-def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to a file in the format of its ending; the same figure gives the same file."""
+def figure_of(drawn: Figure | Axes | Sequence[Axes]) -> Figure:
+    """The figure of a picture that a function of this room returns."""
+    picture = drawn[0] if isinstance(drawn, Sequence) else drawn
+    figure = picture if isinstance(picture, Figure) else picture.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def write(drawn: Figure | Axes | Sequence[Axes], path: str | os.PathLike[str]) -> Path:
+    """Write a picture to a file in the format of its ending; the same picture gives the same file."""
     target = Path(path)
     format = target.suffix.lower().removeprefix(".")
     check_format(format)
-    drawn = _drawn(figure, format)
+    content = _content(figure_of(drawn), format)
     check_target(target, sample=f"picture.{format}")
-    return write_file(target, drawn, sample=f"picture.{format}")
+    return write_file(target, content, sample=f"picture.{format}")
 
 
-def svg(figure: Figure) -> str:
-    """The text of the SVG file of a figure."""
-    return _drawn(figure, "svg").decode()
+def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
+    """The text of the SVG file of a picture."""
+    return _content(figure_of(drawn), "svg").decode()
 
 
-def _drawn(figure: Figure, format: str) -> bytes:
+def _content(figure: Figure, format: str) -> bytes:
     """The content of a picture file."""
     drawn = io.BytesIO()
     # without these a vector file would carry the date and random names

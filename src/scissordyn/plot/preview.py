@@ -95,9 +95,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
 
 def preview_svg(mechanism: Mechanism) -> str:
     """The preview of a mechanism as the text of an SVG file."""
-    figure = preview(mechanism).get_figure(root=True)
-    assert figure is not None
-    return svg(figure)
+    return svg(preview(mechanism))
 
 
 def _size(span: np.ndarray, names: int) -> tuple[float, float]:

@@ -83,12 +83,7 @@ def draw_all(
         raise InputError(
             f"cannot make the folder '{target}': {error.strerror or error}", "a folder that can be written"
         ) from None
-    written = []
-    for name, axes in drawn.items():
-        figure = axes[0].get_figure(root=True)
-        assert figure is not None
-        written.append(write(figure, target / f"{name}.{format}"))
-    return written
+    return [write(axes, target / f"{name}.{format}") for name, axes in drawn.items()]
 
 
 def _makers(

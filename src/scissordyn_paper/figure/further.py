@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.analysis.scatter import velocity_acceleration
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.regularity import bifurcation, stroboscopic_map
 from scissordyn.plot.regularity import velocity_acceleration as scatter
 from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, ORANGE, VERMILION, legend, normal, panels, small
@@ -52,7 +53,7 @@ def draw_maps(
     for axes, (low, high) in zip(drawn[columns:], widths, strict=True):
         axes.set_xlim(0.5 * (low + high) - half, 0.5 * (low + high) + half)
     legend(drawn[:columns], above=True)
-    return _figure(drawn)
+    return figure_of(drawn)
 
 
 def draw_bifurcation(diagram: xr.Dataset) -> Figure:
@@ -71,7 +72,7 @@ def draw_bifurcation(diagram: xr.Dataset) -> Figure:
     for axes in drawn:
         for clearance in CLEARANCES:
             axes.axvline(1e3 * clearance, color=GREY, linewidth=0.6, linestyle=":", zorder=0.5)
-    return _figure(drawn)
+    return figure_of(drawn)
 
 
 def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[ControlledRun, xr.Dataset]) -> Figure:
@@ -117,7 +118,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
     for axes in drawn:
         axes.margins(x=0.0)
         legend([axes])
-    figure = _figure(drawn)
+    figure = figure_of(drawn)
     figure.align_ylabels(drawn)
     return figure
 
@@ -160,7 +161,7 @@ def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
             axes.set_ylabel("" if column else label)
         _share_limits(drawn[2 * row : 2 * row + 2])
     legend(drawn, above=True)
-    return _figure(drawn)
+    return figure_of(drawn)
 
 
 def _sentence(words: str) -> str:
@@ -171,9 +172,3 @@ def _share_limits(axes: Sequence[Axes], *, margin: float = 0.0) -> None:
     low, high = (choose(one.get_ylim()[side] for one in axes) for side, choose in ((0, min), (1, max)))
     for one in axes:
         one.set_ylim(low - margin * (high - low), high + margin * (high - low))
-
-
-def _figure(drawn: Sequence[Axes]) -> Figure:
-    figure = drawn[0].get_figure(root=True)
-    assert isinstance(figure, Figure)
-    return figure

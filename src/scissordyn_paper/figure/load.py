@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.plot.contact import force_curve
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.source import torque_sources
@@ -41,9 +42,7 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -
         axes.set_title(f"({letter}) {name}", loc="left", fontsize=normal())
     finish(drawn, runs[next(iter(cases))], time)
     legend(drawn, above=True)
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
-    return figure
+    return figure_of(drawn)
 
 
 draw_by_speed = partial(draw, cases={case: f"{case.speed * 30.0 / math.pi:.0f} rpm" for case in BY_SPEED})

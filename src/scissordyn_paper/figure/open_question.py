@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.style import normal, panels
 from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
 
@@ -44,8 +45,7 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
         axes.set_xlabel("over rigid and dry [1]")
     for name, colour in COLOURS.items():
         drawn[0].plot([], [], "o", color=colour, ms=4.0, label=name)
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
+    figure = figure_of(drawn)
     figure.legend(*drawn[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
     return figure
 
@@ -63,6 +63,4 @@ def draw_orbits(found: Mapping[OpenCase, xr.Dataset]) -> Figure:
         axes.set_aspect("equal")
         axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), xticks=(-1, 0, 1), yticks=(-1, 0, 1))
         axes.set_title(f"{case.bars}, {case.joint}", loc="left", fontsize=normal())
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
-    return figure
+    return figure_of(drawn)

@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.style import legend, normal, panels
 from scissordyn_paper.cases import PaperCase
 
@@ -32,6 +33,4 @@ def panel_by_case(
             if place is not None and not (place.is_first_col() if side == "left" else place.is_last_row()):
                 label.label.set_visible(False)
     legend(drawn, above=True)
-    figure = drawn[0].get_figure(root=True)
-    assert figure is not None
-    return figure
+    return figure_of(drawn)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import xarray as xr
 from matplotlib.figure import Figure
 
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.response import response
 from scissordyn_paper.cases import PaperCase
 
@@ -16,6 +17,4 @@ CASES = (PaperCase(), PaperCase().ideal)
 def draw(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
     """Slider at the left, bar 2 at the right; position, speed and acceleration from top to bottom."""
     run, ideal = (runs[case] for case in CASES)
-    figure = response(run, ideal)[0].get_figure(root=True)
-    assert figure is not None
-    return figure
+    return figure_of(response(run, ideal))

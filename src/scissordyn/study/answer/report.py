@@ -17,7 +17,7 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import write_file
 from scissordyn.file.pdf import printed
-from scissordyn.plot.file import write
+from scissordyn.plot.file import figure_of, write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.study.answer.conclusion import conclude, margin_text, numbers_text, trend_table
 from scissordyn.study.answer.fidelity import confirmed, fidelity_text
@@ -115,9 +115,7 @@ def figures(study: Study, results: xr.Dataset, accurate: xr.Dataset | None) -> I
         there = None if accurate is None else confirmed(study, accurate, results)
         drawn.append(("Pareto front", partial(pareto_front, tried, (goals[0].label, goals[1].label), confirmed=there)))
     for title, draw in drawn:
-        figure = draw()[0].get_figure(root=True)
-        assert figure is not None
-        yield title, figure
+        yield title, figure_of(draw())
 
 
 def _map(study: Study, points: xr.Dataset, colour: str, limit: float | None, surfaces: Surfaces) -> list[Axes]:

@@ -1,0 +1,315 @@
+"""``scissordyn laws``, ``controllers``, ``zoo``, ``examples``, ``new`` and ``schema``: what comes with the package."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Argument, Option
+
+from scissordyn.cli.output import DONE, UNFINISHED, check_folder, check_picture
+from scissordyn.cli.show import console, print_table, say
+from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.file.output_file import check_target, write_file
+from scissordyn.units import short
+
+if TYPE_CHECKING:
+    from scissordyn.collection.entry import Entry
+
+NARROW = 90
+"""On narrower terminals what is allowed stands in the column of what a parameter means."""
+
+CATALOGUE = {"name": "name", "what it is": "text", "source": "text"}
+
+
+def laws(
+    name: Annotated[str | None, Argument(help="One law or material, or a class of yours as FILE.py:CLASS.")] = None,
+    plot: Annotated[Path | None, Option(help="Draw the law, or all laws on one impact, into this file.")] = None,
+) -> int:
+    from scissordyn.laws.catalogue import BY_KIND, MATERIALS, kind_in
+
+    if name is not None and ".py:" in name:
+        kinds = [kind_in(name)]
+    else:
+        kinds = [kind for kind, those in BY_KIND.items() if name in those]
+    if name is not None and not kinds and name not in MATERIALS:
+        names = [*dict.fromkeys(law for those in BY_KIND.values() for law in those), *MATERIALS]
+        raise InputError(f"unknown law or material '{name}'{did_you_mean(name, names)}", ", ".join(names), "scissordyn laws")
+    if plot is not None and name is not None and not kinds:
+        raise InputError(f"a picture of the material '{name}'", "a law", "scissordyn laws flores --plot law.png")
+    check_picture(plot, Path(), "--plot law.png")
+    if name is None:
+        _list_laws()
+    else:
+        for kind in kinds:
+            _describe(kind, name)
+        if name in MATERIALS:
+            material = MATERIALS[name]
+            say(
+                f"{name}, a material: E = {material.youngs_modulus / 1e9:g} GPa, nu = {material.poisson_ratio:g}, "
+                f"rho = {material.density:g} kg/m^3. Source: {material.source}"
+            )
+    if plot is not None:
+        from scissordyn.laws.catalogue import law
+        from scissordyn.plot.file import write
+        from scissordyn.plot.law import draw_gallery, draw_law
+
+        write(draw_gallery() if name is None else draw_law(_with_defaults(law(kinds[0], name))), plot)
+        print(f"Drawn into {plot}" + (f", as a law of {kinds[0]}" if len(kinds) > 1 else ""))
+    return 0
+
+
+def _with_defaults(law: Any) -> Any:
+    """A law with the defaults of its parameters."""
+    needed = [field.name for field in dataclasses.fields(law) if field.default is field.default_factory]
+    if needed:
+        raise InputError(
+            f"a picture of '{law.__name__}', whose {needed[0]} has no default",
+            "a law with defaults, or a picture in Python",
+            f"sd.plot.law({law.__name__}({', '.join(f'{name}=...' for name in needed)}))",
+        )
+    return law()
+
+
+def _list_laws() -> None:
+    from scissordyn.laws.catalogue import BY_KIND, MATERIALS, facts
+    from scissordyn.laws.oil import OILS
+
+    for kind, names in BY_KIND.items():
+        print_table(CATALOGUE, [(name, (law := facts(kind, name)).summary, law.source) for name in names], kind)
+    heads = dict.fromkeys(("E [GPa]", "nu", "rho [kg/m^3]"), "numbers")
+    numbers = {name: (1e-9 * part.youngs_modulus, part.poisson_ratio, part.density) for name, part in MATERIALS.items()}
+    rows = [(name, *(f"{number:g}" for number in numbers[name]), part.source) for name, part in MATERIALS.items()]
+    print_table({"name": "name", **heads, "source": "text"}, rows, "material")
+    heads = dict.fromkeys(("nu at 40 deg C [mm^2/s]", "at 100 deg C", "rho [kg/m^3]"), "numbers")
+    numbers = {name: (1e6 * part.viscosity_40, 1e6 * part.viscosity_100, part.density) for name, part in OILS.items()}
+    rows = [(name, *(f"{number:g}" for number in numbers[name]), part.source) for name, part in OILS.items()]
+    print_table({"name": "name", **heads, "source": "text"}, rows, "oil")
+    say("scissordyn laws NAME shows one with its parameters.")
+
+
+def _describe(kind: str, name: str) -> None:
+    from scissordyn.laws.catalogue import facts, law
+
+    element: type = law(kind, name)
+    about = facts(kind, name)
+    say(f"{about.name}, a law of {kind}", style="bold")
+    print_text(element)
+    say(f"Source: {about.source}")
+    if about.restitution_range is not None:
+        say("Made for restitution coefficients from {:g} to {:g}.".format(*about.restitution_range))
+    if about.states:
+        say(f"Internal states: {', '.join(state.name for state in about.states)}.")
+    if about.stiff:
+        say("Makes the equations of motion stiff.")
+    if about.caveat:
+        say(f"Caveat: {about.caveat}")
+    chosen = "".join(f", {sample}" for sample in print_parameters(element)[:1])
+    say("In a case file: " + (f'{kind} = {{ law = "{about.name}"{chosen} }}' if chosen else f'{kind} = "{about.name}"'))
+
+
+def controllers(
+    name: Annotated[str | None, Argument(help="One controller, or a class of yours as FILE.py:CLASS.")] = None,
+) -> int:
+    from scissordyn.control.catalogue import CONTROLLERS, controller
+
+    if name is None:
+        rows = [(key, (of.__doc__ or "").strip().splitlines()[0], vars(of)["source"]) for key, of in CONTROLLERS.items()]
+        print_table(CATALOGUE, rows)
+        say("scissordyn controllers NAME shows one with its parameters.")
+        return 0
+    element: type = controller(name)
+    say(f"{name}, a controller", style="bold")
+    print_text(element)
+    say(f"Source: {vars(element)['source']}")
+    needed = [sample for sample in print_parameters(element) if sample][:2]
+    inside = ", ".join([f'name = "{name}"', *needed])
+    say(f"In a case file, below [control]: controller = {{ {inside} }}")
+    return 0
+
+
+def print_text(element: type) -> None:
+    """Print the docstring of an element: its formulas in characters, its paragraphs as wide as the terminal."""
+    from scissordyn.cli.formula import plain_formula
+
+    # its markup is for sphinx
+    text = re.sub(r":math:`([^`]*)`", lambda match: plain_formula(match[1]), inspect.getdoc(element) or "")
+    for block in re.split(r"\n\s*\n", text):
+        lines = " ".join(line.strip() for line in block.splitlines())
+        if lines.startswith(".. math::") or block.startswith("    "):
+            say(*(f"    {line}" for line in plain_formula(lines.removeprefix(".. math::")).splitlines()))
+        elif plain := re.sub(r"``?|:[a-z]+:(?=`)", "", lines):
+            say(plain)
+
+
+def print_parameters(element: type) -> list[str]:
+    """Print the parameters of an element; returns a sample of each in the form of a case file."""
+    from scissordyn.config.table import table_of
+
+    keys, rows = table_of(element).declared_keys(), []
+    narrow = console().width < NARROW
+    for name, key in keys.items():
+        quantity = key.quantity
+        allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
+        if quantity is None and isinstance(key.default, str):
+            allowed = "text"
+        default = "" if key.required or key.default is None else key.sample
+        rows.append((name, default, *((f"{key.help}; {allowed}".strip("; "),) if narrow else (allowed, key.help))))
+    if rows:
+        more = ("meaning",) if narrow else ("allowed", "meaning")
+        print_table({"parameter": "name", "default": "name", **dict.fromkeys(more, "text")}, rows)
+    return [f"{name} = {key.sample}" for name, key in keys.items()]
+
+
+def zoo(
+    name: Annotated[str, Argument(help="Show this one.", show_default=False)] = "",
+    case: Annotated[bool, Option("--case", help="Print its case file.")] = False,
+    copy: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Copy its case file, as case.toml.")] = None,
+    check: Annotated[bool, Option("--check", help="Run it, or all, and compare the numbers; status 3 if one differs.")] = False,
+) -> int:
+    from scissordyn.collection.catalogue import zoo as entries
+
+    if not name and check and not case and copy is None:
+        return max(_check_entry(entry) for entry in entries.values())
+    if not name and (case or copy is not None):
+        raise InputError("no name", ", ".join(entries), "scissordyn zoo peaucellier --case")
+    if not name:
+        rows = [(entry.name, entry.title, entry.kind) for entry in entries.values()]
+        print_table({"name": "name", "what it is": "text", "kind": "text"}, rows)
+        say(*(f"Warning: {problem}." for problem in entries.problems))
+        say("Show one: scissordyn zoo peaucellier; its case file: scissordyn zoo peaucellier --case > case.toml")
+        return 0
+    entry = entries[name]
+    if copy is not None:
+        sample = "-o case.toml"
+        content = entry.case_file.read_bytes()
+        if copy.exists() and copy.read_bytes() != content:
+            raise InputError(f"'{copy}' exists and is another file", "a file that is not there", sample)
+        check_target(copy, sample=sample, beginning=content)
+        say(write_file(copy, content, sample=sample))
+    if case:
+        print(entry.text, end="")
+    if check:
+        return _check_entry(entry)
+    if not case and copy is None:
+        _show_entry(entry)
+    return 0
+
+
+def _show_entry(entry: Entry) -> None:
+    say(entry.title, style="bold")
+    say(entry.about, *(f"Source: {reference.text}" for reference in entry.references))
+    say(f"Case file: {entry.case_file}", soft_wrap=True)
+    say(f"Licence of the files: {entry.licence}")
+    rows = [
+        (
+            number.what + ("" if number.ideal else ", with clearance"),
+            number.value,
+            number.tolerance,
+            f"{number.origin}: {number.reason}",
+        )
+        for number in entry.numbers
+    ]
+    print_table({"number": "text", "value": "numbers", "tolerance": "numbers", "from": "text"}, rows)
+    say(f"Compare a run with them: {command('scissordyn', 'zoo', entry.name, '--check')}")
+
+
+def _check_entry(entry: Entry) -> int:
+    results = entry.check()
+    say(entry.title, style="bold")
+    rows = []
+    for result in results:
+        sizes = (result.expected, result.found, result.difference, result.tolerance)
+        texts = (short(value, result.unit) for value in sizes)
+        rows.append((result.number.what, *texts, "met" if result.met else "differs"))
+    print_table(
+        {"number": "text", **dict.fromkeys(("expected", "found", "difference", "allowed"), "numbers"), "": "text"}, rows
+    )
+    return DONE if all(result.met for result in results) else UNFINISHED
+
+
+def examples(
+    name: Annotated[str, Argument(help="Print this one.", show_default=False)] = "",
+    copy: Annotated[
+        Path | None, Option("-o", "--output", metavar="DIR", help="Copy it, or all of them, into this folder.")
+    ] = None,
+) -> int:
+    from scissordyn.config.examples import folder_of_examples
+
+    folder = folder_of_examples()
+    paths = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.toml"))}
+    if not paths:
+        raise InputError(f"no examples in '{folder}'", "an installation with its examples")
+    if name and name not in paths:
+        raise InputError(f"no example '{name}'{did_you_mean(name, paths)}", ", ".join(paths), "scissordyn examples paper")
+    if copy is not None:
+        check_folder(copy, "-o examples")
+        every = [path for path in sorted(folder.rglob("*")) if path.suffix in (".toml", ".py")]
+        for path in [paths[name]] if name else every:
+            target, content = copy / path.relative_to(folder), path.read_bytes()
+            if not target.exists():
+                target.parent.mkdir(parents=True, exist_ok=True)
+                write_file(target, content, sample="-o examples")
+            elif target.read_bytes() != content:
+                raise InputError(f"'{target}' exists and is another file", "a folder without it", "-o examples")
+            say(target)
+    elif name:
+        print(paths[name].read_text(encoding="utf-8"), end="")
+    else:
+        say(*(f"{key:32}  {_first_sentence(path)}" for key, path in paths.items()))
+        say("Print one: scissordyn examples paper > case.toml; copy all: scissordyn examples -o examples")
+    return 0
+
+
+def _first_sentence(path: Path) -> str:
+    """What the comment at the top says, up to the end of its first sentence or part of one."""
+    comment = re.match(r"(?:#.*\n)*", path.read_text(encoding="utf-8"))
+    text = " ".join(line.lstrip("# ") for line in comment[0].splitlines()) if comment else ""
+    return re.split(r"[:.;] ", text)[0].rstrip(".")
+
+
+def new(
+    structure: Annotated[
+        str, Argument(help="scissor, polar, ring, mast, slider-crank, four-bar, n-four-bar, or mechanism.")
+    ] = "scissor",
+    further: Annotated[
+        str,
+        Option(
+            "--with",
+            help="Further parts with values that fit the structure, as servo,tip,payload,panels,spring,latch.",
+            show_default=False,
+        ),
+    ] = "",
+    change: Annotated[
+        list[str] | None,
+        Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="A value of the file, as in structure.units=5; what else there is fits it. Repeatable.",
+        ),
+    ] = None,
+) -> int:
+    from scissordyn.config.template import template
+
+    print(template(structure, [name.strip() for name in further.split(",") if name.strip()], change or []), end="")
+    return 0
+
+
+def schema(
+    which: Annotated[str, Argument(help="case or study.")] = "case",
+    output: Annotated[Path | None, Option("-o", "--output", help="Write it to this file, which ends in .json.")] = None,
+) -> int:
+    from scissordyn.config.schema import schema as make_schema
+
+    sample = command("-o", f"{which}.json")
+    if output is not None:
+        if output.suffix.lower() != ".json":
+            raise InputError(f"schema in '{output}'", "a name that ends in .json", sample)
+        check_target(output, sample=sample)
+    text = json.dumps(make_schema(which), indent=1, ensure_ascii=False)
+    print(text if output is None else write_file(output, f"{text}\n".encode(), sample=sample))
+    return 0

@@ -1,0 +1,299 @@
+"""``scissordyn modes``, ``motor`` and ``bifurcation``: what a case answers besides its motion."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from typer import Argument, Option
+
+from scissordyn.cli.option import CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount
+from scissordyn.cli.output import (
+    DESCRIPTION,
+    DONE,
+    INTERRUPTED,
+    UNFINISHED,
+    bar,
+    check_folder,
+    check_movie,
+    check_picture,
+    check_run,
+)
+from scissordyn.cli.read import typed, value_of
+from scissordyn.cli.show import say
+from scissordyn.config.file import read_case
+from scissordyn.config.quantity import read_quantity, unit_factor, unit_typed
+from scissordyn.errors import InputError, command, did_you_mean, printable
+from scissordyn.model.address import number
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scissordyn.analysis.motor import MotorCurve
+    from scissordyn.config.case import Case
+
+LEAST = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
+
+RPM = 30.0 / math.pi
+
+
+def modes(
+    case: CaseFile,
+    output: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Save the shapes: .nc.")] = None,
+    count: Annotated[int, Option(help="Number of modes, from the lowest.", min=1)] = 10,
+    position: Annotated[
+        str, Option(help="static: bent by the loads, in equilibrium; concentric: as assembled, bars unbent.")
+    ] = "static",
+    joints: Annotated[
+        str, Option(help="ideal; contact: clearance joints with the stiffness of their contact at the static force.")
+    ] = "ideal",
+    drive: Annotated[
+        str, Option(help="locked; released: driven bodies move, under the constant torque that holds the position.")
+    ] = "locked",
+    until: Annotated[
+        str | None, Option(metavar="TIME", help="Along the motion of the drive up to this instant, as in '50 ms'.")
+    ] = None,
+    points: Annotated[int, Option(help="Number of positions along the motion.", min=2, max=100_000)] = 21,
+    plot: Annotated[Path | None, Option(metavar="DIR", help="Draw shapes, and frequencies along the motion.")] = None,
+    film: Annotated[Path | None, Option("--animate", metavar="FILM", help="A mode as .html, .gif or .mp4.")] = None,
+    mode: Annotated[int, Option(help="Number of the mode that is animated.", min=1)] = 1,
+    change: Changes = None,
+) -> int:
+    from scissordyn.run.answer.modes import modes as compute
+    from scissordyn.run.store import save
+
+    for option, word, allowed in (
+        ("--position", position, ("static", "concentric")),
+        ("--joints", joints, ("ideal", "contact")),
+        ("--drive", drive, ("locked", "released")),
+    ):
+        if word not in allowed:
+            raise InputError(f"{option} {word}", ", ".join(allowed), f"{option} {allowed[0]}")
+    check_movie(film, case, "mode.html")
+    check_folder(plot, "--plot figures")
+    last = typed(until, "--until")
+    times = None if last is None else np.linspace(0.0, last, points)
+    mechanism = read_case(case, change or []).mechanism
+    solved = compute(mechanism, count=count, position=position, joints=joints, drive=drive, times=times)  # type: ignore[arg-type]
+    first = solved if times is None else solved.isel(time=0)
+    say(*(_modes(solved) if times is None else _frequencies(solved)), *_contacts(first))
+    if output is not None:
+        save(solved, output)
+        say(output)
+    if plot is not None:
+        from scissordyn.plot.file import write
+        from scissordyn.plot.modes import frequencies, shapes
+
+        plot.mkdir(parents=True, exist_ok=True)
+        say(write(shapes(solved, mechanism), plot / "shapes.png"))
+        if times is not None:
+            say(write(frequencies(solved), plot / "frequencies.png"))
+    if film is not None:
+        from scissordyn.plot.animation import animate
+        from scissordyn.plot.modes import oscillation
+
+        ideal = mechanism.ideal()
+        say(animate(oscillation(first, ideal, mode), ideal, film, seconds=4.0))
+    return 0
+
+
+def _modes(solved: xr.Dataset) -> list[str]:
+    """A line for each mode."""
+    lines = []
+    columns = (solved[name].values for name in ("frequency", "angular_frequency", "shape"))
+    for k, (frequency, angular, shape) in enumerate(zip(*columns, strict=True)):
+        most = solved["body"].values[int((shape**2).sum(axis=-1).argmax())]
+        text = f"{frequency:12.6g} Hz" if frequency >= 0.0 else f"unstable, grows with {-angular:.6g} 1/s"
+        lines.append(f"mode {k + 1:3d}  {text}   moves '{most}' most")
+    return lines
+
+
+def _contacts(first: xr.Dataset) -> list[str]:
+    """A line for each contact: what it carries, at the first position, and its stiffness."""
+    if "contact" not in first.dims:
+        return []
+    columns = (first[name].values.tolist() for name in ("contact", "contact_force", "contact_stiffness"))
+    return [
+        f"joint '{name}' "
+        + (f"carries {force:.6g} N with {stiffness:.6g} N/m" if force > 0.0 else "carries nothing: it is free")
+        for name, force, stiffness in zip(*columns, strict=True)
+    ]
+
+
+def _frequencies(solved: xr.Dataset) -> list[str]:
+    """A line for each position: the coordinate of the drive, and the frequencies."""
+    factor, unit = (180.0 / math.pi, "deg") if solved["unit"].values[0] == "rad" else (1.0, "m")
+    drive = f"{solved['drive'].values[0]} [{unit}]"
+    rows = zip((factor * solved["input"].values[:, 0]).tolist(), solved["frequency"].values.tolist(), strict=True)
+    return [f"{drive:>16}  frequencies [Hz]"] + [
+        f"{place:16.5g}  " + "  ".join(f"{frequency:9.5g}" for frequency in row) for place, row in rows
+    ]
+
+
+def motor(
+    case: CaseFile,
+    of: Annotated[str, Option(help="Actuator or motor of the case, or drive; not needed if there is one only.")] = "",
+    point: Annotated[
+        list[str] | None, Option(metavar="SPEED,TORQUE", help="Of the motor's curve, as in '100 rpm, 60 N m'. Repeatable.")
+    ] = None,
+    ratio: Annotated[float, Option(help="Turns of the motor for one of the joint.", min=1e-6)] = 1.0,
+    least: Annotated[str, Option(metavar="ADDRESS", help="Search for the least value of this number.")] = "",
+    first: Annotated[str, Option("--from", metavar="VALUE", help="Smallest value of it, with its unit.")] = "",
+    last: Annotated[str, Option("--to", metavar="VALUE", help="Largest value of it, with its unit.")] = "",
+    require: Annotated[
+        list[str] | None, Option(metavar="REQUIREMENT", help="That it has to meet, as in 'tip.error < 5 mm'. Repeatable.")
+    ] = None,
+    plot: Annotated[Path | None, Option(help="Draw torque over speed into this file.")] = None,
+    change: Changes = None,
+) -> int:
+    from scissordyn.analysis.motor import torque_over_speed
+    from scissordyn.config.motor import read_motor
+    from scissordyn.run.simulate import simulate
+
+    check_picture(plot, case, "--plot motor.png")
+    curve = read_motor(point, of, ratio) if point else None
+    if bool(least) != bool(first and last and require) or (not least and (first or last or require)):
+        raise InputError("a search for the least value", "--least, --from, --to and --require together", LEAST)
+    read = read_case(case, change or [])
+    options = read.run.once if plot is None else read.run
+    needed = torque_over_speed(simulate(read.mechanism, **{**options.keywords, "trust": False}), of)
+    _print_needed(needed, curve)
+    if least:
+        _print_least(read, least, first, last, require or [])
+    if plot is not None:
+        from scissordyn.plot.file import write
+        from scissordyn.plot.motor import torque_speed
+
+        speeds = None if curve is None else np.array(curve.speeds) / curve.ratio
+        torques = None if curve is None else np.array(curve.torques) * curve.ratio
+        print(write(torque_speed(needed, speeds=speeds, torques=torques), plot))
+    return 0
+
+
+def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
+    torque, speed, power, time = (needed[name].values for name in ("torque", "speed", "power", "time"))
+    k = int(np.argmax(np.abs(torque)))
+    print(f"Torque of {printable(needed.attrs['of'])} on '{printable(needed.attrs['body'])}', from 0 to {time[-1]:g} s:")
+    print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) * RPM:.4g} rpm, at {time[k]:.4g} s")
+    print(f"  root mean square {math.sqrt(float(np.trapezoid(torque**2, time) / (time[-1] - time[0]))):.4g} N m")
+    print(f"  largest speed {np.max(np.abs(speed)) * RPM:.4g} rpm, largest power {np.max(np.abs(power)):.4g} W")
+    if curve is None:
+        return
+    share = curve.fraction(needed)
+    worst = int(np.argmax(share))
+    where = f"at {abs(speed[worst]) * RPM:.4g} rpm and {abs(torque[worst]):.4g} N m, at {time[worst]:.4g} s"
+    if math.isinf(share[worst]):
+        print(f"The motor is too slow: its curve ends at {curve.speeds[-1] / curve.ratio * RPM:.4g} rpm of the joint; {where}")
+    else:
+        verdict = "is enough" if share[worst] <= 1.0 else "is too weak"
+        print(f"The motor {verdict}: the run needs {share[worst]:.1%} of its torque, {where}")
+
+
+def _print_least(read: Case, path: str, first: str, last: str, require: list[str]) -> None:
+    from scissordyn.config.least import least_value
+
+    quantity = number(read.mechanism, path).quantity
+    assert quantity is not None
+    low, high = (read_quantity(text if quantity.unit != "1" else float(text), quantity, LEAST) for text in (first, last))
+    least = least_value(read, path, low, high, require)
+    unit = unit_typed(last) or unit_typed(first)
+    scale = unit_factor(unit, quantity.unit) if unit else 1.0
+    print(
+        f"Least {printable(path)}: {least.value / scale:.4g} {unit}, with which all requirements are met; at "
+        f"{least.fails_at / scale:.4g} {unit} they are not ({len(least.tried)} values tried)"
+    )
+
+
+def bifurcation(
+    case: Annotated[Path, Argument(help="A case file with a periodic drive.")],
+    over: Annotated[str, Option(help="The varied parameter, as in A.clearance or drive.angular_frequency.")],
+    first: Annotated[str, Option("--from", metavar="VALUE", help="First value, with its unit.")],
+    last: Annotated[str, Option("--to", metavar="VALUE", help="Last value, with its unit.")],
+    points: Annotated[int, Option("--points", "--values", metavar="N", help="Number of values of the parameter.", min=2)] = 300,
+    cycles: Annotated[int, Option(help="Periods of the drive to run for each value.", min=1)] = 200,
+    keep: Annotated[int | None, Option(help="Number of last periods to keep; half if not given.", min=1)] = None,
+    follow: Annotated[bool, Option("--follow", help="Start each value where the one before ended.")] = False,
+    tolerance: Annotated[float, Option(help="Relative tolerance.", min=1e-14, max=1e-2)] = 1e-6,
+    threads: ThreadCount = None,
+    workers: WorkerCount = None,
+    scheduler: Scheduler = None,
+    cluster: QueueFile = None,
+    output: Annotated[
+        Path | None, Option("-o", "--output", help="Save the diagram to this NetCDF file, and continue it.")
+    ] = None,
+    change: Changes = None,
+    plot: Annotated[Path | None, Option(help="Draw the diagram into this file.")] = None,
+    variable: Annotated[str, Option(help="The variable to draw.")] = "",
+) -> int:
+    from scissordyn.periodic.bifurcation import bifurcation as compute
+    from scissordyn.periodic.bifurcation import check_diagram
+    from scissordyn.periodic.cycles import recorded
+
+    if output is not None:
+        check_run(output, case, "-o diagram.nc")
+    check_picture(plot, case, "--plot diagram.png")
+    read = read_case(case, list(change or []))
+    quantity = number(read.mechanism, over).quantity
+    assert quantity is not None
+    variables = recorded(read.mechanism)
+    if variable and variable not in variables:
+        what, sample = f"--variable '{variable}'{did_you_mean(variable, variables)}", command("--variable", variables[0])
+        raise InputError(what, ", ".join(variables), sample)
+    keep = max(1, cycles // 2) if keep is None else keep
+    check_diagram(read.mechanism, points, cycles, keep)
+    ends = value_of(first, quantity, "--from"), value_of(last, quantity, "--to")
+    unit = unit_typed(last) or unit_typed(first)
+    columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
+    shown = bar(*columns, description="values", total=points)
+    with Where(threads, workers, scheduler, cluster).engine() as engine, shown as update:
+        diagram = compute(
+            read.mechanism,
+            over=over,
+            values=np.linspace(*ends, points),
+            cycles=cycles,
+            keep=keep,
+            follow=follow,
+            start=read.run.start,
+            rtol=tolerance,
+            atol=tolerance,
+            method=read.run.method,
+            engine=engine,
+            store=output,
+            progress=None if update is None else lambda done, _: update(completed=done),
+            shown=(unit, unit_factor(unit, quantity.unit)) if unit else None,
+        )
+    return _print_diagram(diagram, output, plot, variable)
+
+
+def _print_diagram(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable: str) -> int:
+    states = diagram["status"].values.tolist()
+    done, total = int(diagram["completed_cycles"].sum()), len(states)
+    print(
+        f"{states.count('complete')} of {total} values of {printable(diagram.attrs['parameter'])} complete, {done} cycles, "
+        f"{diagram.attrs['wall_seconds']:.1f} s; {diagram.attrs['cycles_per_second']:.0f} cycles per second and processor"
+    )
+    for warning in json.loads(diagram.attrs["warnings"]):
+        print(f"Warning: {printable(warning)}")
+    if output is not None:
+        print(f"Saved to {output}" + ("" if states.count("complete") == total else f", marked {diagram.attrs['status']}"))
+    if diagram.attrs["status"] == "interrupted":
+        further = "; the same command continues from the file" if output else ""
+        print(f"scissordyn: interrupted{further}", file=sys.stderr)
+        return INTERRUPTED
+    if plot is not None and "complete" in states:
+        from scissordyn.plot.file import write
+        from scissordyn.plot.regularity import bifurcation as draw
+
+        print(write(draw(diagram, variable=variable), plot))
+    if "failed" not in states:
+        return DONE
+    from scissordyn.plot.scale import scale_of
+
+    first = states.index("failed")
+    value, cause = scale_of(diagram["value"]).said(float(diagram["value"][first]), 6), printable(diagram["cause"].values[first])
+    print(f"scissordyn: {states.count('failed')} of {total} values failed; the first, {value}: {cause}", file=sys.stderr)
+    return UNFINISHED

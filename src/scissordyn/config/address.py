@@ -20,8 +20,8 @@ def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[s
     for change in changes:
         address, equals, _ = change.partition("=")
         head, dot, _ = (word.strip() for word in address.partition("."))
-        made = head in KINDS and not tree.get(head)  # a kind of part of which the file itself has none
-        of_table = not made and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
+        of_part = head in KINDS and not tree.get(head)  # a kind of part of which the file itself has none
+        of_table = not of_part and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
         if not (equals and dot) or of_table:  # also a misspelt one, which is named there
             of_file.append(change)
             continue

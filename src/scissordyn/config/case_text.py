@@ -131,7 +131,7 @@ def _tables(mechanism: Mechanism, code: Code) -> list[str]:
     lines += _components(mechanism, code)
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
     names = [joint.name for joint in mechanism.joints]
-    if len(loose) == len(names) > 1 and "all" not in names and len({repr(each) for _, each in loose}) == 1:
+    if len(loose) == len(names) > 1 and "all" not in names and len({repr(clearance) for _, clearance in loose}) == 1:
         loose = [("all", loose[0][1])]
     lines += _list("clearance", ({"joint": _string(name), **_fields(gap, code)} for name, gap in loose))
     channels = [(guide.name, guide.clearance) for guide in mechanism.guides if guide.clearance is not None]
@@ -148,13 +148,13 @@ def _components(mechanism: Mechanism, code: Code) -> list[str]:
     others: list[Entries] = []
     last = -1
     for part in components:
-        section, own = part.declaration.section, type(part).__module__.startswith("scissordyn.")
-        here = place.get(section, -1) if own else -1
+        section, ours = part.declaration.section, type(part).__module__.startswith("scissordyn.")
+        here = place.get(section, -1) if ours else -1
         entries = _fields(part, code)
         if here >= max(last, 0) and not others:
             listed.setdefault(section, []).append(entries)
             last = here
-        elif own:
+        elif ours:
             others.append({"type": _string(section), **entries})
         else:
             others.append({"type": _string(code.of_class(part, f"component '{part.name}'")), **entries})
@@ -176,17 +176,17 @@ def _body(body: Body, code: Code) -> Entries:
     if body.inertia is None or "end" not in body.points:
         return entries
     length, shown = body.points["end"][0], dict(entries)
-    own = {name: place for name, place in body.points.items() if name not in ("start", "middle", "end")}
+    points = {name: place for name, place in body.points.items() if name not in ("start", "middle", "end")}
     del shown["inertia"], shown["points"]
     shown.pop("centre", None)
     if length > 0.0 and body.centre == (0.5 * length, 0.0):
-        given = None if bar("bar", length=length, mass=body.mass).inertia == body.inertia else body.inertia
+        inertia = None if bar("bar", length=length, mass=body.mass).inertia == body.inertia else body.inertia
         fields = {field.name: getattr(body, field.name) for field in dataclasses.fields(Body)}
-        table = BodyTable(**fields | {"length": length, "inertia": given, "points": own, "centre": None})
+        table = BodyTable(**fields | {"length": length, "inertia": inertia, "points": points, "centre": None})
         if repr(table.body()) == repr(body):
             more = {"length": _quantity((length,), "m")}
-            more |= {} if given is None else {"inertia": entries["inertia"]}
-            more |= {"points": _points(own, code)} if own else {}
+            more |= {} if inertia is None else {"inertia": entries["inertia"]}
+            more |= {"points": _points(points, code)} if points else {}
             return {"name": shown.pop("name"), "mass": shown.pop("mass"), **more, **shown}
     return entries
 
@@ -223,8 +223,8 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
     if isinstance(value, Mapping):
         return _points(value, code)
     if isinstance(value, Material):
-        known = MATERIALS.get(value.name)
-        return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, code))
+        listed = MATERIALS.get(value.name)
+        return _string(value.name) if repr(listed) == repr(value) else _inline(_fields(value, code))
     if isinstance(value, Oil):
         return _string(value.name) if OILS.get(value.name) == value else _inline(_fields(value, code))
     if isinstance(value, Lubrication):
@@ -238,7 +238,7 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
     if field.hint == tuple[float, ...]:
         return _quantity(value, unit)
     if field.hint == tuple[Point, ...]:
-        return "[" + ", ".join(_quantity(each, "m") for each in value) + "]"
+        return "[" + ", ".join(_quantity(place, "m") for place in value) + "]"
     if isinstance(value, tuple) and len(value) == 2:
         return _quantity(value, "m" if field.quantity is None else unit)
     if isinstance(value, int | float):
@@ -264,8 +264,8 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
             kind: Any = type(function)
             entries = {}
             for name, quantity in quantities(kind).items():
-                own = unit if quantity.unit == "rad" and name != "phase" else quantity.unit
-                entries[name] = _quantity((getattr(function, name),), own)
+                value_unit = unit if quantity.unit == "rad" and name != "phase" else quantity.unit
+                entries[name] = _quantity((getattr(function, name),), value_unit)
             return {kind.__name__.lower(): _inline(entries)}
         case Polynomial(coefficients):
             values = (_quantity((number,), power) for number, power in zip(coefficients, powers(unit), strict=False))
@@ -312,9 +312,9 @@ def _check(text: str, mechanism: Mechanism, options: Options, context: Context) 
     """Raise `InputError` unless the text describes the mechanism and the options exactly."""
     read = instance(CaseTable, tomllib.loads(text), context).case()
     for there, here in ((read.mechanism, mechanism), (read.run, options)):
-        one, other = _normal(to_plain(there)), _normal(to_plain(here))
-        if one != other:
-            place, wrong, wanted = first_difference(one, other)
+        reread, written = _normal(to_plain(there)), _normal(to_plain(here))
+        if reread != written:
+            place, wrong, wanted = first_difference(reread, written)
             raise InputError(
                 f"a description that a case file cannot hold: {place} = {str(wanted)[:60]} is read as {str(wrong)[:60]}",
                 "what the tables of a case file have",

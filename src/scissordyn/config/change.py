@@ -44,10 +44,10 @@ def _of_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
 
 def _parsed(text: str) -> Any:
     try:
-        found = tomllib.loads(f"value = {text}")
+        table = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):  # not TOML, or numbers and nesting beyond reason: the reader says what is wrong
         return text
-    return found["value"] if len(found) == 1 else text
+    return table["value"] if len(table) == 1 else text
 
 
 def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None:
@@ -71,12 +71,12 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
     if isinstance(place, list) and len(keys) > 1 and _alone(place, keys[-1]):
         place = place[0]
     if isinstance(place, list):
-        names = [handle(one) or str(number) for number, one in enumerate(place)]
+        names = [handle(entry) or str(number) for number, entry in enumerate(place)]
         which = keys[-1] in names or keys[-1].isdecimal()
         path = ".".join([*keys, "KEY"] if which else [*keys[:-1], names[0], keys[-1]]) if names else ""
-        said = f"'{'.'.join(keys)}' is a whole table" if which else f"which [[{keys[-2]}]] is not said"
+        what = f"'{'.'.join(keys)}' is a whole table" if which else f"which [[{keys[-2]}]] is not said"
         raise InputError(
-            f"--set {change!r}: {said}",
+            f"--set {change!r}: {what}",
             "a key below it" if which else "one of " + ", ".join(names),
             command("--set", f"{path}=VALUE") if path else "",
         )
@@ -94,5 +94,5 @@ def _item(items: list[Any], key: str, change: str) -> Any:
         return items[int(key)]
     if key in handles:
         return items[handles.index(key)]
-    known = [name for name in handles if name] + [str(index) for index in range(len(items))]
-    raise InputError(f"--set {change!r}: no '{key}' there{did_you_mean(key, known)}", "one of " + ", ".join(known))
+    names = [name for name in handles if name] + [str(index) for index in range(len(items))]
+    raise InputError(f"--set {change!r}: no '{key}' there{did_you_mean(key, names)}", "one of " + ", ".join(names))

@@ -34,13 +34,13 @@ def _read_damping(given: Any, context: Context) -> Any:
 def _read_corners(given: Any, context: Context) -> tuple[Point, ...]:
     if not isinstance(given, list):
         raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
-    found = []
+    corners = []
     for place in given:
         numbers = read_numbers(place, "m")
         if len(numbers) != 2:
             raise InputError(f"a corner with {len(numbers)} numbers", "two numbers and their unit [m]", '"20, -10 mm"')
-        found.append((numbers[0], numbers[1]))
-    return tuple(found)
+        corners.append((numbers[0], numbers[1]))
+    return tuple(corners)
 
 
 def _material(kind: Any, whose: str) -> Any:

@@ -180,10 +180,10 @@ def _absent(place: str, name: str, values: Mapping[str, Any], bases: tuple[type,
         key: si_value(value) if isinstance(value, str) and LEADING_NUMBER.fullmatch(value) else value
         for key, value in values.items()
     }
-    own = {"place": place, "file": file, "name": called, "source": "the user", "values": MappingProxyType(numbers)}
-    made: AbsentPart = type(called, bases, {**facts, **own})()
-    vars(made).update(numbers)
-    return made
+    about = {"place": place, "file": file, "name": called, "source": "the user", "values": MappingProxyType(numbers)}
+    part: AbsentPart = type(called, bases, {**facts, **about})()
+    vars(part).update(numbers)
+    return part
 
 
 def code_of(context: Mapping[str, Any]) -> Code:

@@ -30,13 +30,13 @@ USER_FILE = "a class or function in a file as my_control.py:steer"
 def _read_controller(given: Any, context: Context) -> Controller:
     parameters = dict(given) if isinstance(given, Mapping) else {"name": given}
     name, sample = parameters.pop("name", None), f"controller = {toml(SAMPLE)}"
-    known = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
+    allowed = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
     if not isinstance(name, str):
-        raise InputError("no name of a controller", known, sample)
+        raise InputError("no name of a controller", allowed, sample)
     code = code_of(context)
     kind: Any = code.element("controller", name, parameters) if code.names(name) else CONTROLLERS.get(name)
     if kind is None:
-        raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
+        raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", allowed, sample)
     controller: Controller = kind if isinstance(kind, AbsentPart) else build(kind, parameters, context)  # type: ignore[assignment]
     return controller
 

@@ -127,8 +127,8 @@ def _code(tree: dict[str, Any], folder: Path) -> Code:
 def in_file(error: PlacedError, path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]) -> InputError:
     """The error with the file and the line of its place, unless that was changed after it was written."""
     place = error.place if error.key is None else (*error.place, error.key)
-    said = error.said(address(tree, error.place))
-    return _located(error, path, text, said, place if _at(written, place) == _at(tree, place) else ())
+    what = error.said(address(tree, error.place))
+    return _located(error, path, text, what, place if _at(written, place) == _at(tree, place) else ())
 
 
 def _located(error: InputError, path: Path, text: str, said: str, place: Place) -> InputError:
@@ -153,8 +153,8 @@ def _quoted(text: str, reason: str) -> str:
     """The line of an error with quotes about its quantity, if quotes are what it lacks."""
     place = re.search(r"at line (\d+)", reason)
     lines = text.splitlines()
-    found = UNQUOTED.fullmatch(lines[int(place[1]) - 1]) if place and int(place[1]) <= len(lines) else None
-    return f'{found["key"]} = "{found["value"].strip()}"' if found else ""
+    match = UNQUOTED.fullmatch(lines[int(place[1]) - 1]) if place and int(place[1]) <= len(lines) else None
+    return f'{match["key"]} = "{match["value"].strip()}"' if match else ""
 
 
 def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
@@ -165,9 +165,9 @@ def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
         raise InputError(f"'{path}' has lists or tables inside each other without end", f"at most {DEEPEST} levels") from None
     except ValueError as error:  # also of a whole number of thousands of digits
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
-        said = next((re.sub(pattern, words, reason) for pattern, words in REASONS if re.search(pattern, reason)), reason)
-        sample = "" if AGAIN in said else _quoted(text, reason)
-        raise InputError(f"'{path}' is not valid TOML: {said}", allowed, sample) from None
+        what = next((re.sub(pattern, words, reason) for pattern, words in REASONS if re.search(pattern, reason)), reason)
+        sample = "" if AGAIN in what else _quoted(text, reason)
+        raise InputError(f"'{path}' is not valid TOML: {what}", allowed, sample) from None
     level: list[Any] = [tree]
     for _ in range(DEEPEST):
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]

@@ -86,11 +86,11 @@ def fit(
         case = read_case(case)
     mechanism = case.mechanism if isinstance(case, Case) else case
     chosen = options or (case.run if isinstance(case, Case) else Options(1.0, "as-placed"))
-    given: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
-    if not given:
+    curves: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
+    if not curves:
         raise InputError("a fit without data", "at least one file", "--data decay.csv")
-    known = known_headings(mechanism, chosen) if any(not isinstance(one, Measured) for one in given) else {}
-    records = [one if isinstance(one, Measured) else read_measured(Path(one), known) for one in given]
+    units = known_headings(mechanism, chosen) if any(not isinstance(record, Measured) for record in curves) else {}
+    records = [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
     numbers = [_free(mechanism, address, text) for address, text in wanted.items()]
     return fitted(

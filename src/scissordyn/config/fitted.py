@@ -66,9 +66,9 @@ class Stroke:
     def path(self) -> Path:
         """Positions between both ends of the move, with ideal joints."""
         ideal = rigid(self.mechanism.ideal()).driven(self.motion)
-        found = path_of(plan(ideal), self.motion.duration)
-        assert found is not None, "a printed structure can be driven"
-        return found
+        path = path_of(plan(ideal), self.motion.duration)
+        assert path is not None, "a printed structure can be driven"
+        return path
 
     @cached_property
     def ends(self) -> tuple[int, int]:
@@ -163,10 +163,10 @@ class Stroke:
         """Angle of the driven body against the other at the start (0) or the end (1) of the move, or beyond it [rad]."""
         names = [body.name for body in self.mechanism.bodies]
         body, base = names.index(self.pair["body"]), names.index(self.pair["base"])
-        found = self.path.angle[:, body] - self.path.angle[:, base]
+        angle = self.path.angle[:, body] - self.path.angle[:, base]
         # continuous from the angles as placed, in which turns count
-        found += self.mechanism.bodies[body].placed_angle - self.mechanism.bodies[base].placed_angle - found[self.ends[0]]
-        start, last = found[self.ends[0]], found[self.ends[1]]
+        angle += self.mechanism.bodies[body].placed_angle - self.mechanism.bodies[base].placed_angle - angle[self.ends[0]]
+        start, last = angle[self.ends[0]], angle[self.ends[1]]
         return float((start, last + beyond * (last - start))[end])
 
 
@@ -328,31 +328,31 @@ def _loaded(mechanism: Mechanism, load: str, given: Given) -> Mechanism:
 
 def fitted(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
     """Tables of further parts for a structure, and what else changes in its file with them."""
-    asked = list(dict.fromkeys(parts))
-    for name in asked:
+    names = list(dict.fromkeys(parts))
+    for name in names:
         if name not in FURTHER:
             raise InputError(
                 f"part '{name}'{did_you_mean(name, FURTHER)}",
                 ", ".join(FURTHER) + "; scissordyn new mechanism shows the tables of bodies, joints and guides",
                 "scissordyn new scissor --with servo,tip,payload",
             )
-    drives = [name for name in asked if name in (*DRIVING, "servo")]
+    drives = [name for name in names if name in (*DRIVING, "servo")]
     if len(drives) > 1:
         both = f"{drives[0]} and {drives[1]}, which both drive the structure"
         raise InputError(both, "one of them", f"--with {command(drives[0])}")
-    if "latch" in asked and not drives:
+    if "latch" in names and not drives:
         raise InputError("a latch, which a prescribed drive does not let lock", "a latch with a servo", "--with servo,latch")
     start = mechanism.body(mechanism.input_body).placed_angle
     drive = changes("drive", _move(_exact(start, "rad"), _exact(start + turn, "rad")))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
-    found: dict[str, Given] = {}
-    for name in sorted(asked, key=lambda each: each not in LOADS):  # servo and springs are for the loaded structure
+    tables: dict[str, Given] = {}
+    for name in sorted(names, key=lambda each: each not in LOADS):  # servo and springs are for the loaded structure
         section, values = FURTHER[name]
-        found[section] = changes(section, values(Stroke(mechanism, motion)))
+        tables[section] = changes(section, values(Stroke(mechanism, motion)))
         if name in LOADS:
-            mechanism = _loaded(mechanism, name, found[section])
-    if not set(asked) & set(DRIVING):
-        found["drive"] = drive
-    found["run"] = {"until": written(HELD * motion.duration, "s")}
-    return found
+            mechanism = _loaded(mechanism, name, tables[section])
+    if not set(names) & set(DRIVING):
+        tables["drive"] = drive
+    tables["run"] = {"until": written(HELD * motion.duration, "s")}
+    return tables

@@ -22,25 +22,25 @@ USUAL = {"stiffness": "liu", "damping": "flores", "friction": "none"}
 
 def read_law(given: Any, kind: str, context: Context, **shorthand: Any) -> Any:
     """A law from the value in a case file."""
-    known = catalogue.BY_KIND[kind]
+    laws = catalogue.BY_KIND[kind]
     sample = f'{kind} = "{USUAL[kind]}"'
     parameters = dict(given) if isinstance(given, Mapping) else {"law": given}
     name = parameters.pop("law", None)
     if not isinstance(name, str):
-        raise InputError(f"no name of a {kind} law", ", ".join(known) + f", or {USER_FILE}", sample)
+        raise InputError(f"no name of a {kind} law", ", ".join(laws) + f", or {USER_FILE}", sample)
     twice = sorted(parameters.keys() & shorthand.keys())
     if twice:
         raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
     parameters.update(shorthand)
     code = code_of(context)
-    law: Any = code.element(kind, name, parameters) if code.names(name) else known.get(name)
+    law: Any = code.element(kind, name, parameters) if code.names(name) else laws.get(name)
     if isinstance(law, AbsentPart):
         return law
     if law is None:
-        near = get_close_matches(name, known, n=1, cutoff=0.5)
+        near = get_close_matches(name, laws, n=1, cutoff=0.5)
         raise InputError(
-            f"unknown {kind} law '{name}'{did_you_mean(name, known)}",
-            ", ".join(known) + f", or {USER_FILE}",
+            f"unknown {kind} law '{name}'{did_you_mean(name, laws)}",
+            ", ".join(laws) + f", or {USER_FILE}",
             f'{kind} = "{near[0]}"' if near else sample,
         )
     declared = {field.name for field in dataclasses.fields(law)}
@@ -53,9 +53,9 @@ def read_law(given: Any, kind: str, context: Context, **shorthand: Any) -> Any:
 def named_tables(key: str, classes: Mapping[str, type]) -> Shape:
     """The name of one of several classes, or a table of its parameters; one in a file, whose keys are not known."""
     in_file = {"type": "string", "pattern": r"\.py:"}
-    known = [with_key(key, {"const": name}, filled_table(kind)) for name, kind in classes.items()]
+    tables = [with_key(key, {"const": name}, filled_table(kind)) for name, kind in classes.items()]
     further = {"type": "object", "properties": {key: in_file}, "required": [key]}
-    return {"anyOf": [{"enum": list(classes)}, in_file, *known, further]}
+    return {"anyOf": [{"enum": list(classes)}, in_file, *tables, further]}
 
 
 def law_shape(kind: str) -> Shape:
@@ -84,13 +84,13 @@ def _read_material(given: Any, context: Context) -> Material:
     if isinstance(given, Mapping):
         material: Material = build(Material, {"name": "custom", **given}, context)
         return material
-    known = catalogue.MATERIALS
-    if not isinstance(given, str) or given not in known:
+    materials = catalogue.MATERIALS
+    if not isinstance(given, str) or given not in materials:
         raise InputError(
-            f"unknown material{did_you_mean(str(given), known)}",
-            ", ".join(known) + ", or a table of youngs_modulus, poisson_ratio and density",
+            f"unknown material{did_you_mean(str(given), materials)}",
+            ", ".join(materials) + ", or a table of youngs_modulus, poisson_ratio and density",
         )
-    named: Material = known[given]
+    named: Material = materials[given]
     return named
 
 

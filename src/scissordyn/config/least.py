@@ -86,14 +86,14 @@ def least_value(
     tried: dict[float, bool] = {}
     while True:
         values = np.linspace(low, high, VALUES + 2) if not tried else np.linspace(low, high, VALUES + 2)[1:-1]
-        found = study(case, {address: Levels(tuple(values.tolist()))}, requirements=list(requirements), engine=engine)
-        met = found.points["met"].values == 1.0
+        result = study(case, {address: Levels(tuple(values.tolist()))}, requirements=list(requirements), engine=engine)
+        met = result.points["met"].values == 1.0
         tried |= dict(zip(values.tolist(), met.tolist(), strict=True))
         order = sorted(tried)
         failing = [value for value in order if not tried[value]]
         if not tried[order[-1]]:
-            said = ", ".join(requirements)
-            raise InputError(f"{said}: not met at '{address}' = {order[-1]:g}{unit}, the largest value", "a larger --to")
+            what = ", ".join(requirements)
+            raise InputError(f"{what}: not met at '{address}' = {order[-1]:g}{unit}, the largest value", "a larger --to")
         if not failing:
             raise InputError(f"all requirements are met at '{address}' = {order[0]:g}{unit} already", "a smaller --from")
         low = failing[-1]

@@ -28,9 +28,9 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
     """Line and text of each statement of a TOML file."""
     start, depth = 0, 0
     for token in TOKEN.finditer(text):
-        found = token[0]
-        depth += (found in "[{") - (found in "]}")
-        if found == "\n" and depth <= 0:
+        mark = token[0]
+        depth += (mark in "[{") - (mark in "]}")
+        if mark == "\n" and depth <= 0:
             yield text.count("\n", 0, start) + 1, text[start : token.start()]
             start, depth = token.end(), 0
     yield text.count("\n", 0, start) + 1, text[start:]
@@ -78,12 +78,12 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
 
 def line_of(text: str, place: Place) -> int:
     """The line of a place, or of the innermost table around it that is written out; 0 if there is none."""
-    best, found = 0, 0
+    best, nearest = 0, 0
     for line, here in _places(text):
         list_of_tables = here[-1:] == (0,) and here[:-1] == place  # where one table is read, or none of that name
         if len(here) > best and (place[: len(here)] == here or list_of_tables):
-            best, found = len(here), line
-    return found
+            best, nearest = len(here), line
+    return nearest
 
 
 def handle(entry: Any) -> str:
@@ -93,7 +93,7 @@ def handle(entry: Any) -> str:
 
 def address(tree: Any, place: Place) -> str:
     """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``."""
-    found = ""
+    text = ""
     for key in place:
         if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table where a list of them is read
             continue
@@ -102,10 +102,10 @@ def address(tree: Any, place: Place) -> str:
         except (LookupError, TypeError):
             tree = None
         if isinstance(key, int):
-            found += f".{handle(tree)}" if handle(tree) else f" ({_ordinal(key + 1)})"
+            text += f".{handle(tree)}" if handle(tree) else f" ({_ordinal(key + 1)})"
         else:
-            found += f".{key}" if found else key
-    return found
+            text += f".{key}" if text else key
+    return text
 
 
 def _ordinal(number: int) -> str:

@@ -41,9 +41,9 @@ def _heading(cells: list[str], path: Path, known: Mapping[str, str]) -> tuple[tu
     """Headings, SI units and factors to them, the factor of the time first."""
     headings, units, factors = list[str](), list[str](), list[float]()
     for place, cell in enumerate(cells):
-        found = HEADING.fullmatch(cell)
-        assert found is not None, "it fits anything"
-        name, unit = found["name"], found["unit"] or "1"
+        match = HEADING.fullmatch(cell)
+        assert match is not None, "it fits anything"
+        name, unit = match["name"], match["unit"] or "1"
         if (place == 0) != (name == "time"):
             raise InputError(f"'{path}': column {place + 1} is '{cell.strip()}'", "the time in the first column alone", SAMPLE)
         if place and name not in known:
@@ -76,12 +76,12 @@ def _numbers(row: list[str], count: int, path: Path, line: int) -> list[float]:
             f"{count} numbers in each line; a file for each unbroken record",
         )
     try:
-        found = [float(cell) for cell in row]
+        numbers = [float(cell) for cell in row]
     except ValueError as error:
         raise InputError(f"'{path}' line {line}: {error}", "numbers with a decimal point") from None
-    if not np.isfinite(found).all():
+    if not np.isfinite(numbers).all():
         raise InputError(f"'{path}' line {line}: a value that is not finite, a gap in the data", "finite numbers")
-    return found
+    return numbers
 
 
 def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:

@@ -43,7 +43,7 @@ def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
         shares = tuple(map(float, probabilities))
     except (TypeError, ValueError):
         raise InputError(f"probabilities = {toml(list(probabilities))}", "numbers", "probabilities = [0.3, 0.7]") from None
-    return Names(tuple(each if isinstance(each, str) else toml(each) for each in given), shares)
+    return Names(tuple(value if isinstance(value, str) else toml(value) for value in given), shares)
 
 
 def listed(text: str) -> Names | None:
@@ -53,7 +53,7 @@ def listed(text: str) -> Names | None:
         return None
     with suppress(ValueError):
         return names_of(tomllib.loads(f"names = {inside}")["names"])
-    return names_of([each.strip() for each in inside[1:-1].split(",")])
+    return names_of([name.strip() for name in inside[1:-1].split(",")])
 
 
 def number_of_file(address: str, given: str | Variation, folder: Path) -> Factor:
@@ -98,40 +98,40 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
 
 
 def by_change(
-    case: Path, changes: Sequence[str], options: Options, meant: Mapping[str, Mapping[str, Any]] | None = None
+    case: Path, changes: Sequence[str], options: Options, values: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Reader:
     """Reads a case with names as ``--set`` changes."""
-    meant = meant or {}
+    values = values or {}
 
     def read(names: Mapping[str, str]) -> Mechanism:
-        said = ", ".join(f"'{address}' = '{name}'" for address, name in names.items())
+        which = ", ".join(f"'{address}' = '{name}'" for address, name in names.items())
         ordered = sorted(names, key=lambda address: address.count("."))  # a section before its wall
-        written = [f"{address}={names[address]}" for address in ordered if address not in meant]
+        written = [f"{address}={names[address]}" for address in ordered if address not in values]
         try:
-            found = read_case(case, [*changes, *written])
+            case_read = read_case(case, [*changes, *written])
         except InputError as error:
-            raise InputError(f"{said}: {error.what}", error.allowed, error.type_this) from None
-        if found.run != options:
-            raise InputError(f"{said}: other options of the runs", "names of what the mechanism is made of", NAMES_SAMPLE)
-        return by_object(found.mechanism, meant)({address: name for address, name in names.items() if address in meant})
+            raise InputError(f"{which}: {error.what}", error.allowed, error.type_this) from None
+        if case_read.run != options:
+            raise InputError(f"{which}: other options of the runs", "names of what the mechanism is made of", NAMES_SAMPLE)
+        return by_object(case_read.mechanism, values)({address: name for address, name in names.items() if address in values})
 
     return read
 
 
-def by_object(mechanism: Mechanism, meant: Mapping[str, Mapping[str, Any]]) -> Reader:
+def by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> Reader:
     """Puts what names stand for into a mechanism: a value at their address, or a mechanism in its place."""
 
     def read(names: Mapping[str, str]) -> Mechanism:
-        unknown = next((address for address in names if address not in meant), None)
+        unknown = next((address for address in names if address not in values_of), None)
         if unknown is not None:
             sample = f"{{'{unknown}': {{'{names[unknown]}': ...}}}}"
             raise InputError(
                 f"'{unknown}' = '{names[unknown]}' of a mechanism without a case file", "what it stands for", sample
             )
-        values = {address: meant[address][name] for address, name in names.items()}
-        found = next((value for value in values.values() if isinstance(value, Mechanism)), mechanism)
+        values = {address: values_of[address][name] for address, name in names.items()}
+        mechanism_read = next((value for value in values.values() if isinstance(value, Mechanism)), mechanism)
         for address, value in values.items():
-            found = found if isinstance(value, Mechanism) else changed(found, address, value)
-        return found
+            mechanism_read = mechanism_read if isinstance(value, Mechanism) else changed(mechanism_read, address, value)
+        return mechanism_read
 
     return read

@@ -290,10 +290,10 @@ class UserComponentTable(Table):
 def _any_component() -> Shape:
     """A component by its section, or one of a class of the user's own, whose keys are not known."""
     named = {"type": {"type": "string", "pattern": r"\.py:"}}
-    known = [
+    ours = [
         {"properties": {"type": {"const": section}}, "required": ["type"]} for section in COMPONENTS if section not in _LISTED
     ]
-    return {"type": "object", "anyOf": [*known, {"properties": named, "required": ["type"]}]}
+    return {"type": "object", "anyOf": [*ours, {"properties": named, "required": ["type"]}]}
 
 
 @reader(_any_component)
@@ -309,13 +309,13 @@ def _read_user_component(given: Any, context: Context) -> Any:
 
 def component_part(type: str, folder: Path) -> Part:
     """What a table [[component]] is read by, from its `type`; a file that it names is executed."""
-    known = {section: kind for section, kind in COMPONENTS.items() if section not in _LISTED}
-    if ".py:" not in type and type not in known:
+    classes = {section: kind for section, kind in COMPONENTS.items() if section not in _LISTED}
+    if ".py:" not in type and type not in classes:
         raise InputError(
-            f"unknown component '{type}'{did_you_mean(type, known)}",
-            ", ".join(known) + ", or a class in a file as my_components.py:Rubber",
+            f"unknown component '{type}'{did_you_mean(type, classes)}",
+            ", ".join(classes) + ", or a class in a file as my_components.py:Rubber",
         )
-    return _component_part(known[type] if type in known else component_class(type, folder))
+    return _component_part(classes[type] if type in classes else component_class(type, folder))
 
 
 _JOINT: Hints = (

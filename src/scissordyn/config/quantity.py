@@ -125,8 +125,8 @@ def unit_factor(unit: str, target: str) -> float:
         near = did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
         raise InputError(f"unknown unit '{unknown}'{near}") from None
     except pint.DimensionalityError:
-        meant = " (did you mean 'rpm'?)" if target == "rad/s" and SPEEDS.fullmatch(unit) else ""
-        raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]{meant}") from None
+        likely = " (did you mean 'rpm'?)" if target == "rad/s" and SPEEDS.fullmatch(unit) else ""
+        raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]{likely}") from None
     except (
         pint.PintError,
         ArithmeticError,
@@ -136,15 +136,15 @@ def unit_factor(unit: str, target: str) -> float:
     ):  # pint has many
         raise InputError(f"'{unit}' is not a unit") from None
     if large := LARGE.search(str(parsed)):
-        meant, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
-        raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{meant}'?)", others)
+        likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
+        raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{likely}'?)", others)
     return factor
 
 
 def unit_typed(text: str) -> str:
     """The unit behind the number that a text begins with; empty if there is none."""
-    found = LEADING_NUMBER.fullmatch(text)
-    return found[2].strip() if found is not None else ""
+    match = LEADING_NUMBER.fullmatch(text)
+    return match[2].strip() if match is not None else ""
 
 
 LARGEST = 2**1023
@@ -153,15 +153,15 @@ LARGEST = 2**1023
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
     """A number that was given without a unit, with the unit that brings it nearest to the sample, if that is allowed."""
-    found = LEADING_NUMBER.fullmatch(sample)
-    meant = float(found[1]) * unit_factor(found[2], quantity.unit) if found and found[2] else 0.0
-    units = [quantity.unit] if meant else []
-    units += [found[2]] if found and found[2] else FAMILIAR.get(quantity.unit, [quantity.unit])
+    match = LEADING_NUMBER.fullmatch(sample)
+    likely = float(match[1]) * unit_factor(match[2], quantity.unit) if match and match[2] else 0.0
+    units = [quantity.unit] if likely else []
+    units += [match[2]] if match and match[2] else FAMILIAR.get(quantity.unit, [quantity.unit])
     fitting = [unit for unit in units if quantity.admits(number * unit_factor(unit, quantity.unit))]
     if not fitting:
         return sample or example(quantity)
-    if meant and number:
-        fitting.sort(key=lambda unit: abs(math.log(abs(number * unit_factor(unit, quantity.unit) / meant))))
+    if likely and number:
+        fitting.sort(key=lambda unit: abs(math.log(abs(number * unit_factor(unit, quantity.unit) / likely))))
     return f"{number:.12g} {fitting[0]}"
 
 
@@ -177,19 +177,19 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
             raise InputError("text in place of a plain number", wanted, sample)
         number: float = value  # a whole number stays one
     elif isinstance(value, str):
-        found = LEADING_NUMBER.fullmatch(value)
-        if found is None:
+        match = LEADING_NUMBER.fullmatch(value)
+        if match is None:
             raise InputError("no number", wanted, sample)
         if re.match(r"\s*[+-]?\d+,\d", value):
             raise InputError("a decimal comma", "a decimal point", value.strip().replace(",", ".", 1))
-        if not found[2]:
-            raise InputError("missing unit", wanted, _with_unit(float(found[1]), quantity, sample))
-        if quantity.unit == "K" and found[2].strip() in CELSIUS:
+        if not match[2]:
+            raise InputError("missing unit", wanted, _with_unit(float(match[1]), quantity, sample))
+        if quantity.unit == "K" and match[2].strip() in CELSIUS:
             if quantity.admits(-1.0):
-                raise InputError("a temperature in place of a difference", wanted, f"{found[1]} K")
-            number = float(found[1]) + 273.15
+                raise InputError("a temperature in place of a difference", wanted, f"{match[1]} K")
+            number = float(match[1]) + 273.15
         else:
-            number = _scaled([found[1]], found[2].strip(), quantity.unit, wanted, sample)[0]
+            number = _scaled([match[1]], match[2].strip(), quantity.unit, wanted, sample)[0]
     else:
         raise InputError("missing unit", wanted, _with_unit(value, quantity, sample))
     if not quantity.admits(number):
@@ -200,13 +200,13 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
 def read_numbers(text: object, unit: str) -> tuple[float, ...]:
     """Numbers in SI from text such as ``"0, 10, 20 ms"``: one unit, after the last number."""
     wanted, sample = f"finite numbers and, after the last, their unit [{unit}]", f"'0 0.1 0.2 {unit}'"
-    given, numbers, at = text if isinstance(text, str) else "", list[str](), 0
-    while found := NUMBER.match(given, at):
-        numbers.append(found[1])
-        at = found.end()
+    content, numbers, at = text if isinstance(text, str) else "", list[str](), 0
+    while match := NUMBER.match(content, at):
+        numbers.append(match[1])
+        at = match.end()
     if not numbers:
         raise InputError("no numbers", wanted, sample)
-    values = _scaled(numbers, given[at:].strip(), unit, wanted, sample)
+    values = _scaled(numbers, content[at:].strip(), unit, wanted, sample)
     if not all(map(math.isfinite, values)):
         raise InputError("a number that is not finite", wanted, sample)
     return values

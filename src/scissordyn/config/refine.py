@@ -34,30 +34,34 @@ def refined(
     goals: Sequence[str] = (),
 ) -> Study:
     """The study with some things changed."""
-    apart = {each.name: each for each in study.apart}
+    apart = {factor.name: factor for factor in study.apart}
     places = {address: _places(apart[address], text) for address, text in (vary or {}).items() if address in apart}
     study, vary, uncertain = (
         with_places(study, places),
         {address: text for address, text in (vary or {}).items() if address not in places},
         dict(uncertain or {}),
     )
-    if given := apart.keys() & uncertain.keys():
-        raise InputError(f"'{min(given)}' as an uncertain number", "some of its values", command("--vary", f"{min(given)}=..."))
-    chosen = {each.address: each for each in study.factors}
-    chosen |= {each.address: each for each in factors_of(study.mechanism, vary, Path())}
+    if clash := apart.keys() & uncertain.keys():
+        raise InputError(f"'{min(clash)}' as an uncertain number", "some of its values", command("--vary", f"{min(clash)}=..."))
+    chosen = {factor.address: factor for factor in study.factors}
+    chosen |= {factor.address: factor for factor in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
-    taken = {each.address for each in drawn if not each.of}
-    factors = tuple(each for address, each in chosen.items() if address not in taken)
-    rest = tuple(each for each in study.uncertain if each.name not in {one.name for one in drawn} and each.address not in vary)
+    taken = {factor.address for factor in drawn if not factor.of}
+    factors = tuple(factor for address, factor in chosen.items() if address not in taken)
+    rest = tuple(
+        factor
+        for factor in study.uncertain
+        if factor.name not in {factor.name for factor in drawn} and factor.address not in vary
+    )
     seed_now = study.design.seed if seed is None else seed
     sampling = replace(
         study.sampling, samples=samples or study.sampling.samples, seed=study.sampling.seed if seed is None else seed
     )
     search = None
     if goals:
-        units = {own.name: own.units for own in study.own_measures}
+        units = {measure.name: measure.units for measure in study.own_measures}
         search = Optimisation(tuple(read_goal(goal, units, list(chosen)) for goal in goals), seed=seed_now)
-        search = search.over([each.variation for each in factors])
+        search = search.over([factor.variation for factor in factors])
     measures = tuple(dict.fromkeys([*study.measures, *_needed(search, study, chosen)]))
     return replace(
         study,
@@ -75,16 +79,16 @@ def _places(factor: Factor, text: str) -> list[int]:
     every: Any = factor.variation
     names = listed(text)
     if factor.labels:
-        given: Sequence[Any] = (text,) if names is None else names.values
-        other = next((one for one in given if one not in factor.labels), None)
+        values: Sequence[Any] = (text,) if names is None else names.values
+        other = next((value for value in values if value not in factor.labels), None)
         near = did_you_mean(str(other), factor.labels)
     else:
-        given = read_variation(text, Quantity(factor.si), address=factor.address).levels().tolist()
-        other = next((one for one in given if not np.isclose(every.values, one, rtol=1e-5, atol=0.0).any()), None)
+        values = read_variation(text, Quantity(factor.si), address=factor.address).levels().tolist()
+        other = next((value for value in values if not np.isclose(every.values, value, rtol=1e-5, atol=0.0).any()), None)
         near = ""
     if other is not None:
         raise InputError(f"'{factor.address}' = '{text}'{near}", f"values of the study: {', '.join(factor.texts)}")
-    return [factor.labels.index(one) if factor.labels else int(factor.places(one)) for one in given]
+    return [factor.labels.index(value) if factor.labels else int(factor.places(value)) for value in values]
 
 
 def _needed(search: Optimisation | None, study: Study, chosen: Mapping[str, object]) -> list[str]:
@@ -94,7 +98,7 @@ def _needed(search: Optimisation | None, study: Study, chosen: Mapping[str, obje
 
 def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: int) -> Design:
     """The design of the study; all combinations where each number has one value, a Sobol design after a search."""
-    if all(each.variation.count == 1 for each in factors):
+    if all(factor.variation.count == 1 for factor in factors):
         return Design()
     kind = study.design.kind if study.design.kind in SAMPLED else "sobol" if points or study.optimisation else study.design.kind
     if kind not in SAMPLED:

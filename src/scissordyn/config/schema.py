@@ -43,7 +43,7 @@ def schema(which: str = "case") -> Schema:
         table = StudyTable
     writer = _Writer()
     top = writer.shared(writer.table(table))
-    writer.defined |= {name: writer.shared(each) for name, each in writer.defined.items()} | writer.patterns
+    writer.defined |= {name: writer.shared(definition) for name, definition in writer.defined.items()} | writer.patterns
     return {
         "$schema": DRAFT,
         "title": f"scissordyn {which} file",
@@ -76,7 +76,7 @@ class _Writer:
     def shared(self, schema: Any) -> Any:
         """A schema with patterns of units, which are long, in a place of their own."""
         if isinstance(schema, list):
-            return [self.shared(each) for each in schema]
+            return [self.shared(entry) for entry in schema]
         if not isinstance(schema, dict):
             return schema
         name = name_of(schema["pattern"]) if isinstance(schema.get("pattern"), str) else ""
@@ -131,7 +131,7 @@ class _Writer:
         if origin in (list, Sequence):
             return {"type": "array", "items": self._of(inner[0])}
         if origin in (typing.Union, types.UnionType):
-            kept = [self._of(each) for each in members(annotation) if each is not type(None)]
+            kept = [self._of(member) for member in members(annotation) if member is not type(None)]
             return kept[0] if len(kept) == 1 else {"anyOf": kept}
         if isinstance(annotation, type) and issubclass(annotation, Table):
             return self.reference(annotation)
@@ -148,17 +148,17 @@ class _Writer:
     def _inner(self, value: Any) -> Any:
         if isinstance(value, type | Mapping):
             return self.shape(value)
-        return [self._inner(each) for each in value] if isinstance(value, list) else value
+        return [self._inner(entry) for entry in value] if isinstance(value, list) else value
 
 
 def _number(quantity: Quantity, annotation: Any, words: tuple[str, ...]) -> Schema:
     """A number with its unit, or a plain one with its bounds; or one of some words."""
     if quantity.unit == "1":
-        found: Schema = {"type": "integer" if int in members(annotation) else "number"}
+        accepted: Schema = {"type": "integer" if int in members(annotation) else "number"}
         bounds = ("minimum", quantity.minimum), ("maximum", quantity.maximum)
         open_bounds = ("exclusiveMinimum", quantity.above), ("exclusiveMaximum", quantity.below)
-        found |= {name: value for name, value in (*bounds, *open_bounds) if value is not None}
+        accepted |= {name: value for name, value in (*bounds, *open_bounds) if value is not None}
     else:
         low = quantity.minimum if quantity.above is None else quantity.above
-        found = {"type": "string", "pattern": quantity_pattern(quantity.unit, negative=low is None or low < 0.0)}
-    return {"anyOf": [found, {"enum": list(words)}]} if words else found
+        accepted = {"type": "string", "pattern": quantity_pattern(quantity.unit, negative=low is None or low < 0.0)}
+    return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted

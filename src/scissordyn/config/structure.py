@@ -53,8 +53,8 @@ class MechanismTable(StructureTable):
 
     def fields(self) -> dict[str, Any]:
         """Gravity and the names of the first and last body."""
-        own = {name: getattr(self, name) for name in type(self).declared_keys() if name not in ("kind", "bars")}
-        return {**own, "source": self.source or ""}
+        values = {name: getattr(self, name) for name in type(self).declared_keys() if name not in ("kind", "bars")}
+        return {**values, "source": self.source or ""}
 
 
 class BuiltTable(Call, StructureTable):
@@ -73,7 +73,7 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: 
     base = made_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
     hints = get_type_hints(builder, include_extras=True)
     places = {name: extras(hint)[0] for name, hint in hints.items() if plain_hint(hint) == Point}
-    read = tuple((name, Annotated[Point, pair(one.unit), About(one.help)]) for name, one in places.items())
+    read = tuple((name, Annotated[Point, pair(quantity.unit), About(quantity.help)]) for name, quantity in places.items())
     return table_of_call(builder, read, base=base, **examples)
 
 

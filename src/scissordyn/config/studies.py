@@ -69,19 +69,19 @@ def study(
         described = study_of(read_study(Path(case)))
     else:
         search = {"risk": risk, "population": population, "generations": generations, "seed": seed}
-        asked = _asked(factors or {}, uncertain or {}, measures, requirements)
-        asked = replace(asked, design=Design(design or ("sobol" if points else "grid"), points, seed), members=members)
-        asked = replace(asked, goals=(goals,) if isinstance(goals, str) else tuple(goals), optimise=search)
-        asked = replace(asked, sampling=Sampling(samples, sampling, seed, common))
-        described = _described(asked, _case(case, until, options), screen, verify, _meant(factors, uncertain))
+        texts = _asked(factors or {}, uncertain or {}, measures, requirements)
+        texts = replace(texts, design=Design(design or ("sobol" if points else "grid"), points, seed), members=members)
+        texts = replace(texts, goals=(goals,) if isinstance(goals, str) else tuple(goals), optimise=search)
+        texts = replace(texts, sampling=Sampling(samples, sampling, seed, common))
+        described = _described(texts, _case(case, until, options), screen, verify, _meant(factors, uncertain))
     return _result(described, store, engine, block, progress, compute, budget)
 
 
 def _asked(factors: Varied, uncertain: Varied, measures: Any, requirements: Any) -> StudyText:
-    own = _measures(measures)
-    units = {each.name: each.units for each in own if isinstance(each, OwnMeasure)}
+    listed = _measures(measures)
+    units = {measure.name: measure.units for measure in listed if isinstance(measure, OwnMeasure)}
     varied, drawn = _varied(factors), _varied(uncertain)
-    return StudyText(Path("case"), vary=varied, uncertain=drawn, measures=own, require=_requirements(requirements, units))
+    return StudyText(Path("case"), vary=varied, uncertain=drawn, measures=listed, require=_requirements(requirements, units))
 
 
 @dataclass(frozen=True)
@@ -92,21 +92,21 @@ class _Given:
     options: Options
     file: Path | None = None
 
-    def reader(self, meant: Mapping[str, Mapping[str, Any]]) -> Reader | None:
+    def reader(self, values: Mapping[str, Mapping[str, Any]]) -> Reader | None:
         """What makes it with other names; None where nobody knows what they stand for."""
         if self.file is None:
-            return by_object(self.mechanism, meant) if meant else None
-        return by_change(self.file, [], read_case(self.file).run, meant)
+            return by_object(self.mechanism, values) if values else None
+        return by_change(self.file, [], read_case(self.file).run, values)
 
 
-def _described(asked: StudyText, given: _Given, screen: Any, verify: int, meant: Mapping[str, Mapping[str, Any]]) -> Study:
+def _described(texts: StudyText, base: _Given, screen: Any, verify: int, values: Mapping[str, Mapping[str, Any]]) -> Study:
     """The study, with accurate runs beside its own where these are cheap."""
-    read = given.reader(meant)
+    read = base.reader(values)
     if screen is None:
-        return described_study(given.mechanism, given.options, asked, read)
-    cheap = _screen(screen, given)
-    found = described_study(cheap.mechanism, cheap.options, asked, cheap.reader(meant))
-    return replace(found, accurate=Accurate(given.mechanism, given.options, verify, variants_of(found.apart, read)))
+        return described_study(base.mechanism, base.options, texts, read)
+    cheap = _screen(screen, base)
+    study = described_study(cheap.mechanism, cheap.options, texts, cheap.reader(values))
+    return replace(study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.apart, read)))
 
 
 def _result(
@@ -121,22 +121,22 @@ def _result(
     if not compute:
         if store is None:
             raise InputError("compute=False without a store", "the store of the study", "store='study.db'")
-        held = Store(store)
-        if not held.exists():
+        kept = Store(store)
+        if not kept.exists():
             raise InputError(f"no study at '{store}'", "the store of a study, or compute=True")
-        held.check(described)
-        return StudyResult(replace(described, design=held.design()), held)
+        kept.check(described)
+        return StudyResult(replace(described, design=kept.design()), kept)
     if store is not None:
         return computed(described, store, engine=engine, block=block, budget=budget, progress=progress)
     folder = tempfile.TemporaryDirectory(prefix="scissordyn-study-")
     try:
         inside = Path(folder.name) / "study.db"
-        found = computed(described, inside, engine=engine, block=block, budget=budget, progress=progress)
+        result = computed(described, inside, engine=engine, block=block, budget=budget, progress=progress)
     except BaseException:
         folder.cleanup()
         raise
-    weakref.finalize(found, folder.cleanup)
-    return found
+    weakref.finalize(result, folder.cleanup)
+    return result
 
 
 def open_study(
@@ -166,18 +166,18 @@ def open_study(
     if not store.exists():
         raise InputError(f"no study at '{path}'", "the store of a study")
     files = [Path(file) for file in ([allow_code] if isinstance(allow_code, (str, os.PathLike)) else allow_code)]
-    own = [_own(name, function) for name, function in (measures or {}).items()]
-    return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=own))
+    functions = [_own(name, function) for name, function in (measures or {}).items()]
+    return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=functions))
 
 
-def _screen(screen: Any, given: _Given) -> _Given:
+def _screen(screen: Any, base: _Given) -> _Given:
     """The mechanism and the options of cheap runs."""
     if isinstance(screen, Case):
         return _Given(screen.mechanism, screen.run)
-    known = [each.name for each in fields(Options)]
-    if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(known):
-        raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(known)}", "{'rtol': 1e-3}")
-    return replace(given, options=replace(given.options, **screen))
+    names = [field.name for field in fields(Options)]
+    if not isinstance(screen, Mapping) or not screen or not set(screen) <= set(names):
+        raise InputError(f"screen = {screen!r:.60}", f"a case, or options of its runs: {', '.join(names)}", "{'rtol': 1e-3}")
+    return replace(base, options=replace(base.options, **screen))
 
 
 def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> _Given:
@@ -186,17 +186,17 @@ def _case(case: Mechanism | Case | Address, until: float | None, options: Option
     if file is not None:
         case = read_case(file)
     if isinstance(case, Case):
-        given, mechanism = options or Options(**case.run.keywords), case.mechanism
+        chosen, mechanism = options or Options(**case.run.keywords), case.mechanism
     elif isinstance(case, Mechanism):
         mechanism = case
         if options is None and until is None:
             raise InputError("a study of a mechanism without an end of its runs", "until [s], or options", "until=0.5")
-        given = options or Options(until or 0.0)
+        chosen = options or Options(until or 0.0)
     else:
         raise InputError(
             f"a study of {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')"
         )
-    return _Given(mechanism, given if until is None else replace(given, until=until), file)
+    return _Given(mechanism, chosen if until is None else replace(chosen, until=until), file)
 
 
 def _varied(given: Varied) -> dict[str, str | Variation]:
@@ -234,7 +234,7 @@ def _measures(given: Any) -> list[str | OwnMeasure]:
     if isinstance(given, Mapping):
         return [_own(name, function) for name, function in given.items()]
     listed = [given] if isinstance(given, str) or callable(given) else list(given)
-    return [_own(getattr(each, "__name__", repr(each)), each) if callable(each) else each for each in listed]
+    return [_own(getattr(measure, "__name__", repr(measure)), measure) if callable(measure) else measure for measure in listed]
 
 
 def _own(name: str, function: Any) -> OwnMeasure:
@@ -247,10 +247,10 @@ def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]
     """Requirements, of texts and bounds."""
     if not isinstance(given, Mapping):
         return [given] if isinstance(given, (str, Requirement)) else list(given)
-    found: list[str | Requirement] = []
+    requirements: list[str | Requirement] = []
     for name, bound in given.items():
         if isinstance(bound, str):
-            found.append(f"{name} {bound}")
+            requirements.append(f"{name} {bound}")
             continue
         part, measure, unit = read_response(name, own)
         try:
@@ -258,5 +258,5 @@ def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]
         except (TypeError, ValueError):
             sample = f"{{'{name}': 500.0}}, or {{'{name}': '< 500 {unit}'}}"
             raise InputError(f"requirement on '{name}': {bound!r:.60}", "an upper bound in SI, or a text", sample) from None
-        found.append(Requirement(measure, "<", number, part))
-    return found
+        requirements.append(Requirement(measure, "<", number, part))
+    return requirements

@@ -84,7 +84,7 @@ LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
 
 @reader(lambda: LIST_OF_TEXTS)
 def _read_texts(given: Any, context: Context) -> list[str]:
-    if not isinstance(given, list) or not all(isinstance(each, str) for each in given):
+    if not isinstance(given, list) or not all(isinstance(text, str) for text in given):
         raise InputError("not a list of texts", "a list of texts", toml([given]) if isinstance(given, str) else "")
     return given
 
@@ -106,8 +106,8 @@ def _addresses(deeper: int = 6) -> Shape:
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
     weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
     tables = [
-        {"type": "object", "properties": each, "required": ["values"], "additionalProperties": False}
-        for each in (over, weighed)
+        {"type": "object", "properties": keys, "required": ["values"], "additionalProperties": False}
+        for keys in (over, weighed)
     ]
     inner = [{"type": "string"}, NAMES, *tables]
     inner += [_addresses(deeper - 1)] if deeper else []
@@ -119,11 +119,11 @@ def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
     """Texts and names by address; without quotes TOML makes tables of the parts of an address."""
     if not isinstance(given, Mapping):
         raise InputError("not a table of addresses", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
-    found = dict(_flat(given))
-    for address, value in found.items():
+    varied = dict(_flat(given))
+    for address, value in varied.items():
         if not isinstance(value, str | Names):
             raise InputError(f"'{address}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
-    return found
+    return varied
 
 
 ADDRESSES = _read_addresses
@@ -187,26 +187,26 @@ def read_study(path: Path) -> StudyText:
         allowed = "a study file, which names a case and what varies"
         raise InputError(f"'{path}' is a case file", allowed, command("scissordyn", "run", path))
     try:
-        given = instance(StudyTable, tree, {"folder": path.parent})
+        table = instance(StudyTable, tree, {"folder": path.parent})
     except PlacedError as error:
         raise in_file(error, path, text, tree, tree) from None
-    optimise = {} if given.optimise is None else dict(vars(given.optimise))
-    if given.optimise is not None and not given.optimise.goals:
+    optimise = {} if table.optimise is None else dict(vars(table.optimise))
+    if table.optimise is not None and not table.optimise.goals:
         raise InputError(f"{path}, [optimise]: goals = []", "a list of goals", 'goals = ["minimise peak_force"]')
     return StudyText(
-        case=path.parent / given.case,
-        changes=tuple(given.set),
-        vary=given.vary,
-        uncertain=given.uncertain,
-        measures=tuple(_beside(path, name) for name in given.measures),
-        require=tuple(given.require),
-        design=given.design,
-        sampling=given.sampling,
-        members=given.members,
-        motor=given.motor,
+        case=path.parent / table.case,
+        changes=tuple(table.set),
+        vary=table.vary,
+        uncertain=table.uncertain,
+        measures=tuple(_beside(path, name) for name in table.measures),
+        require=tuple(table.require),
+        design=table.design,
+        sampling=table.sampling,
+        members=table.members,
+        motor=table.motor,
         goals=tuple(optimise.pop("goals", ())),
         optimise=optimise,
-        screen=None if given.screen is None else Screen(tuple(given.screen.set), given.screen.verify),
+        screen=None if table.screen is None else Screen(tuple(table.screen.set), table.screen.verify),
     )
 
 
@@ -223,12 +223,12 @@ def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]
 
 def _valued(table: Mapping[str, Any], said: str) -> str | Names:
     """Values that each place of a pattern has for itself, or names with their probabilities."""
-    values, each = table["values"], table.get("each", False)
+    values, apart = table["values"], table.get("each", False)
     if isinstance(values, list) and "each" not in table:
         return names_of(values, table.get("probabilities", ()))
-    if not isinstance(each, bool) or not isinstance(values, str) or "probabilities" in table:
+    if not isinstance(apart, bool) or not isinstance(values, str) or "probabilities" in table:
         raise InputError(said, "values, a text, and each = true or false; or a list of names and probabilities", EACH_SAMPLE)
-    return f"{values}, each" if each else values
+    return f"{values}, each" if apart else values
 
 
 def _beside(path: Path, measure: str) -> str:
@@ -239,12 +239,12 @@ def _beside(path: Path, measure: str) -> str:
 
 def study_of(text: StudyText) -> Study:
     """The study itself."""
-    own, read = _read_case(text, ())
+    base, read = _read_case(text, ())
     if text.screen is None:
-        return described_study(*own, text, read)
+        return described_study(*base, text, read)
     cheap, read_cheap = _read_case(text, text.screen.set)
-    found = described_study(*cheap, text, read_cheap)
-    return replace(found, accurate=Accurate(*own, text.screen.verify, variants_of(found.apart, read)))
+    study = described_study(*cheap, text, read_cheap)
+    return replace(study, accurate=Accurate(*base, text.screen.verify, variants_of(study.apart, read)))
 
 
 def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism, Options], Reader]:
@@ -254,33 +254,41 @@ def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism
     return (case.mechanism, Options(**case.run.keywords)), by_change(text.case, every, case.run)
 
 
-def described_study(mechanism: Mechanism, options: Options, asked: StudyText, read: Reader | None = None) -> Study:
+def described_study(mechanism: Mechanism, options: Options, study_text: StudyText, read: Reader | None = None) -> Study:
     """The study of a mechanism."""
-    texts = [name for name in asked.measures if isinstance(name, str) and "=" not in name]
+    texts = [name for name in study_text.measures if isinstance(name, str) and "=" not in name]
     wanted = [Response(measure, part) for part, measure, _ in (read_response(name) for name in texts)]
     for response in wanted:
         check_part(mechanism, response)
-    given = (each for each in asked.measures if each not in texts)
-    own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
-    own += (OwnMeasure(MOTOR, asked.motor),) if asked.motor is not None else ()
-    units = {each.name: each.units for each in own}
-    goals = tuple(read_goal(goal, units, tuple(asked.vary)) for goal in asked.goals)
-    requirements = tuple(read_requirement(each, units) if isinstance(each, str) else each for each in asked.require)
-    needed = [one.measure for one in requirements] + [goal.measure for goal in goals if goal.measure not in asked.vary]
+    others = (measure for measure in study_text.measures if measure not in texts)
+    functions = tuple(own_measure(*_parted(measure)) if isinstance(measure, str) else measure for measure in others)
+    functions += (OwnMeasure(MOTOR, study_text.motor),) if study_text.motor is not None else ()
+    units = {measure.name: measure.units for measure in functions}
+    goals = tuple(read_goal(goal, units, tuple(study_text.vary)) for goal in study_text.goals)
+    requirements = tuple(
+        read_requirement(measure, units) if isinstance(measure, str) else measure for measure in study_text.require
+    )
+    needed = [requirement.measure for requirement in requirements] + [
+        goal.measure for goal in goals if goal.measure not in study_text.vary
+    ]
     needed += [SHORTFALL[name][0] for name in needed if name in SHORTFALL]
     names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
-    factors, uncertain = (factors_of(mechanism, given, asked.case.parent) for given in (asked.vary, asked.uncertain))
-    optimisation = Optimisation(goals, **asked.optimise).over([one.variation for one in factors]) if goals else None
+    factors, uncertain = (
+        factors_of(mechanism, others, study_text.case.parent) for others in (study_text.vary, study_text.uncertain)
+    )
+    optimisation = (
+        Optimisation(goals, **study_text.optimise).over([requirement.variation for requirement in factors]) if goals else None
+    )
     return Study(
         mechanism=mechanism,
         options=options,
         factors=factors,
-        design=asked.design if optimisation is None else optimisation.design(1, len(factors)),
+        design=study_text.design if optimisation is None else optimisation.design(1, len(factors)),
         measures=tuple(dict.fromkeys(names)) or ("peak_force", "peak_drive_torque"),
-        own_measures=own,
+        own_measures=functions,
         uncertain=uncertain,
-        sampling=asked.sampling,
-        members=asked.members,
+        sampling=study_text.sampling,
+        members=study_text.members,
         requirements=requirements,
         optimisation=optimisation,
         responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
@@ -291,8 +299,8 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText, re
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
     """The numbers that vary, with the units in which the user wrote them, and the names."""
     factors = []
-    for address, asked in given.items():
-        text = _numbers(mechanism, address, asked)
+    for address, values in given.items():
+        text = _numbers(mechanism, address, values)
         if isinstance(text, Names):
             factors.append(Factor(address, text))
             continue
@@ -304,7 +312,7 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
         if not isinstance(text, str):
             factors.append(Factor(address, text))
             continue
-        plain, each = without_each(text)
+        plain, apart = without_each(text)
         deviates = is_deviation(plain)
         variation, relative = (
             read_deviation(plain, quantity, address=address)
@@ -314,7 +322,7 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
         unit = unit_of(plain)
         scale = 0.01 if relative else unit_factor(unit, quantity.unit) if unit else 1.0
         of = address if deviates else ""
-        places = single(mechanism, address) if each else [address]
+        places = single(mechanism, address) if apart else [address]
         factors.extend(Factor(place, variation, unit, scale, of, relative) for place in places)
     return tuple(factors)
 
@@ -338,41 +346,41 @@ def _parted(measure: str) -> tuple[str, str]:
 
 def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
     """A measure of the user's."""
-    found, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
-    if found is None:
+    match, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
+    if match is None:
         raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
-    unit = (found[2] or "1").strip()
+    unit = (match[2] or "1").strip()
     if unit != "1":
         try:
             unit_factor(unit, unit)
         except InputError as error:
             raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_SAMPLE) from None
-    return OwnMeasure(found[1], function, of=found[3] or "dataset", units=unit)
+    return OwnMeasure(match[1], function, of=match[3] or "dataset", units=unit)
 
 
 def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Requirement:
     """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``."""
-    found = COMPARISON.fullmatch(text)
-    if found is None:
+    match = COMPARISON.fullmatch(text)
+    if match is None:
         raise InputError(f"'{text}' is no requirement", "a measure, a sign and a bound", "'peak_force < 500 N'")
     try:
-        part, measure, unit = read_response(found[1], own)
-        value, given = number_and_unit(found[3])
+        part, measure, unit = read_response(match[1], own)
+        value, unit_given = number_and_unit(match[3])
         if measure in BY_COMPONENT:
-            unit = _exerted(given, value)
+            unit = _exerted(unit_given, value)
         if unit == "1":
-            if given:
-                raise InputError(f"unit '{given}' of a pure number", "a plain number")
+            if unit_given:
+                raise InputError(f"unit '{unit_given}' of a pure number", "a plain number")
             factor = 1.0
         else:
-            if not given:
+            if not unit_given:
                 raise InputError("missing unit", f"a number and its unit [{unit}]", f"{value} {unit}")
-            with allowing(f"a number and its unit [{unit}]", f"{found[1]} {found[2]} {value} {unit}"):
-                factor = unit_factor(given, unit)
+            with allowing(f"a number and its unit [{unit}]", f"{match[1]} {match[2]} {value} {unit}"):
+                factor = unit_factor(unit_given, unit)
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
     exerted = unit if measure in BY_COMPONENT else ""
-    return Requirement(measure, found[2], float(value) * factor, part, text.strip(), exerted)
+    return Requirement(measure, match[2], float(value) * factor, part, text.strip(), exerted)
 
 
 @contextmanager

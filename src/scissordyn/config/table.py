@@ -102,14 +102,14 @@ class Key:
 
 def _key(name: str, annotation: Any, default: Any) -> Key:
     """Of several things said about a key the last one counts."""
-    said = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
-    about = [extra for extra in said if isinstance(extra, About)]
+    annotated = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
+    about = [extra for extra in annotated if isinstance(extra, About)]
     return Key(
         name,
         plain_hint(annotation),
         default,
-        next((extra for extra in said if isinstance(extra, Quantity)), None),
-        next((extra for extra in said if isinstance(extra, Reader)), None),
+        next((extra for extra in annotated if isinstance(extra, Quantity)), None),
+        next((extra for extra in annotated if isinstance(extra, Reader)), None),
         next((extra.description for extra in reversed(about) if extra.description), ""),
         next((extra.examples for extra in reversed(about) if extra.examples), ()),
     )
@@ -203,8 +203,8 @@ class Table:
             raise InputError("not a table", "the keys " + ", ".join(keys))
         for key in given:
             if key not in keys:
-                said = f"unknown key '{key}'{did_you_mean(key, keys)}"
-                raise PlacedError((), "", said, ", ".join(keys) or "no keys", key=str(key))
+                what = f"unknown key '{key}'{did_you_mean(key, keys)}"
+                raise PlacedError((), "", what, ", ".join(keys) or "no keys", key=str(key))
         for name, key in keys.items():
             if key.required and name not in given:
                 raise PlacedError((), "", f"missing key '{name}'", key.help, f"{name} = {key.sample}")
@@ -239,12 +239,12 @@ def made_table(name: str, base: type[AnyTable], keys: Mapping[str, tuple[Any, An
 
 def _documented(docstrings: Iterable[str | None]) -> dict[str, str]:
     """First sentences of the parameters in docstrings; later ones count."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for docstring in docstrings:
         for names, text in re.findall(r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", inspect.cleandoc(docstring or ""), re.MULTILINE):
             sentence = re.split(r"[.;](?:\s|$)", " ".join(text.split()))[0]
-            found.update({name.strip(): sentence[:1].lower() + sentence[1:] for name in names.split(",")})
-    return found
+            texts.update({name.strip(): sentence[:1].lower() + sentence[1:] for name in names.split(",")})
+    return texts
 
 
 def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:

@@ -63,16 +63,16 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         raise InputError(
             f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"
         )
-    starter, asked, ordered = STARTERS[kind], list(parts), _Changes(changes)
-    structure = ordered("structure", {**starter.get("structure", {}), **(AT_REST.get(kind, {}) if asked else {})})
-    further = fitted(_assembled(kind, structure), TURNS[kind], asked, ordered) if asked else {}
-    drive = further.get("drive") if asked else starter.get("drive")
+    starter, names, ordered = STARTERS[kind], list(parts), _Changes(changes)
+    structure = ordered("structure", {**starter.get("structure", {}), **(AT_REST.get(kind, {}) if names else {})})
+    further = fitted(_assembled(kind, structure), TURNS[kind], names, ordered) if names else {}
+    drive = further.get("drive") if names else starter.get("drive")
     text = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     text.append(_section("[structure]", STRUCTURES[kind], structure))
     for name in PARTS:
         text += _list_of(name, starter.get(name, []))
     if drive is not None:
-        text.append(_section("[drive]", DriveTable, drive if asked else ordered("drive", drive)))
+        text.append(_section("[drive]", DriveTable, drive if names else ordered("drive", drive)))
     if "control" in further:
         text.append(f"{GAINS}\n{_section('[[control]]', ControlTable, further['control'])}")
     text.append(_section("[[clearance]]", ClearanceTable, ordered("clearance", starter.get("clearance", {}))))
@@ -111,15 +111,15 @@ class _Changes:
     def __call__(self, section: str, given: Given) -> Given:
         """The values of a section with those that are asked for."""
         self._sections.append(section)
-        made: Given = changed({section: dict(given)}, self._asked.get(section, ()))[section]
-        return made
+        section_values: Given = changed({section: dict(given)}, self._asked.get(section, ()))[section]
+        return section_values
 
     def check(self) -> None:
         """Raise `InputError` for a section that the file does not have."""
-        for section, asked in self._asked.items():
+        for section, changes in self._asked.items():
             if section not in self._sections:
                 near = did_you_mean(section, self._sections)
-                raise InputError(f"--set {asked[0]!r} of a file without [{section}]{near}", ", ".join(self._sections))
+                raise InputError(f"--set {changes[0]!r} of a file without [{section}]{near}", ", ".join(self._sections))
 
 
 def _assembled(kind: str, structure: Given) -> Mechanism:

@@ -107,8 +107,8 @@ def powers(unit: str) -> tuple[str, ...]:
 
 def _coefficients(units: tuple[str, ...]) -> Shape:
     number = {"type": "number"}
-    each = [number if unit == "1" else {"type": "string", "pattern": quantity_pattern(unit)} for unit in units]
-    return {"type": "array", "items": each, "additionalItems": False, "minItems": 1, "maxItems": len(units)}
+    coefficients = [number if unit == "1" else {"type": "string", "pattern": quantity_pattern(unit)} for unit in units]
+    return {"type": "array", "items": coefficients, "additionalItems": False, "minItems": 1, "maxItems": len(units)}
 
 
 def _polynomial_reader(unit: str, sample: str) -> Reader:
@@ -119,11 +119,11 @@ def _polynomial_reader(unit: str, sample: str) -> Reader:
     def read(given: Any, _: Context) -> Polynomial:
         if not isinstance(given, list) or not 1 <= len(given) <= len(units):
             raise InputError("not a list of one to six coefficients", "coefficients from the constant up", sample)
-        found = []
+        coefficients = []
         for power, (number, wanted) in enumerate(zip(given, units, strict=False)):
             with located(f"coefficient {power}"):
-                found.append(read_quantity(number, Quantity(wanted), sample))
-        return Polynomial(tuple(found))
+                coefficients.append(read_quantity(number, Quantity(wanted), sample))
+        return Polynomial(tuple(coefficients))
 
     return read
 
@@ -136,11 +136,11 @@ class MotionTable(Table):
     def motion(self) -> TimeFunction:
         """The one time function that is given."""
         keys = self.exactly_one
-        given = {key: value for key in keys if (value := getattr(self, key)) is not None}
-        if len(given) != 1:
-            came = f"{len(given)} time functions" + (f" ({', '.join(given)})" if given else "")
+        chosen = {key: value for key in keys if (value := getattr(self, key)) is not None}
+        if len(chosen) != 1:
+            came = f"{len(chosen)} time functions" + (f" ({', '.join(chosen)})" if chosen else "")
             raise InputError(came, f"exactly one of {', '.join(keys[:-1])} and {keys[-1]}", self.sample)
-        motion: Any = next(iter(given.values()))
+        motion: Any = next(iter(chosen.values()))
         return ConstantSpeed(motion) if isinstance(motion, float) else motion
 
 

@@ -27,8 +27,8 @@ def _names(definition: str) -> list[str]:
 @cache
 def _units() -> tuple[str, ...]:
     """Names of all units, without prefixes, longest first."""
-    found = {name for definition in UNITS for name in _names(definition)}
-    return tuple(sorted(found, key=lambda name: (-len(name), name)))
+    names = {name for definition in UNITS for name in _names(definition)}
+    return tuple(sorted(names, key=lambda name: (-len(name), name)))
 
 
 @cache
@@ -66,12 +66,12 @@ def _unit_pattern(unit: str) -> str:
         except InputError:
             continue
         single.append(name)
-    one = _any_unit()
+    unit_name = _any_unit()
     composed = [
-        rf"{one}(?:{OPERATORS}{one})+[)0-9²³^*-]*",
-        rf"{one} *(?:\^|\*\*) *-?[0-9]+",
-        rf"{one}[²³]",
-        rf"1 */ *{one}[)0-9²³^*-]*",
+        rf"{unit_name}(?:{OPERATORS}{unit_name})+[)0-9²³^*-]*",
+        rf"{unit_name} *(?:\^|\*\*) *-?[0-9]+",
+        rf"{unit_name}[²³]",
+        rf"1 */ *{unit_name}[)0-9²³^*-]*",
     ]
     if single:
         composed.insert(0, _prefixed(single))

@@ -73,8 +73,8 @@ def unit_of(text: str) -> str:
     if (sign := _sign(text)) is not None:
         nominal, rest = text.split(sign, 1)
         tolerance = number_and_unit(rest.split(",")[0])[1]
-        own = number_and_unit(nominal)[1] if nominal.strip() else ""
-        return own or (tolerance if tolerance != "%" or not nominal.strip() else "")
+        nominal_unit = number_and_unit(nominal)[1] if nominal.strip() else ""
+        return nominal_unit or (tolerance if tolerance != "%" or not nominal.strip() else "")
     if (fit := FIT.fullmatch(text)) is not None:
         return number_and_unit(fit[2])[1]
     called = CALL.fullmatch(text)
@@ -99,8 +99,8 @@ def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: 
 
 def without_each(text: str) -> tuple[str, bool]:
     """A text without its last word ``each``, and whether it had it."""
-    found = EACH.fullmatch(text)
-    return (found[1], True) if found is not None else (text, False)
+    match = EACH.fullmatch(text)
+    return (match[1], True) if match is not None else (text, False)
 
 
 def is_deviation(text: str) -> bool:
@@ -158,12 +158,12 @@ def _about(text: str, sign: str, quantity: Quantity) -> Variation:
     """A nominal value and its tolerance."""
     nominal, rest = text.split(sign, 1)
     size, unit, shape = _tolerance(rest)
-    value, own = number_and_unit(nominal)
+    value, nominal_unit = number_and_unit(nominal)
     if unit == "%":
         middle = _si(nominal, "", quantity)
         return _shaped(shape, middle, abs(middle) * size / 100.0)
-    middle = _si(value, own or unit, quantity)
-    return _shaped(shape, middle, size * _factor(unit or own, quantity))
+    middle = _si(value, nominal_unit or unit, quantity)
+    return _shaped(shape, middle, size * _factor(unit or nominal_unit, quantity))
 
 
 def _fitted(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
@@ -195,12 +195,12 @@ def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
         last, *options = (part.strip() for part in rest.split(","))
         chosen: dict[str, Any] = {}
         for option in options:
-            found = OPTION.fullmatch(option)
-            if found is None:
+            match = OPTION.fullmatch(option)
+            if match is None:
                 raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
-            if len(found[1] or "") > LONGEST:
-                raise InputError(f"a number of values of {len(found[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
-            chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
+            if len(match[1] or "") > LONGEST:
+                raise InputError(f"a number of values of {len(match[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
+            chosen |= {"count": int(match[1])} if match[1] else {"logarithmic": True}
         value, unit = number_and_unit(last)
         ends = _si(low, unit, quantity), _si(value, unit, quantity)
         if ends[0] >= ends[1]:
@@ -209,15 +209,15 @@ def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
         return Interval(*ends, **chosen)
     *others, last = text.split(",")
     value, unit = number_and_unit(last)
-    return Levels(tuple(_si(each, unit, quantity) for each in (*others, value)))
+    return Levels(tuple(_si(number, unit, quantity) for number in (*others, value)))
 
 
 def number_and_unit(text: str) -> tuple[str, str]:
     """The number that a text begins with, and the unit behind it."""
-    found = LEADING_NUMBER.fullmatch(text)
-    if found is None:
+    match = LEADING_NUMBER.fullmatch(text)
+    if match is None:
         raise InputError(f"'{text.strip()}' is no number", FORMS)
-    return found[1], found[2].strip()
+    return match[1], match[2].strip()
 
 
 def _si(text: str, unit: str, quantity: Quantity) -> float:

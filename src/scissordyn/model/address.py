@@ -39,26 +39,26 @@ SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.li
 
 def find(mechanism: Mechanism, address: str) -> list[Place]:
     """All places that an address means."""
-    own = declared(type(mechanism)).get(address)
-    if own is not None:
-        return [Place((address,), getattr(mechanism, address), own.quantity)]
-    found = list(_parts(mechanism, address))
-    if not found:
+    field = declared(type(mechanism)).get(address)
+    if field is not None:
+        return [Place((address,), getattr(mechanism, address), field.quantity)]
+    routes = list(_parts(mechanism, address))
+    if not routes:
         kind, _, rest = address.partition(".")
         if kind in KINDS and rest and "." not in rest:
             what = f"'{address}': which {kind} is not said"
             raise InputError(what, f"{kind}.NAME.{rest}, or {kind}.all.{rest}", f"{kind}.all.{rest}")
         name = address.rsplit(".", 1)[0] if "." in address else address
-        known = list(dict.fromkeys(each for each, _, _, kind in _named(mechanism) if kind != DRIVE))
-        known += [DRIVE] * bool(mechanism.drives) + list(_numbers(mechanism))
+        names = list(dict.fromkeys(part for part, _, _, kind in _named(mechanism) if kind != DRIVE))
+        names += [DRIVE] * bool(mechanism.drives) + list(_numbers(mechanism))
         first, _, rest = name.partition(".")
         near = [f"{kind}.{rest}" for kind in _kinds(mechanism) if rest and did_you_mean(first, [kind])]
         raise InputError(
-            f"no part '{name}' for '{address}'{did_you_mean(name, [*known, *near])}",
-            "one of " + ", ".join(known),
+            f"no part '{name}' for '{address}'{did_you_mean(name, [*names, *near])}",
+            "one of " + ", ".join(names),
             f"an address such as {SAMPLE}",
         )
-    return [_place(mechanism, path, address) for path in found]
+    return [_place(mechanism, path, address) for path in routes]
 
 
 def number(mechanism: Mechanism, address: str) -> Place:
@@ -67,8 +67,8 @@ def number(mechanism: Mechanism, address: str) -> Place:
     if first.value is None:
         raise _not_given(address)
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
-        known = _numbers(at(mechanism, first.path[:-1]))
-        raise InputError(f"'{address}' is not a number with a unit", ", ".join(known) or f"an address such as {SAMPLE}")
+        fields = _numbers(at(mechanism, first.path[:-1]))
+        raise InputError(f"'{address}' is not a number with a unit", ", ".join(fields) or f"an address such as {SAMPLE}")
     _free(first, address)
     return first
 
@@ -78,14 +78,14 @@ def single(mechanism: Mechanism, address: str) -> list[str]:
     places = find(mechanism, address)
     if len(places) == 1:
         return [address]
-    kind, found = address.partition(".")[0], []
+    kind, addresses = address.partition(".")[0], []
     for place in places:
         field, index, *rest = place.path
         part = getattr(mechanism, str(field))[index]
         path = rest[1:] if str(field) in INSIDE else rest
         words = (AXES[step] if isinstance(step, int) else step for step in path)
-        found.append(".".join([kind, part.name, *words]))
-    return found
+        addresses.append(".".join([kind, part.name, *words]))
+    return addresses
 
 
 def changed(mechanism: Mechanism, address: str, value: Any) -> Mechanism:
@@ -212,18 +212,18 @@ def _not_given(address: str) -> InputError:
 def _step(owner: Any, word: str, quantity: Quantity | None, address: str) -> tuple[str | int, Quantity | None]:
     """The field, key or index that a word of an address means, and its quantity."""
     if quantity is not None and isinstance(owner, Mapping | tuple):
-        known = tuple(owner) if isinstance(owner, Mapping) else AXES
+        steps = tuple(owner) if isinstance(owner, Mapping) else AXES
         kind = "points" if isinstance(owner, Mapping) else "a place"
         step: str | int = word if isinstance(owner, Mapping) or word not in AXES else AXES.index(word)
         inner: Quantity | None = quantity
     else:
         fields = _fields(owner)
-        known, kind, step = tuple(fields), type(owner).__name__, word
+        steps, kind, step = tuple(fields), type(owner).__name__, word
         inner = fields[word].quantity if word in fields else None
-    if word not in known and not known:
+    if word not in steps and not steps:
         raise InputError(f"'{address}': nothing is called '{word}' inside a number or a text", "an address that ends before it")
-    if word not in known:
-        raise InputError(f"'{address}': no field '{word}' in {kind}{did_you_mean(word, known)}", ", ".join(known) or "no field")
+    if word not in steps:
+        raise InputError(f"'{address}': no field '{word}' in {kind}{did_you_mean(word, steps)}", ", ".join(steps) or "no field")
     return step, inner
 
 

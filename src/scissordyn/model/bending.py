@@ -130,8 +130,8 @@ def with_bending(
 
 def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:
     """The mechanism with the legs of a kinked bar in its place."""
-    made = _attached(mechanism, body, legs.where, list(legs.bodies), [])
-    return made.with_parts({"welds": (*made.welds, *legs.welds)})
+    mechanism_split = _attached(mechanism, body, legs.where, list(legs.bodies), [])
+    return mechanism_split.with_parts({"welds": (*mechanism_split.welds, *legs.welds)})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -159,8 +159,8 @@ def _stiffness(section: Any, material: Any, bending: float | None, axial: float 
         )
     if section is None and material is None and bending is not None and axial is not None:
         return _Stiffness(bending, axial, None, 0.0, 0.0, 0.0)
-    given = {"section": section, "material": material, "bending_stiffness": bending, "axial_stiffness": axial}
-    named = [name for name, value in given.items() if value is not None]
+    values = {"section": section, "material": material, "bending_stiffness": bending, "axial_stiffness": axial}
+    named = [name for name, value in values.items() if value is not None]
     raise InputError(
         f"a bar that bends with {' and '.join(named) or 'nothing'}",
         "section and material, or bending_stiffness (EI) and axial_stiffness (EA)",
@@ -241,9 +241,9 @@ def _bent(
             f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
         )
     marks = [places[0]]
-    for one, other in itertools.pairwise(places):
-        count = max(1, math.ceil((elements or 0) * (other - one) / length - 1e-9))
-        marks += [one + (other - one) * k / count for k in range(1, count)] + [other]
+    for first, second in itertools.pairwise(places):
+        count = max(1, math.ceil((elements or 0) * (second - first) / length - 1e-9))
+        marks += [first + (second - first) * k / count for k in range(1, count)] + [second]
     origin = min(range(len(marks)), key=lambda k: abs(marks[k]))
     label = [body.name if k == origin else f"{body.name}/{k}" for k in range(len(marks))]
     more = {
@@ -271,7 +271,7 @@ def _sections(
     body: Body, marks: list[float], label: list[str], named: dict[float, list[str]], mass_per_length: float
 ) -> tuple[list[Body], dict[str, str]]:
     """The cross-sections at `marks` of a bar, and which of them has each of its points."""
-    spans = [other - one for one, other in itertools.pairwise(marks)]
+    spans = [second - first for first, second in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
     cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
@@ -331,7 +331,7 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
         if track.body == name and track.point not in where:
             raise refused(f"tracked point '{track.name}'")
         tracks.append(dataclasses.replace(track, body=where[track.point]) if track.body == name else track)  # type: ignore[index]
-    at = [each.name for each in mechanism.bodies].index(name)
+    at = [other.name for other in mechanism.bodies].index(name)
     return mechanism.with_parts(
         {
             "bodies": (*mechanism.bodies[:at], *nodes, *mechanism.bodies[at + 1 :]),

@@ -65,13 +65,13 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
     fixed = {body.name: body for body in mechanism.bodies if not body.rotates and body.name not in guided}
     if not fixed:
         return
-    held = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
-    held += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
+    places = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
+    places += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.rods)
     for part in parts:
         declared = part.declaration
-        held += [(f"{declared.label} '{part.name}'", getattr(part, field)) for field in declared.port.points]
-    for label, (name, point) in held:
+        places += [(f"{declared.label} '{part.name}'", getattr(part, field)) for field in declared.port.points]
+    for label, (name, point) in places:
         if name not in fixed:
             continue
         apart = math.dist(points[name][point], fixed[name].centre)
@@ -141,11 +141,11 @@ def _check_names(mechanism: Mechanism) -> None:
         name, times = Counter(names).most_common(1)[0] if names else ("", 0)
         if times > 1:
             raise InputError(f"{what} '{name}' given {times} times", "each name once")
-        for each in names:
-            if each.endswith("\0"):  # an array of text drops it, and the result has another name
-                raise InputError(f"{what} '{each}'", "a name that does not end in a NUL character")
-            if any("\ud800" <= character <= "\udfff" for character in each):  # no file and no index of pandas can hold it
-                raise InputError(f"{what} '{each}'", "a name that can be written as UTF-8, without half a surrogate pair")
+        for name in names:
+            if name.endswith("\0"):  # an array of text drops it, and the result has another name
+                raise InputError(f"{what} '{name}'", "a name that does not end in a NUL character")
+            if any("\ud800" <= character <= "\udfff" for character in name):  # no file and no index of pandas can hold it
+                raise InputError(f"{what} '{name}'", "a name that can be written as UTF-8, without half a surrogate pair")
 
 
 def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:
@@ -176,10 +176,10 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
     for joint in mechanism.ideal_joints:
         ideal.setdefault(frozenset(joint.bodies), []).append(joint)
     for joint in mechanism.clearance_joints:
-        one, other = joint.bodies
-        if rigid.get(one, one) == rigid.get(other, other):
+        first, second = joint.bodies
+        if rigid.get(first, first) == rigid.get(second, second):
             raise InputError(
-                f"clearance joint '{joint.name}' between bodies '{one}' and '{other}', which welds make one rigid body",
+                f"clearance joint '{joint.name}' between bodies '{first}' and '{second}', which welds make one rigid body",
                 "clearance joints between bodies that can move against each other",
             )
         for beside in ideal.get(frozenset(joint.bodies), []):
@@ -187,7 +187,7 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
             if all(math.dist(points[body][here[body]], points[body][there[body]]) < near for body in joint.bodies):
                 raise InputError(
                     f"clearance joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of "
-                    f"bodies '{one}' and '{other}' together",
+                    f"bodies '{first}' and '{second}' together",
                     "one of the two joints",
                 )
 
@@ -196,7 +196,7 @@ def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
     """For each welded body, or the ground, the representative of its group."""
     group: dict[str, str] = {}
     for weld in mechanism.welds:
-        (one, _), (other, _) = weld.start, weld.end
-        kept, merged = group.setdefault(one, one), group.setdefault(other, other)
+        (first, _), (second, _) = weld.start, weld.end
+        kept, merged = group.setdefault(first, first), group.setdefault(second, second)
         group = {name: kept if chosen == merged else chosen for name, chosen in group.items()}
     return group

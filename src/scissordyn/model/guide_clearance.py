@@ -179,18 +179,18 @@ def block_contact_points(
         )
     inside = -1.0 if clearance.around else 1.0  # where the rounded corner is, seen from the middle
     sides = {side: [abs(far) for far in reach if far * side > 0.0] for side in (1.0, -1.0)}
-    nearest = {side: min(found) if clearance.around else max(found) for side, found in sides.items()}
+    nearest = {side: min(points) if clearance.around else max(points) for side, points in sides.items()}
     distances = {side: inside * far + radius + clearance.clearance for side, far in nearest.items()}
     if clearance.around and max(distances.values()) >= 0.0:
         raise InputError(
             f"guide '{name}': a ring whose corners leave {-2e3 * max(distances.values()):g} mm for the pole",
             "corners farther from the guided point, or a smaller clearance or corner radius",
         )
-    found = []
+    points = []
     for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
         side = math.copysign(1.0, far)
         towards = inside * side
         normal = -towards * math.sin(direction), towards * math.cos(direction)
         label = f"{name}/corner {number}"
-        found.append(ContactPoint(label, name, follower.name, centre, body, through, normal, distances[side], clearance))
-    return tuple(found)
+        points.append(ContactPoint(label, name, follower.name, centre, body, through, normal, distances[side], clearance))
+    return tuple(points)

@@ -54,9 +54,9 @@ def check_hard(clearance: Clearance | GuideClearance) -> None:
         raise _refused(f"friction law '{friction.name}'", "a kinetic and a static coefficient", 'friction = "none"')
     part: Any = friction
     for field in dataclasses.fields(part):
-        given = getattr(friction, field.name)
-        if field.name not in _TAKEN and given != field.default:
-            raise _refused(f"{field.name} = {given!r} of friction law '{friction.name}'", "kinetic and static alone")
+        value = getattr(friction, field.name)
+        if field.name not in _TAKEN and value != field.default:
+            raise _refused(f"{field.name} = {value!r} of friction law '{friction.name}'", "kinetic and static alone")
 
 
 def _refused(what: str, allowed: str, sample: str = "") -> InputError:

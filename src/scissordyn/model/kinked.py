@@ -30,13 +30,13 @@ def legs_of(body: Body) -> Legs | None:
     if body.inertia is None or len(groups) < 2 or not _is_uniform(body):
         return None
     placed = [[body.points[name] for name in names] for names in groups]
-    own = next((k for k, line in enumerate(placed) if _is_on_axis(line)), None)
-    if own is None:
+    straight = next((k for k, line in enumerate(placed) if _is_on_axis(line)), None)
+    if straight is None:
         return None
     per_length = body.mass / _line_length(body)
-    names = [body.name if k == own else f"{body.name}/leg {k + 1}" for k in range(len(groups))]
+    names = [body.name if k == straight else f"{body.name}/leg {k + 1}" for k in range(len(groups))]
     bodies = [
-        _leg(body, name, dict(zip(points, line, strict=True)), per_length, k == own)
+        _leg(body, name, dict(zip(points, line, strict=True)), per_length, k == straight)
         for k, (name, points, line) in enumerate(zip(names, groups, placed, strict=True))
     ]
     welds = [
@@ -52,7 +52,7 @@ def legs_of(body: Body) -> Legs | None:
 def _groups(body: Body) -> list[list[str]]:
     """The names of the points of each leg; those at kinks are in two."""
     points = list(body.points.items())
-    if len(points) < 3 or any(math.dist(one, other) == 0.0 for (_, one), (_, other) in itertools.pairwise(points)):
+    if len(points) < 3 or any(math.dist(first, second) == 0.0 for (_, first), (_, second) in itertools.pairwise(points)):
         return []
     groups = [[points[0][0], points[1][0]]]
     for (_, before), (name, here), (following, after) in zip(points, points[1:], points[2:], strict=False):
@@ -77,17 +77,17 @@ def _is_uniform(body: Body) -> bool:
     """Whether mass centre and inertia are those of a line of uniform mass through the points."""
     assert body.inertia is not None
     total, parts = _line_length(body), list(itertools.pairwise(body.points.values()))
-    share = [math.dist(one, other) / total for one, other in parts]
+    share = [math.dist(first, second) / total for first, second in parts]
     middles = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in parts]
     centre = tuple(sum(part * middle[axis] for part, middle in zip(share, middles, strict=True)) for axis in (0, 1))
-    own = zip(share, middles, strict=True)
-    inertia = body.mass * sum(part * ((part * total) ** 2 / 12.0 + math.dist(middle, centre) ** 2) for part, middle in own)
+    pairs = zip(share, middles, strict=True)
+    inertia = body.mass * sum(part * ((part * total) ** 2 / 12.0 + math.dist(middle, centre) ** 2) for part, middle in pairs)
     return math.dist(body.centre, centre) <= UNIFORM * total and abs(body.inertia - inertia) <= UNIFORM * inertia
 
 
 def _line_length(body: Body) -> float:
     """Of the line through the points of a body, in their order [m]."""
-    return sum(math.dist(one, other) for one, other in itertools.pairwise(body.points.values()))
+    return sum(math.dist(first, second) for first, second in itertools.pairwise(body.points.values()))
 
 
 def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own: bool) -> Body:

@@ -59,13 +59,13 @@ class Lubrication:
     vapour_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e7, help="vapour pressure, 0 if unknown")] = 0.0
 
     def __post_init__(self) -> None:
-        given: object = self.oil
-        if isinstance(given, str):
-            object.__setattr__(self, "oil", oil_of(given))
+        what: object = self.oil
+        if isinstance(what, str):
+            object.__setattr__(self, "oil", oil_of(what))
         check_quantities(self)
         if (self.oil is None) == (self.viscosity is None):
-            given = "neither oil nor viscosity" if self.oil is None else "an oil and a viscosity"
-            raise InputError(f"lubrication with {given}", "one of them", 'viscosity=0.05 for 50 mPa s, or oil="ISO VG 46"')
+            what = "neither oil nor viscosity" if self.oil is None else "an oil and a viscosity"
+            raise InputError(f"lubrication with {what}", "one of them", 'viscosity=0.05 for 50 mPa s, or oil="ISO VG 46"')
         if self.bearing not in ("finite", "short", "long"):
             raise InputError(f"bearing = {self.bearing!r} of a film", '"finite", "short" or "long"')
         if self.full and self.bearing == "finite":

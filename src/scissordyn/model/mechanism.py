@@ -98,8 +98,8 @@ class Mechanism:
             raise InputError("a mechanism without bodies", "at least one body")
         # a rod or a latch constrains: among the components it would exert nothing
         for field, kind in (("rods", Rod), ("latches", Latch)):
-            if own := tuple(part for part in self.components if isinstance(part, kind)):
-                object.__setattr__(self, field, (*getattr(self, field), *own))
+            if parts := tuple(part for part in self.components if isinstance(part, kind)):
+                object.__setattr__(self, field, (*getattr(self, field), *parts))
                 object.__setattr__(self, "components", tuple(part for part in self.components if not isinstance(part, kind)))
         check_parts(self)
 
@@ -108,8 +108,8 @@ class Mechanism:
 
     def body(self, name: str) -> Body:
         """The body of that name."""
-        found = self._bodies.get(name)
-        return _named("body", name, self._bodies) if found is None else found
+        body = self._bodies.get(name)
+        return _named("body", name, self._bodies) if body is None else body
 
     def joint(self, name: str) -> Revolute:
         """The revolute joint of that name."""
@@ -123,8 +123,8 @@ class Mechanism:
     def _ideal(self) -> Mechanism:
         """The same mechanism with ideal joints and guides; itself if they are."""
         parts = {
-            field: tuple(dataclasses.replace(part, clearance=None) if part.clearance is not None else part for part in found)
-            for field, found in (("joints", self.joints), ("guides", self.guides))
+            field: tuple(dataclasses.replace(part, clearance=None) if part.clearance is not None else part for part in parts)
+            for field, parts in (("joints", self.joints), ("guides", self.guides))
         }
         return self if parts == {"joints": self.joints, "guides": self.guides} else self.with_parts(parts, check=False)
 
@@ -161,13 +161,13 @@ class Mechanism:
     @cached_property
     def contact_points(self) -> tuple[ContactPoint, ...]:
         """The contact points of the clearance guides, in order."""
-        found: list[ContactPoint] = []
+        points: list[ContactPoint] = []
         for guide in self.guides:
             if guide.clearance is None:
                 continue
             follower = self.body(guide.follower[0])
             base = 0.0 if guide.body == GROUND else self.body(guide.body).placed_angle
-            found += block_contact_points(
+            points += block_contact_points(
                 guide.name,
                 guide.clearance,
                 follower=follower,
@@ -177,7 +177,7 @@ class Mechanism:
                 direction=guide.direction,
                 follower_direction=base + guide.direction - follower.placed_angle,
             )
-        return tuple(found)
+        return tuple(points)
 
     @property
     def output_guide(self) -> Guide | None:
@@ -380,11 +380,11 @@ class Mechanism:
         if reference is None:
             reference = next((drive.motion for drive in self.drives if drive.body == chosen), None)
         label, number = name or f"actuator of {chosen}", 1
-        taken = [each.name for each in self.components]
+        taken = [component.name for component in self.components]
         while not name and label in taken:
             number += 1
             label = f"actuator {number} of {chosen}"
-        first = not any(isinstance(each, Actuator) and each.body == chosen for each in self.components)
+        first = not any(isinstance(component, Actuator) and component.body == chosen for component in self.components)
         ends: tuple[BodyPoint | None, BodyPoint | None] = (None, None)
         sensed = None if sensor is None else self.joint_or_point(sensor)
         if isinstance(sensed, Revolute):
@@ -459,19 +459,19 @@ class Mechanism:
         Mechanism
         """
         if check:
-            made = dataclasses.replace(self, **parts)
+            changed_mechanism = dataclasses.replace(self, **parts)
         else:
-            made = copy.copy(self)
-            made.__dict__.update(parts)
-        known = self.__dict__.get(PLAN) or self.__dict__.get(LENT)
-        if known is not None:
-            made.__dict__[LENT] = known
-        return made
+            changed_mechanism = copy.copy(self)
+            changed_mechanism.__dict__.update(parts)
+        plan = self.__dict__.get(PLAN) or self.__dict__.get(LENT)
+        if plan is not None:
+            changed_mechanism.__dict__[LENT] = plan
+        return changed_mechanism
 
     def with_bending(self, bodies: str | Iterable[str] = "all", **options: Any) -> Mechanism:
         """The same mechanism with bars that bend; see `scissordyn.with_bending`."""
-        made: Mechanism = offered("with_bending")(self, bodies, **options)
-        return made
+        bent: Mechanism = offered("with_bending")(self, bodies, **options)
+        return bent
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}

@@ -22,15 +22,15 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
         if not isinstance(pattern, str):
             raise InputError(f"{what} {pattern!r}", "text: a name or a pattern")
         shapes = (pattern,) if pattern in names else GROUPS.get(pattern, (pattern,))
-        found = {name for name in names if name == pattern}
-        found = found or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
-        if not found:
-            known = (*names, *GROUPS)
+        matches = {name for name in names if name == pattern}
+        matches = matches or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
+        if not matches:
+            names_and_groups = (*names, *GROUPS)
             raise InputError(
-                f"{what} '{pattern}'{did_you_mean(pattern, known)}",
+                f"{what} '{pattern}'{did_you_mean(pattern, names_and_groups)}",
                 "one of " + (", ".join(names) or "none") + "; or " + ", ".join(GROUPS) + "; or a pattern such as 'unit 1/*'",
             )
-        wanted |= found
+        wanted |= matches
     if not wanted:
         raise InputError(f"no {what} named", "one or more names or patterns")
     return tuple(name for name in names if name in wanted)

@@ -46,8 +46,8 @@ def with_payload(
     -------
     Mechanism
     """
-    held = mechanism.joint_or_point(place)
-    name, point = held.journal if isinstance(held, Revolute) else cross_section(mechanism, held)
+    point = mechanism.joint_or_point(place)
+    name, point = point.journal if isinstance(point, Revolute) else cross_section(mechanism, point)
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
     body = mechanism.body(name)
@@ -87,10 +87,10 @@ def with_panels(
     changed = []
     for name in matching("rotating body", bodies, rotating):
         body = mechanism.body(name)
-        one, other = _local(body, start), _local(body, end)
-        middle = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1])
-        marked = _marked(body, {f"{PANEL} start": one, f"{PANEL} end": other}, len(panel_ends(body)))
-        changed.append(_loaded(marked, mass, middle, mass * math.dist(one, other) ** 2 / 12.0))
+        first, second = _local(body, start), _local(body, end)
+        middle = 0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1])
+        marked = _marked(body, {f"{PANEL} start": first, f"{PANEL} end": second}, len(panel_ends(body)))
+        changed.append(_loaded(marked, mass, middle, mass * math.dist(first, second) ** 2 / 12.0))
     return _exchanged(mechanism, changed)
 
 
@@ -124,7 +124,7 @@ def _local(body: Body, point: str) -> Point:
 def _loaded(body: Body, mass: float, place: Point, inertia: float) -> Body:
     """A body with a further mass fixed to it; inertias about the common mass centre (Steiner)."""
     total = body.mass + mass
-    centre = tuple((body.mass * own + mass * new) / total for own, new in zip(body.centre, place, strict=True))
+    centre = tuple((body.mass * before + mass * new) / total for before, new in zip(body.centre, place, strict=True))
     if body.inertia is not None:
         apart = math.dist(body.centre, place)
         inertia += body.inertia + body.mass * mass / total * apart**2

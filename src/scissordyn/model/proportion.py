@@ -30,7 +30,7 @@ def proportion_warnings(mechanism: Mechanism) -> list[str]:
 
 
 def _of_contacts(mechanism: Mechanism) -> Iterator[str]:
-    size, said = mechanism.size, set[str]()
+    size, warned = mechanism.size, set[str]()
     for contact in mechanism.contacts:
         assert contact.clearance is not None
         surfaces, name = contact.clearance.surfaces, getattr(contact, "guide", contact.name)
@@ -41,8 +41,8 @@ def _of_contacts(mechanism: Mechanism) -> Iterator[str]:
             ("bearing length", surfaces.length, LONGEST_BEARING),
         ):
             text = f"joint '{name}' has a {what} of {value:.4g} m, {value / size:.2g} times the size of the mechanism{ADVICE}"
-            if value > most * size and text not in said:  # a guide has four contact points
-                said.add(text)
+            if value > most * size and text not in warned:  # a guide has four contact points
+                warned.add(text)
                 yield text
 
 

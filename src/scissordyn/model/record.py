@@ -57,14 +57,14 @@ def _headed(described: Any) -> dict[str, Any]:
     return {KIND: CLASS, CLASS: described.__qualname__, DIGEST: code_digest(code)}
 
 
-def first_difference(one: Any, other: Any, place: str = "") -> tuple[str, Any, Any]:
+def first_difference(first: Any, second: Any, place: str = "") -> tuple[str, Any, Any]:
     """The first place at which two trees of plain data that differ do so, and what is there in each."""
-    while isinstance(one, dict | list) and type(one) is type(other):
-        entries, others = _entries(one), _entries(other)
+    while isinstance(first, dict | list) and type(first) is type(second):
+        entries, others = _entries(first), _entries(second)
         key = next(key for key in {**entries, **others} if entries.get(key) != others.get(key))
-        place += f"[{key}]" if isinstance(one, list) else f"{'.' if place else ''}{key}"
-        one, other = entries.get(key), others.get(key)
-    return place, one, other
+        place += f"[{key}]" if isinstance(first, list) else f"{'.' if place else ''}{key}"
+        first, second = entries.get(key), others.get(key)
+    return place, first, second
 
 
 def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
@@ -104,9 +104,9 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
         if id(value) in met:
             return
         met.add(id(value))
-        held = [cell.cell_contents for cell in value.__closure__ or ()]
+        cells = [cell.cell_contents for cell in value.__closure__ or ()]
         names = sorted(set(_names(value.__code__)) & value.__globals__.keys())
-        yield from _parts([value.__code__, value.__defaults__, held, *(value.__globals__[name] for name in names)], met)
+        yield from _parts([value.__code__, value.__defaults__, cells, *(value.__globals__[name] for name in names)], met)
     elif isinstance(value, types.CodeType):
         yield value.co_code
         yield from _parts([value.co_names, value.co_consts], met)

@@ -134,36 +134,43 @@ def read_section(text: str | Section) -> Section:
     if isinstance(text, Section):
         return text
     maker, numbers, unit = _parted(text)
-    return maker(*(each * UNITS[unit] for each in numbers))
+    return maker(*(number * UNITS[unit] for number in numbers))
 
 
 def with_dimension(text: str, name: str, value: float) -> str:
     """The text of a section with another dimension, such as its wall [m]."""
     maker, numbers, unit = _parted(text)
-    known = list(inspect.signature(maker).parameters)
-    if name not in known:
+    dimensions = list(inspect.signature(maker).parameters)
+    if name not in dimensions:
         raise InputError(
-            f"section '{text}' has no '{name}'{did_you_mean(name, known)}", ", ".join(known), f"section.{known[-1]}"
+            f"section '{text}' has no '{name}'{did_you_mean(name, dimensions)}",
+            ", ".join(dimensions),
+            f"section.{dimensions[-1]}",
         )
-    numbers[known.index(name)] = value / UNITS[unit]
-    return f"{text.split()[0]} {'x'.join(f'{each:.12g}' for each in numbers)} {unit}"
+    numbers[dimensions.index(name)] = value / UNITS[unit]
+    return f"{text.split()[0]} {'x'.join(f'{number:.12g}' for number in numbers)} {unit}"
 
 
 def _parted(text: str) -> tuple[Callable[..., Section], list[float], str]:
     """What makes a section of the dimensions that its text has, these, and their unit."""
-    found = PATTERN.fullmatch(str(text))
-    kind = found[1] if found else str(text).split(" ")[0]
+    match = PATTERN.fullmatch(str(text))
+    kind = match[1] if match else str(text).split(" ")[0]
     allowed = "; ".join(sample for _, sample in SECTIONS.values())
     if kind not in SECTIONS:
         raise InputError(f"section = {text!r}{did_you_mean(kind, SECTIONS)}", allowed, 'section = "tube 60x60x1.5 mm"')
     makers, sample = SECTIONS[kind]
     try:
-        numbers = [float(each) for each in re.split(r"\s*x\s*", found[2])] if found else []
+        numbers = [float(number) for number in re.split(r"\s*x\s*", match[2])] if match else []
     except ValueError:
         numbers = []
-    if found is None or len(numbers) not in makers or found[3] not in UNITS or not all(0.0 < each < 1e6 for each in numbers):
+    if (
+        match is None
+        or len(numbers) not in makers
+        or match[3] not in UNITS
+        or not all(0.0 < number < 1e6 for number in numbers)
+    ):
         raise InputError(f"section = {text!r}", sample, f'section = "{sample.split(" (")[0]}"')
-    return makers[len(numbers)], numbers, found[3]
+    return makers[len(numbers)], numbers, match[3]
 
 
 def read_material(name: str | StructuralMaterial) -> StructuralMaterial:

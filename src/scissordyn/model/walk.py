@@ -50,14 +50,14 @@ def declared(kind: Any) -> Mapping[str, Declared]:
 @cache
 def _declared(kind: Any) -> Mapping[str, Declared]:
     plain, annotated, numbers = get_type_hints(kind), get_type_hints(kind, include_extras=True), quantities(kind)
-    found = {}
+    fields = {}
     for field in dataclasses.fields(kind):
         if field.init:
             name, hint = field.name, plain[field.name]
             default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
             quantity = POINTS if hint == Mapping[str, Point] else numbers.get(name)
-            found[name] = Declared(name, hint, extras(annotated[name]), quantity, default)
-    return MappingProxyType(found)
+            fields[name] = Declared(name, hint, extras(annotated[name]), quantity, default)
+    return MappingProxyType(fields)
 
 
 def is_described(value: Any) -> bool:

@@ -355,9 +355,9 @@ class StudyResult:
             Of the search.
         """
         study = self.built()
-        units = {own.name: own.units for own in study.own_measures}
-        wanted = tuple(read_goal(goal, units, [one.address for one in study.factors]) for goal in goals)
-        search = Optimisation(wanted, risk, population, generations, seed).over([one.variation for one in study.factors])
+        units = {measure.name: measure.units for measure in study.own_measures}
+        wanted = tuple(read_goal(goal, units, [factor.address for factor in study.factors]) for goal in goals)
+        search = Optimisation(wanted, risk, population, generations, seed).over([factor.variation for factor in study.factors])
         needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
         study = replace(
             study,

@@ -126,12 +126,12 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
 
     Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
-    accurate, paired, cheap = (np.asarray(each, float) for each in (accurate, paired, cheap))
+    accurate, paired, cheap = (np.asarray(values, float) for values in (accurate, paired, cheap))
     m, n = accurate.size, cheap.size
     correlated, alone = correlation(accurate, paired), _beta_interval(float(accurate.sum()), m)
     if not m:
         return Estimate(math.nan, 0.0, 1.0, _mean(cheap), *alone, correlated, n, m)
-    if not all(np.all((each == 0.0) | (each == 1.0)) for each in (accurate, paired, cheap)):
+    if not all(np.all((values == 0.0) | (values == 1.0)) for values in (accurate, paired, cheap)):
         by_mean = mean_estimate(accurate, paired, cheap)
         if m >= FEWEST and by_mean.high > by_mean.low:
             low, high, value = max(0.0, by_mean.low), min(1.0, by_mean.high), min(1.0, max(0.0, by_mean.value))
@@ -147,7 +147,7 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     share = numbers.beta(yes + JEFFREYS, total - yes + JEFFREYS, DRAWS)
     there, elsewhere = (numbers.beta(hits + JEFFREYS, of - hits + JEFFREYS, DRAWS) for hits, of in pairs)
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = (float(each) for each in np.quantile(share * there + (1.0 - share) * elsewhere, [tail, 1.0 - tail]))
+    low, high = (float(values) for values in np.quantile(share * there + (1.0 - share) * elsewhere, [tail, 1.0 - tail]))
     low = 0.0 if accurate.sum() == 0.0 else min(low, value)
     high = 1.0 if accurate.sum() == m else max(high, value)
     return Estimate(value, low, high, _mean(cheap), *alone, correlated, n, m)
@@ -176,7 +176,7 @@ def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], l
     """Where a rising fraction with its interval reaches a level: the value, and its interval."""
     if not values.size:
         return math.nan, -math.inf, math.inf
-    middle, low, high = (np.maximum.accumulate(np.array(each)) for each in zip(*fractions, strict=True))
+    middle, low, high = (np.maximum.accumulate(np.array(ends)) for ends in zip(*fractions, strict=True))
     at = int(np.searchsorted(middle, level))
     first = int(np.searchsorted(high, level))
     last = int(np.searchsorted(low, level))

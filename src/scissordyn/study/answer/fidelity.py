@@ -70,21 +70,24 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     def met(requirements: Sequence[Requirement]) -> Estimate:
         if single:
             return fraction_by_margins(*both(partial(_margins, requirements)), _foretold_margins(between, requirements))
-        return fraction_estimate(*both(lambda runs: np.all([_met(one, runs) for one in requirements], axis=0)))
+        return fraction_estimate(*both(lambda runs: np.all([_met(requirement, runs) for requirement in requirements], axis=0)))
 
-    found = [Corrected(one.label, "fraction", "1", met([one])) for one in study.requirements]
+    numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
     if study.requirements:
-        found.append(Corrected("all requirements", "fraction", "1", met(study.requirements)))
-    for one in answered(study, cheap):
-        three = both(partial(response_values, response=one))
-        if not all(np.all(np.isfinite(each)) for each in three):
+        numbers.append(Corrected("all requirements", "fraction", "1", met(study.requirements)))
+    for response in answered(study, cheap):
+        three = both(partial(response_values, response=response))
+        if not all(np.all(np.isfinite(estimate)) for estimate in three):
             continue
-        units = response_unit(cheap, one)
-        found.append(Corrected(f"mean {one.name}", "mean", units, mean_estimate(*three, _foretold(between, one))))
+        units = response_unit(cheap, response)
+        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, _foretold(between, response))))
         if single:
             both_ends = zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True)
-            found += [Corrected(f"{level:.0%} quantile of {one.name}", "quantile", units, each) for level, each in both_ends]
-    return found
+            numbers += [
+                Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate)
+                for level, estimate in both_ends
+            ]
+    return numbers
 
 
 def _foretold(between: Interpolation | None, response: Response) -> Predicted | None:
@@ -180,7 +183,7 @@ def _confirmation(study: Study, points: pd.DataFrame) -> Fact:
 def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
     """The fraction that meets all requirements, and what accurate runs alone would take for it."""
     (_, cheap), (cases, accurate) = times
-    known, spent = bool(np.isfinite(both.saved) and cases), cheap + accurate
+    timed, spent = bool(np.isfinite(both.saved) and cases), cheap + accurate
     about = {
         "fraction": both.value,
         "low": both.low,
@@ -188,8 +191,8 @@ def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
         "cheap": both.screened,
         "accurate": both.verified,
         "interpolated": "them" if both.interpolated else None,
-        "saved": both.saved if known else None,
-        "longer": both.saved * accurate / spent if known and spent > 0.0 else None,
+        "saved": both.saved if timed else None,
+        "longer": both.saved * accurate / spent if timed and spent > 0.0 else None,
     }
     return Fact("both", "all requirements", about)
 
@@ -229,7 +232,7 @@ def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame) -> Ta
     for point, row in table.sort_values(f"accurate {labels[0]}").iterrows():
         cells = [str(point), *(scales[name].cells(row[name])[0] for name in names)]
         for label in labels:
-            cells += scales[label].cells(*(signs[label] * row[each] for each in (label, f"accurate {label}")))
+            cells += scales[label].cells(*(signs[label] * row[key] for key in (label, f"accurate {label}")))
         violated = row["accurate violation"]
         met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
         rows.append((*cells, met, "yes" if row["front"] else "no"))

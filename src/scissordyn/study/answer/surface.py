@@ -120,7 +120,7 @@ def map_extras(
 def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:
     """Within the ranges, the point with the largest least margin by interpolation; None unless it is likely to meet all."""
     surfaces = Surfaces(study, points)
-    models = [surfaces.model(one.response.name) for one in study.requirements]
+    models = [surfaces.model(requirement.response.name) for requirement in study.requirements]
     if not study.factors or None in models:
         return None
     drawn = qmc.Sobol(len(study.factors), rng=np.random.default_rng(0)).random(TRIED)

@@ -138,16 +138,16 @@ class Study:
         for name in self.measures:
             if name not in MEASURES:
                 raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
-        known = self.measure_names
-        twice = next((name for name in known if known.count(name) > 1), None)
+        names = self.measure_names
+        twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"two measures named '{twice}'", "a name for each measure", f"'{twice}2 = mine.py:function'")
         for requirement in self.requirements:
-            if requirement.measure not in known:
+            if requirement.measure not in names:
                 raise InputError(
                     f"'{requirement.label}': the study has no measure '{requirement.measure}'"
-                    f"{did_you_mean(requirement.measure, known)}",
-                    ", ".join(known),
+                    f"{did_you_mean(requirement.measure, names)}",
+                    ", ".join(names),
                 )
         if isinstance(self.mechanism, Mechanism):
             for mechanism in self.variants or (self.mechanism,):
@@ -159,7 +159,7 @@ class Study:
         """Raise `InputError` for what a mechanism does not have, or not in that range."""
         addresses = self.addresses
         chosen = {factor.address: factor.variation for factor in self.factors}
-        for factor in (each for each in (*self.factors, *self.uncertain) if not each.texts):
+        for factor in (varied for varied in (*self.factors, *self.uncertain) if not varied.texts):
             quantity = number(mechanism, factor.address).quantity
             assert quantity is not None
             if factor.of and factor.of not in chosen:
@@ -195,7 +195,7 @@ class Study:
     @property
     def measure_names(self) -> tuple[str, ...]:
         """Names of all measures."""
-        return (*self.measures, *(own.name for own in self.own_measures))
+        return (*self.measures, *(measure.name for measure in self.own_measures))
 
     @property
     def addresses(self) -> tuple[str, ...]:
@@ -275,7 +275,7 @@ class Study:
             "factors": [plain_factor(factor) for factor in self.factors],
             "design": {"kind": self.design.kind, "points": self.design.points, "seed": self.design.seed},
             "measures": list(self.measures),
-            "own_measures": [own.to_plain() for own in self.own_measures],
+            "own_measures": [measure.to_plain() for measure in self.own_measures],
             "uncertain": [plain_factor(factor) for factor in self.uncertain],
             "sampling": vars(self.sampling).copy(),
             "members": self.members,
@@ -304,50 +304,50 @@ class Study:
         mechanism, *variants = (
             text if reading else read_mechanism(text, allow_code) for text in (plain["mechanism"], *plain.get("variants", ()))
         )
-        given = {own.name: own for own in own_measures}
-        own = []
-        for each in plain["own_measures"]:
-            if "motor" in each:
-                own.append(OwnMeasure(each["name"], MotorCurve(**each["motor"]), each["of"], each["units"]))
+        functions = {measures.name: measures for measures in own_measures}
+        measures = []
+        for entry in plain["own_measures"]:
+            if "motor" in entry:
+                measures.append(OwnMeasure(entry["name"], MotorCurve(**entry["motor"]), entry["of"], entry["units"]))
                 continue
-            if each["name"] in given:
-                own.append(given[each["name"]])
+            if entry["name"] in functions:
+                measures.append(functions[entry["name"]])
                 continue
             if reading:
-                own.append(OwnMeasure(**{**each, "function": _not_read}))
+                measures.append(OwnMeasure(**{**entry, "function": _not_read}))
                 continue
-            if not each["function"]:
+            if not entry["function"]:
                 raise InputError(
-                    f"the study's measure '{each['name']}' is a Python function of no file",
+                    f"the study's measure '{entry['name']}' is a Python function of no file",
                     "the function, from Python",
-                    f"sd.open_study('study.db', measures={{'{each['name']}': function}})",
+                    f"sd.open_study('study.db', measures={{'{entry['name']}': function}})",
                 )
-            path = Path(each["function"].rpartition(":")[0])
+            path = Path(entry["function"].rpartition(":")[0])
             if path.resolve() not in {Path(file).resolve() for file in allow_code}:
                 raise InputError(
-                    f"the study's measure '{each['name']}' is a function of yours",
+                    f"the study's measure '{entry['name']}' is a function of yours",
                     "its file, allowed",
                     command("--allow-code", path),
                 )
-            if path.is_file() and file_digest(path) != each["digest"]:
+            if path.is_file() and file_digest(path) != entry["digest"]:
                 raise InputError(
                     f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db"
                 )
-            own.append(OwnMeasure(**each))
+            measures.append(OwnMeasure(**entry))
         return cls(
             mechanism,
             read_options(plain["options"]),
-            tuple(read_factor(each) for each in plain["factors"]),
+            tuple(read_factor(entry) for entry in plain["factors"]),
             Design(**plain["design"]),
             tuple(plain["measures"]),
-            tuple(own),
-            tuple(read_factor(each) for each in plain["uncertain"]),
+            tuple(measures),
+            tuple(read_factor(entry) for entry in plain["uncertain"]),
             Sampling(**plain["sampling"]),
             plain["members"],
             plain["perturbation"],
-            tuple(Requirement(**each) for each in plain["requirements"]),
+            tuple(Requirement(**entry) for entry in plain["requirements"]),
             None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
-            tuple(Response(**each) for each in plain.get("responses", ())),
+            tuple(Response(**entry) for entry in plain.get("responses", ())),
             Accurate.from_plain(plain["accurate"], allow_code=allow_code, reading=reading) if "accurate" in plain else None,
             tuple(variants),
         )

@@ -125,9 +125,9 @@ class Names(_Variation):
         twice = next((name for name in self.values if self.values.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"the name '{twice}' twice", "each name once")
-        given = self.probabilities
-        if given and not (len(given) == self.count and min(given) > 0.0 and math.isclose(sum(given), 1.0, abs_tol=1e-9)):
-            raise InputError(f"probabilities {list(given)} of {self.count} names", f"{self.count} numbers > 0 with the sum 1")
+        shares = self.probabilities
+        if shares and not (len(shares) == self.count and min(shares) > 0.0 and math.isclose(sum(shares), 1.0, abs_tol=1e-9)):
+            raise InputError(f"probabilities {list(shares)} of {self.count} names", f"{self.count} numbers > 0 with the sum 1")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         shares = np.asarray(self.probabilities or [1.0 / self.count] * self.count)
@@ -286,8 +286,8 @@ class Trapezoid(_Variation):
         _ascending(f"a {self.kind} distribution", self.low, self.high)
         _finite(f"a {self.kind} distribution", self.first, self.last)
         if not self.low <= self.first <= self.last <= self.high:
-            given = ", ".join(f"{number:g}" for number in (self.low, self.first, self.last, self.high))
-            raise InputError(f"a trapezoidal distribution of {given}", "four ascending numbers")
+            shares = ", ".join(f"{number:g}" for number in (self.low, self.first, self.last, self.high))
+            raise InputError(f"a trapezoidal distribution of {shares}", "four ascending numbers")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         return _trapezoid(np.asarray(u), self.low, self.first, self.last, self.high)

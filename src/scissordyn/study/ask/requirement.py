@@ -97,8 +97,8 @@ def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str,
     part, dot, measure = text.rpartition(".")
     measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
     if measure not in units:
-        known = [*units, *ALIASES] if dot else [*units]
-        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, known)}", ", ".join(known))
+        names = [*units, *ALIASES] if dot else [*units]
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, names)}", ", ".join(names))
     return part, measure, units[measure]
 
 
@@ -107,20 +107,20 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
 
     Shapes: returns (cases,).
     """
-    known = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
-    if response.measure not in known:
+    names = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
+    if response.measure not in names:
         raise InputError(
-            f"measure '{response.measure}'{did_you_mean(response.measure, known)}", ", ".join(known) or "no measure"
+            f"measure '{response.measure}'{did_you_mean(response.measure, names)}", ", ".join(names) or "no measure"
         )
-    found = results[response.measure]
+    variable = results[response.measure]
     if response.unit and not response.part:
-        found = found.isel(
-            {found.dims[1]: np.flatnonzero(np.array(units_of_parts(results, response.measure)) == response.unit)}
+        variable = variable.isel(
+            {variable.dims[1]: np.flatnonzero(np.array(units_of_parts(results, response.measure)) == response.unit)}
         )
-    dims = found.dims[1:]
-    values = np.asarray(found.values, float)
+    dims = variable.dims[1:]
+    values = np.asarray(variable.values, float)
     if response.part:
-        parts = [str(part) for dim in dims for part in found[dim].values]
+        parts = [str(part) for dim in dims for part in variable[dim].values]
         if response.part not in parts:
             raise InputError(
                 f"no part '{response.part}' with a {response.measure}{did_you_mean(response.part, parts)}", ", ".join(parts)
@@ -150,15 +150,15 @@ def value_text(results: xr.Dataset, response: Response, case: int) -> str:
 
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
     """The units of a measure's parts, which differ only between components."""
-    found = results[measure]
-    if COMPONENT_UNIT in found.coords:
-        return [str(unit) for unit in found[COMPONENT_UNIT].values]
-    return [str(found.attrs.get("units", "1"))] * int(np.prod(found.shape[1:], dtype=int))
+    variable = results[measure]
+    if COMPONENT_UNIT in variable.coords:
+        return [str(unit) for unit in variable[COMPONENT_UNIT].values]
+    return [str(variable.attrs.get("units", "1"))] * int(np.prod(variable.shape[1:], dtype=int))
 
 
 def response_unit(results: xr.Dataset, response: Response) -> str:
     """The unit of a response."""
-    found = results[response.measure]
-    if response.part and COMPONENT_UNIT in found.coords:
-        return str(found[COMPONENT_UNIT].sel({found.dims[1]: response.part}).item())
-    return response.unit or str(found.attrs.get("units", "1"))
+    variable = results[response.measure]
+    if response.part and COMPONENT_UNIT in variable.coords:
+        return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())
+    return response.unit or str(variable.attrs.get("units", "1"))

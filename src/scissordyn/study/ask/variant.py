@@ -44,9 +44,9 @@ def labelled(study: Study, values: Mapping[str, float]) -> dict[str, float | str
 
 def own_values(study: Study) -> dict[str, float]:
     """Values of the factors apart in the mechanism itself, the first ones if it is none of the variants."""
-    own = study.variants.index(study.mechanism) if study.mechanism in study.variants else 0
-    places = np.unravel_index(own, _counts(study))
-    return {each.name: float(each.variation.levels()[place]) for each, place in zip(study.apart, places, strict=True)}
+    variant = study.variants.index(study.mechanism) if study.mechanism in study.variants else 0
+    places = np.unravel_index(variant, _counts(study))
+    return {factor.name: float(factor.variation.levels()[place]) for factor, place in zip(study.apart, places, strict=True)}
 
 
 def with_places(study: Study, given: Mapping[str, Sequence[int]]) -> Study:
@@ -85,8 +85,10 @@ def check_variants(study: Study) -> None:
     if study.design.kind == "one-at-a-time" and study.mechanism not in study.variants:
         what = f"'{study.apart[0].address}' in a one-at-a-time design, without what the case has"
         raise InputError(what, "the names and levels of the case among them")
-    for factor in (each for each in (*study.factors, *study.uncertain) if not each.texts):
-        units = {quantity.unit for each in study.variants if (quantity := number(each, factor.address).quantity) is not None}
+    for factor in (varied for varied in (*study.factors, *study.uncertain) if not varied.texts):
+        units = {
+            quantity.unit for varied in study.variants if (quantity := number(varied, factor.address).quantity) is not None
+        }
         if len(units) > 1:
             raise InputError(f"'{factor.address}' in [{'] and ['.join(sorted(units))}], by name", "a number of one unit")
     dims = {dim for name in study.measures for dim in MEASURES[name].dims}

@@ -101,7 +101,7 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
 def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     """The cases as one batch on one thread, or a batch of each mechanism: engines run several blocks beside each other."""
     measures = {name: MEASURES[name] for name in study.measures}
-    measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
+    measures |= {measure.name: _accumulated(measure) for measure in study.own_measures if measure.of == "accumulators"}
     batches, order = [], []
     for mechanism, cases in by_variant(study, numbers.values):
         perturbed = Perturbed(numbers.members[cases], study.perturbation)

@@ -100,10 +100,10 @@ class Convergence:
 
 def read_wanted(text: str) -> tuple[str, float]:
     """A response and how well it is to be known: ``tip.error within 1 %``."""
-    found = WANTED.fullmatch(text)
-    if found is None or (found[2] and not 0.0 < float(found[2]) < 100.0):
+    match = WANTED.fullmatch(text)
+    if match is None or (match[2] and not 0.0 < float(match[2]) < 100.0):
         raise InputError(f"'{text}' to converge", "a measure, and a percentage", "'tip.error within 1 %'")
-    return found[1], float(found[2] or 1.0) / 100.0
+    return match[1], float(match[2] or 1.0) / 100.0
 
 
 def convergence(
@@ -150,15 +150,15 @@ def convergence(
     check_part(mechanism, wanted)
     varied, tried = _with_modes(mechanism, options) if over == "modes" else _tried(mechanism, options)
     levels: list[Level] = []
-    found = math.nan
-    for setting, made, changed in tried:
-        levels.append(_level(made, changed, setting, wanted, members, threads))
+    enough = math.nan
+    for setting, variant, changed in tried:
+        levels.append(_level(variant, changed, setting, wanted, members, threads))
         at = len(levels) - 1 - AGREEING
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
-            found = levels[at].setting
+            enough = levels[at].setting
             break
     units, chaotic = MEASURES[measure].units, _chaotic(levels, within)
-    return Convergence(wanted.name, units, within, tuple(levels), varied, found, chaotic)
+    return Convergence(wanted.name, units, within, tuple(levels), varied, enough, chaotic)
 
 
 _Tried = tuple[str, list[tuple[float, Mechanism, Options]]]
@@ -172,7 +172,7 @@ def _tried(mechanism: Mechanism, options: Options) -> _Tried:
     if choice.method == TIME_STEPPING:
         steps = [factor * min(choice.step, options.step or math.inf) for factor in STEPS]
         return "step", [(step, mechanism, replace(once, step=step)) for step in steps]
-    return "tolerance", [(each, mechanism, replace(once, rtol=each, atol=each)) for each in TOLERANCES]
+    return "tolerance", [(tolerance, mechanism, replace(once, rtol=tolerance, atol=tolerance)) for tolerance in TOLERANCES]
 
 
 def _with_modes(mechanism: Mechanism, options: Options) -> _Tried:

@@ -70,7 +70,7 @@ def prepare(
     store.check_place()
     if block is not None:
         whole_number("block", block)
-    if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
+    if any(measure.of == "dataset" for measure in study.own_measures) and study.members > 1:
         raise InputError(
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
         )

@@ -82,7 +82,7 @@ def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.n
     return Interpolation(
         np.stack([runs[column(name)].values for name in study.addresses], axis=1),
         np.stack([numbers[name] for name in study.addresses], axis=1),
-        np.array([isinstance(each.variation, Interval) and each.variation.logarithmic for each in varied]),
+        np.array([isinstance(factor.variation, Interval) and factor.variation.logarithmic for factor in varied]),
         runs,
     )
 

@@ -11,7 +11,7 @@ import scissordyn as sd
 from benchmarks.cases import CLEARANCE, UNTIL
 from benchmarks.measure import command, table
 from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 CONSTANT = 1e6
 """A damping speed [m/s] at which sigma_1 does not fade."""
@@ -61,7 +61,7 @@ def _runs(coefficients: tuple[float, ...]) -> str:
             normal, tangential = joint["normal_force"].values, np.abs(joint["friction_force"].values)
             limit = np.array(
                 [
-                    friction_limit(addresses(law)["limit"], v, n, p)
+                    friction_limit(pointers(law)["limit"], v, n, p)
                     for v, n in zip(joint["slip_speed"].values, normal, strict=True)
                 ]
             )
@@ -109,10 +109,10 @@ def cycle_work(law: sd.LuGre, fast: float, *, slow: float = 1e-4, length: float 
             h = length / abs(speed) / steps
             for _ in range(steps):
                 # Heun's method: the bristle relaxes over a micrometre, more than a thousand steps
-                before, start = friction_force(addresses(law)["force"], speed, 1.0, z, dz, p), z[0]
+                before, start = friction_force(pointers(law)["force"], speed, 1.0, z, dz, p), z[0]
                 first = dz[0]
                 z[0] = start + h * first
-                after = friction_force(addresses(law)["force"], speed, 1.0, z, dz, p)
+                after = friction_force(pointers(law)["force"], speed, 1.0, z, dz, p)
                 z[0] = start + 0.5 * h * (first + dz[0])
                 if turn == 2:
                     work += 0.5 * (before + after) * speed * h
@@ -125,7 +125,7 @@ def _starts() -> str:
         found = []
         for law in (sd.LuGre(0.1), sd.law("friction", "elasto-plastic")(0.1), sd.law("friction", "dahl")(0.1)):
             z, p = np.zeros(1), row(law)
-            friction_states(addresses(law)["start"], v, z, p)
+            friction_states(pointers(law)["start"], v, z, p)
             found.append(f"{z[0] * law.bristle_stiffness:.6f}")
         rows.append([f"{v:g}", *found])
     text = "Coefficient sigma_0 z that a contact starts with, by its slip speed; mu_k = 0.1.\n\n"

@@ -19,7 +19,7 @@ from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.laws.material import STEEL
-from scissordyn.plugin.element import addresses, element, row_of
+from scissordyn.plugin.element import element, pointers, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 CALLS = 200_000
@@ -112,13 +112,13 @@ def main():
         for name, law in ({name: law() for name, law in laws.items()} | {"a user's function": users[kind]}).items():
             row = row_of(law, JOINT)
             if kind == "stiffness":
-                calls[name] = elastic, addresses(law)["force"], row
+                calls[name] = elastic, pointers(law)["force"], row
             elif kind == "damping":
-                calls[name] = normal, addresses(law)["force"], row
+                calls[name] = normal, pointers(law)["force"], row
             else:
                 z, dz = np.zeros(len(law.states)), np.zeros(len(law.states))
-                friction_states(addresses(law)["start"], 0.01, z, row)
-                calls[name] = friction, addresses(law)["force"], row, z, dz
+                friction_states(pointers(law)["start"], 0.01, z, row)
+                calls[name] = friction, pointers(law)["force"], row, z, dz
         found = rounds(calls)
         empty = found.pop("")
         print(f"| {kind} | ns | against {REFERENCE[kind]} |\n| --- | ---: | ---: |")

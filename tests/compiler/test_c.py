@@ -30,7 +30,7 @@ from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.laws.contact import JointContact
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 from scissordyn.plugin.pointer import RECIPES
 from scissordyn.run.advance.trajectory import make_driver
 
@@ -46,7 +46,7 @@ def law_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
         for name, kind in laws.items():
             fields = [each for each in dataclasses.fields(kind) if each.default is each.default_factory is dataclasses.MISSING]
             part = kind(*(0.5 for _ in fields))
-            for key, address in addresses(part).items():
+            for key, address in pointers(part).items():
                 if address:
                     yield f"{name} {key}", address, row_of(part, *handed)
 

@@ -13,7 +13,7 @@ from scissordyn.control.signal import SIGNALS, control_torque
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 
 def torque(controller, signals, *, t=1.0, integral=0.3):
@@ -21,7 +21,7 @@ def torque(controller, signals, *, t=1.0, integral=0.3):
     q = np.array([signals.get(name, 1e3 + k) for k, name in enumerate(SIGNALS)])
     recorded = q[SIGNALS.index(controller.recorded)] if controller.recorded else 0.0
     z, dz = np.full(len(controller.states), integral), np.full(len(controller.states), np.nan)
-    return control_torque(addresses(controller)["torque"], t, recorded, q, z, dz, row_of(controller)), dz
+    return control_torque(pointers(controller)["torque"], t, recorded, q, z, dz, row_of(controller)), dz
 
 
 TRACKING = {"reference_speed": 2.0, "error": 0.03, "speed": 1.7, "feed_forward": 0.0}

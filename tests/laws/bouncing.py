@@ -12,7 +12,7 @@ from scissordyn.kernel import F1
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.laws.material import STEEL
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, journal=STEEL, bearing=STEEL)
@@ -26,7 +26,7 @@ def row(law, joint=JOINT):
 
 def at(law, kernel="force"):
     """The address of a law's kernel."""
-    return addresses(law)[kernel]
+    return pointers(law)[kernel]
 
 
 def force(law, delta, joint=JOINT):

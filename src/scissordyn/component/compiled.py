@@ -15,7 +15,7 @@ from scissordyn.plugin.pointer import arguments_of, pointer_of
 
 
 class Kernels:
-    """Addresses of the compiled kernels of a component class; 0 for one that it does not have."""
+    """Pointers to the compiled kernels of a component class; 0 for one that it does not have."""
 
     def __init__(self, force: int, gap: int, switch: int) -> None:
         self.force, self.gap, self.switch = force, gap, switch

@@ -37,11 +37,11 @@ MEASURED: Mapping[str, str] = MappingProxyType(
 
 
 @kernel
-def control_torque(address, t, recorded, q, z, dz, p):
+def control_torque(pointer, t, recorded, q, z, dz, p):
     """Torque [N m] of a controller at time t and signals q; writes the rates of its internal states into dz."""
-    if address == 0:
+    if pointer == 0:
         return 0.0
-    return call_at(address, q, (), z, (t, recorded), p, dz)
+    return call_at(pointer, q, (), z, (t, recorded), p, dz)
 
 
 def check_signal(owner: str, name: str) -> None:

@@ -1,4 +1,4 @@
-"""Laws evaluated by the addresses of their kernels, with the numbers that these read."""
+"""Laws evaluated by the pointers of their kernels, with the numbers that these read."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ APPROACH_FLOOR = 1e-6
 
 
 @entry
-def elastic_force(address: int, delta: float, p: F1) -> float:
+def elastic_force(pointer: int, delta: float, p: F1) -> float:
     """Elastic part [N] at indentation delta > 0 [m]."""
-    return call_at(address, (delta,), (), (), (), p, ())
+    return call_at(pointer, (delta,), (), (), (), p, ())
 
 
 @entry
-def elastic_energy(address: int, force_address: int, delta: float, p: F1) -> float:
+def elastic_energy(pointer: int, force_pointer: int, delta: float, p: F1) -> float:
     """Work [J] to press the elastic part in by delta [m]; by quadrature of its force where it has no kernel for it."""
     if delta <= 0.0:
         return 0.0
-    if address == 0:
-        return quadrature_energy(force_address, delta, p)
-    return call_at(address, (delta,), (), (), (), p, ())
+    if pointer == 0:
+        return quadrature_energy(force_pointer, delta, p)
+    return call_at(pointer, (delta,), (), (), (), p, ())
 
 
 @kernel
@@ -41,34 +41,34 @@ def rate_in_range(rate, approach):
 
 
 @entry
-def normal_force(address: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
+def normal_force(pointer: int, elastic: float, delta: float, rate: float, approach: float, p: F1) -> float:
     """Normal force [N] from an elastic part; never negative. For `approach` see `rate_in_range`."""
     rate = rate_in_range(rate, approach)
-    force = call_at(address, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
+    force = call_at(pointer, (elastic, delta, rate, abs(approach)), (), (), (), p, ())
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 
 
 @entry
-def friction_force(address: int, v: float, normal: float, z: F1, dz: F1, p: F1) -> float:
+def friction_force(pointer: int, v: float, normal: float, z: F1, dz: F1, p: F1) -> float:
     """Tangential force [N]; writes the rates of the internal states into dz."""
-    if address == 0:
+    if pointer == 0:
         return 0.0
-    return call_at(address, (v, normal), (), z, (), p, dz)
+    return call_at(pointer, (v, normal), (), z, (), p, dz)
 
 
 @entry
-def friction_states(address: int, v: float, z: F1, p: F1) -> None:
+def friction_states(pointer: int, v: float, z: F1, p: F1) -> None:
     """Internal states at the start of a contact that begins at slip speed v [m/s], or those of steady sliding."""
-    if address == 0:
+    if pointer == 0:
         z[:] = 0.0
     else:
-        call_at(address, (v,), (), (), (), p, z)
+        call_at(pointer, (v,), (), (), (), p, z)
 
 
 @entry
-def friction_limit(address: int, v: float, normal: float, p: F1) -> float:
+def friction_limit(pointer: int, v: float, normal: float, p: F1) -> float:
     """Largest |F_t| [N] that friction itself allows: static friction and the viscous part; infinite where that is not known."""
-    if address == 0:
+    if pointer == 0:
         return math.inf
-    return call_at(address, (v, normal), (), (), (), p, ())
+    return call_at(pointer, (v, normal), (), (), (), p, ())

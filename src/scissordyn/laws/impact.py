@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import Damping, Elastic, JointContact
 from scissordyn.laws.evaluate import elastic_force, normal_force
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def impact(
 ) -> Impact:
     """A free mass against a fixed surface, m delta'' = -F_n."""
     of_elastic, of_damping = row_of(stiffness, joint), row_of(damping, joint)
-    at_elastic, at_damping = addresses(stiffness)["force"], addresses(damping)["force"]
+    at_elastic, at_damping = pointers(stiffness)["force"], pointers(damping)["force"]
 
     def force(delta: float, rate: float) -> float:
         if delta <= 0.0:

@@ -13,12 +13,12 @@ from scipy.optimize import root
 
 from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.evaluate import friction_force, friction_states
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 
 def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: ArrayLike) -> np.ndarray:
     """Friction over normal force in steady sliding."""
-    row, states, at = row_of(friction, joint), np.zeros(len(friction.states)), addresses(friction)
+    row, states, at = row_of(friction, joint), np.zeros(len(friction.states)), pointers(friction)
     rates = np.zeros_like(states)
     speeds = np.asarray(slip_speed, float)
     coefficients = np.empty(speeds.size)
@@ -68,7 +68,7 @@ def oscillation(
     friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400
 ) -> Oscillation:
     """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction in its third period."""
-    row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)
+    row, count, at = row_of(friction, joint), len(friction.states), pointers(friction)
     size = _sizes(friction, at, row)
     omega = 2.0 * math.pi * frequency
 

@@ -12,7 +12,7 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.kernel import F1, F2, call_at, entry
 from scissordyn.laws.contact import Damping, Elastic, JointContact
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 from scissordyn.plugin.pointer import arguments_of
 
 APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
@@ -55,7 +55,7 @@ def tried(law: Any, joint: JointContact) -> np.ndarray:
         points = list(itertools.product(SPEEDS, FORCES))
     points = np.array(points, float)
     forces = np.empty(len(points))
-    _answers(addresses(law)["force"], points, row_of(law, joint), forces)
+    _answers(pointers(law)["force"], points, row_of(law, joint), forces)
     wrong = ~np.isfinite(forces)
     if isinstance(law, Elastic) and not wrong.any():
         allowed = f"a push up to the {what}: 0 N or more, and 0 N at 0 m"
@@ -83,9 +83,9 @@ def _answer(law: Any, joint: JointContact, at: dict[str, float], force: float) -
 
 
 @entry
-def _answers(address: int, points: F2, numbers: F1, forces: F1) -> None:
+def _answers(pointer: int, points: F2, numbers: F1, forces: F1) -> None:
     for k in range(forces.size):
-        forces[k] = call_at(address, points[k], (), (), (), numbers, ())
+        forces[k] = call_at(pointer, points[k], (), (), (), numbers, ())
 
 
 def doubts(law: Any, joint: JointContact) -> list[str]:

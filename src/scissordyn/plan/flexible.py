@@ -18,7 +18,7 @@ from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 IMPACT_SPEED = 1.0
 """Of the impact whose duration stands for that of contacts [m/s]."""
@@ -141,10 +141,10 @@ def contact_frequency(mechanism: Mechanism, mass: float) -> float:
 @lru_cache(256)
 def _impact_duration(law: Any, contact: Any, mass: float) -> float:
     """Of an elastic impact [s]: twice the integral of 1/v over the indentation, where the energy (V^2 - v^2) m/2 is stored."""
-    address, row = addresses(law), row_of(law, contact)
+    pointer, row = pointers(law), row_of(law, contact)
 
     def stored(depth: float) -> float:
-        return float(elastic_energy(address["energy"], address["force"], depth, row))
+        return float(elastic_energy(pointer["energy"], pointer["force"], depth, row))
 
     energy, deepest = 0.5 * mass * IMPACT_SPEED**2, 1e-9
     while stored(deepest) < energy and deepest < 1.0:

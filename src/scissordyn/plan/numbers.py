@@ -21,7 +21,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
-from scissordyn.plugin.element import PARAMETERS, addresses, is_ours, row_of
+from scissordyn.plugin.element import PARAMETERS, is_ours, pointers, row_of
 
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
@@ -52,9 +52,9 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             if not is_ours(chosen) and not getattr(chosen, "states", None):
                 tried(chosen, joint)
             tables[which, j] = row_of(chosen, joint)
-            for name, address in addresses(chosen).items():
+            for name, pointer in pointers(chosen).items():
                 if name != "steady":
-                    law[j][kind if name == "force" else name] = address
+                    law[j][kind if name == "force" else name] = pointer
 
     described: list[tuple[float, ...]] = [()] * len(components)
     control, torque = np.zeros((len(components), PARAMETERS)), np.zeros(len(components), np.int64)
@@ -62,7 +62,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
     for i, component in enumerate(components):
         if isinstance(component, Actuator):
             controller = component.controller
-            control[i], torque[i] = row_of(controller), addresses(controller)["torque"]
+            control[i], torque[i] = row_of(controller), pointers(controller)["torque"]
             recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
             actuator[i] = controller.delay, recorded, controller.recursion_gain
         else:

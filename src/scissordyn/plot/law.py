@@ -34,7 +34,7 @@ from scissordyn.plot.style import (
     normal,
     panels,
 )
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 """The default joint: that of `Clearance`, with c = 0.5 mm."""
@@ -75,8 +75,8 @@ def _draw_impact(
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
     history = impact(stiffness, damping, joint, mass=free_mass.mass, speed=free_mass.speed)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
-    row, address = row_of(stiffness, joint), addresses(stiffness)["force"]
-    elastic = np.array([elastic_force(address, delta, row) for delta in depth])
+    row, pointer = row_of(stiffness, joint), pointers(stiffness)["force"]
+    elastic = np.array([elastic_force(pointer, delta, row) for delta in depth])
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
     _loop(panel, history, force, length, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=literal(f"{stiffness.name} alone"))

@@ -229,12 +229,12 @@ def _targets(declared: Element, key: str, present: tuple[str, ...]) -> tuple[str
     return written if kind == "states" else (ANSWER, *written)
 
 
-def addresses(part: Any) -> Mapping[str, int]:
-    """Addresses of the kernels of an element, by name; 0 for one that it does not have."""
+def pointers(part: Any) -> Mapping[str, int]:
+    """Pointers to the kernels of an element, by name; 0 for one that it does not have."""
     states = getattr(part, "states", ())
     if not isinstance(states, tuple):  # of a class whose parts decide
         states = part.declaration.states
-    return _addresses(part.declaration, tuple(state.name for state in states))
+    return _pointers(part.declaration, tuple(state.name for state in states))
 
 
 def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
@@ -247,7 +247,7 @@ def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
 
 
 @cache
-def _addresses(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
+def _pointers(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
     pointers = {key: pointer_of(recipe) for key, recipe in recipes(declared, present).items()}
     return MappingProxyType(dict.fromkeys(declared.slot.kernels, 0) | pointers)
 

@@ -17,28 +17,28 @@ MOST_PIECES = 4000
 
 
 @kernel
-def piece(address, low, high, delta, p):
+def piece(pointer, low, high, delta, p):
     """Integral of a force over s in [low, high], per unit of delta."""
     total = 0.0
     for k in range(NODES.size):
         s = low + (high - low) * NODES[k]
-        total += WEIGHTS[k] * call_at(address, (delta * s * s,), (), (), (), p, ()) * 2.0 * s
+        total += WEIGHTS[k] * call_at(pointer, (delta * s * s,), (), (), (), p, ()) * 2.0 * s
     return total * (high - low)
 
 
 @kernel
-def quadrature_energy(address, delta, p):
+def quadrature_energy(pointer, delta, p):
     """Work [J] to press an elastic part in by delta [m], by halving where the force has kinks.
 
     The pieces are [k, k + 1]/2^level; once one is done the next is the end of the largest that it completes.
     """
-    tolerance = ROUNDING * abs(piece(address, 0.0, 1.0, delta, p))
+    tolerance = ROUNDING * abs(piece(pointer, 0.0, 1.0, delta, p))
     total, level, k, count = 0.0, 0, 0, 0
     while True:
         width = 0.5**level
         low = k * width
-        whole = piece(address, low, low + width, delta, p)
-        halves = piece(address, low, low + 0.5 * width, delta, p) + piece(address, low + 0.5 * width, low + width, delta, p)
+        whole = piece(pointer, low, low + width, delta, p)
+        halves = piece(pointer, low, low + 0.5 * width, delta, p) + piece(pointer, low + 0.5 * width, low + width, delta, p)
         count += 1
         # a NaN compares as false and ends the halving
         if abs(halves - whole) > tolerance and level < DEEPEST_LEVEL and count < MOST_PIECES:

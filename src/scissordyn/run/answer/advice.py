@@ -11,7 +11,7 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 from scissordyn.run.results import Run
 from scissordyn.warning import RunWarning, group, line, plain
 
@@ -89,5 +89,5 @@ def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, i
 
 
 def _forces(law: Elastic, contact: JointContact, depth: np.ndarray) -> np.ndarray:
-    row, address = row_of(law, contact), addresses(law)["force"]
-    return np.array([0.0, *(elastic_force(address, d, row) for d in depth[1:].tolist())])
+    row, pointer = row_of(law, contact), pointers(law)["force"]
+    return np.array([0.0, *(elastic_force(pointer, d, row) for d in depth[1:].tolist())])

@@ -16,7 +16,7 @@ import numpy as np
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
-from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.element import pointers, row_of
 
 POINTS = 201
 """Values of s at which the largest force is looked for, and a parabola through the best three."""
@@ -35,7 +35,7 @@ def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np
     """
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping
-    at, row, xi = addresses(law), row_of(law, surfaces), float(damping.factor)
+    at, row, xi = pointers(law), row_of(law, surfaces), float(damping.factor)
     depth = np.geomspace(1e-9, 2.0, DEPTHS) * surfaces.journal_radius
     force = np.array([elastic_force(at["force"], d, row) for d in depth.tolist()])
     energy = np.array([elastic_energy(at["energy"], at["force"], d, row) for d in depth.tolist()])

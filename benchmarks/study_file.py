@@ -36,11 +36,11 @@ def measure(cases: int = CASES) -> str:
         with store.alone():
             for first in range(0, cases, BLOCK):
                 size = min(BLOCK, cases - first)
-                values = {name: chance.random(size) for name in (*study.addresses, *MEASURES)}
+                values = {name: chance.random(size) for name in (*study.factor_names, *MEASURES)}
                 status, texts = np.full(size, COMPLETE, np.int8), [("", "")] * size
                 store.write(np.arange(first, first + size), values, status, texts, (1.0, 1.0, size))
         appended = time.perf_counter() - began
-        size = Path(store.address).stat().st_size
+        size = Path(store.path).stat().st_size
         began = time.perf_counter()
         results = store.results()
         read = time.perf_counter() - began

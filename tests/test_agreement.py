@@ -24,7 +24,7 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.plugin.element import addresses
+from scissordyn.plugin.element import pointers
 from scissordyn.run.simulate import simulate
 
 C = 5e-4
@@ -116,7 +116,7 @@ def test_lugre_agrees(kinetic: float) -> None:
     parameters = clearance.friction.parameters(clearance.surfaces)
     other = clearance_joint(clearance).friction
     assert other is not None
-    z, dz, row, at = np.zeros(1), np.zeros(1), np.array(parameters), addresses(clearance.friction)
+    z, dz, row, at = np.zeros(1), np.zeros(1), np.array(parameters), pointers(clearance.friction)
 
     def friction(slip: float, bristle: float) -> tuple[float, float]:
         z[0] = bristle

@@ -97,7 +97,7 @@ def test_numbers_without_end_are_refused(
 def test_names_with_equals_signs_can_be_varied(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Contract: the values follow the last equals sign, or one before a distribution; the address is named as a whole."""
+    """Contract: the values follow the last equals sign, or one before a distribution; the parameter is named as a whole."""
     from scissordyn.cli.study import addressed
 
     given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", "d=e.speed=normal(1, 0.1) rpm", "gravity=9, 10 m/s^2"]

@@ -333,7 +333,7 @@ def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
 
 
 def test_addresses_reach_what_the_file_makes() -> None:
-    """Contract: the addresses of Python and of studies change a case too, by the names of parts, with units."""
+    """Contract: the parameter paths of Python and of studies change a case too, by the names of parts, with units."""
     path = EXAMPLES / "paper.toml"
     case = read_case(path, ["A.clearance=0.2 mm", "unit 1/bar 2.mass=6 kg", "body.slider.mass=4 kg", "drive.speed=100 rpm"])
     assert case.mechanism.joint("A").clearance.clearance == pytest.approx(2e-4, rel=1e-15)

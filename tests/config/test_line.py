@@ -1,4 +1,4 @@
-"""Lines and addresses in messages about case files."""
+"""Lines and places in messages about case files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from scissordyn.config.file import read_case
-from scissordyn.config.line import address, line_of
+from scissordyn.config.line import line_of, place_text
 from scissordyn.config.study import read_study
 from scissordyn.errors import InputError
 
@@ -72,10 +72,10 @@ def test_the_line_of_a_place(place: tuple[int | str, ...], line: int) -> None:
 def test_an_address_names_tables_as_the_option_set_does() -> None:
     """Contract: a table of a list by its name, without a name by its position, counted from one."""
     tree = tomllib.loads(TEXT)
-    assert address(tree, ("clearance", 0, "friction", "kinetic")) == "clearance.A.friction.kinetic"
-    assert address(tree, ("clearance", 1)) == "clearance.B.1"
-    assert address(tree, ("force", 0, "name")) == "force (the first).name"
-    assert address(tree, ("drive", 0, "harmonic")) == "drive.harmonic"
+    assert place_text(tree, ("clearance", 0, "friction", "kinetic")) == "clearance.A.friction.kinetic"
+    assert place_text(tree, ("clearance", 1)) == "clearance.B.1"
+    assert place_text(tree, ("force", 0, "name")) == "force (the first).name"
+    assert place_text(tree, ("drive", 0, "harmonic")) == "drive.harmonic"
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) 
 
     page = Page(Session(case, lambda what: None), send)
     page.begin()
-    assert next(message for message in messages if message["type"] == "points")["axes"] == list(result.study.addresses)
+    assert next(message for message in messages if message["type"] == "points")["axes"] == list(result.study.factor_names)
     page.hear(json.dumps({"type": "open", "point": 4}))
     ends = time.monotonic() + 60.0
     while page.session.computing and time.monotonic() < ends:

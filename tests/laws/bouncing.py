@@ -25,7 +25,7 @@ def row(law, joint=JOINT):
 
 
 def at(law, kernel="force"):
-    """The address of a law's kernel."""
+    """The pointer to a law's kernel."""
     return pointers(law)[kernel]
 
 

@@ -52,7 +52,7 @@ def test_everything_is_there():
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_every_law_has_its_kernels(kind, name):
-    """Contract: a law is evaluated by the addresses of its kernels."""
+    """Contract: a law is evaluated by the pointers of its kernels."""
     assert math.isfinite(answer(kind, catalogue.law(kind, name)()))
 
 

@@ -81,13 +81,13 @@ def test_damping_and_friction_are_the_built_in_ones():
 
 
 def test_many_laws_at_once():
-    """Identity: any number of user laws live side by side, each with its own numbers and address."""
+    """Identity: any number of user laws live side by side, each with its own numbers and pointer."""
     laws = [spring(1e9 * k, 1.0) for k in (1, 2, 3)] + [stiffness(lambda indentation: 7e8 * indentation)]
     assert [force(law, 1e-5) for law in laws] == pytest.approx([1e4, 2e4, 3e4, 7e3], rel=1e-14)
 
 
 def test_survives_pickling():
-    """Contract: a law travels to another process; the address is found anew there."""
+    """Contract: a law travels to another process; the pointer is found anew there."""
     law = pickle.loads(pickle.dumps(spring(1e9, 1.0)))
     assert force(law, 1e-5) == pytest.approx(1e4, rel=1e-14)
 

@@ -63,7 +63,7 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
     )
     assert found.study == by_hand
     store = execute(by_hand, tmp_path / "hand.db", block=found.store.block)
-    assert rows(store.address) == rows(found.store.address)
+    assert rows(store.path) == rows(found.store.path)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         sd.study("study.toml", store="study.db", block=1),
     ]
     assert command("study.toml", output="command.db", block=1) == 0
-    contents = [rows(one.store.address) for one in stores]
+    contents = [rows(one.store.path) for one in stores]
     assert contents[0] == contents[1] == contents[2] == rows("command.db")
     assert case is not None
     plain = sd.study(arm(), {"A.clearance": [0.1e-3, 0.2e-3]}, until=UNTIL, measures=["peak_force"])
@@ -259,7 +259,7 @@ def test_sensitivity() -> None:
 def test_a_store_of_its_own_ends_with_the_result() -> None:
     """Contract: without a store the results lie in a temporary folder, which is removed."""
     result = sd.study(arm(), {"A.clearance": [1e-4]}, until=UNTIL)
-    file = Path(result.store.address)
+    file = Path(result.store.path)
     assert file.is_file()
     assert float(result.dataset["peak_force"][0, 0]) > 0.0
     del result
@@ -285,7 +285,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"factors": {"A.clearance": (2e-4, 1e-4)}}, r"'A.clearance' over \(0.0002, 0.0001\): a range from"),
         ({"factors": {"A.clearance": "0.1..0.4 kg"}}, "'kg' is not a unit of"),
         ({"factors": {"A.clearance": object()}}, r"allowed: \(1e-4, 4e-4\), \[50.0"),
-        ({"factors": [("A.clearance", 1e-4)]}, "allowed: values by address"),
+        ({"factors": [("A.clearance", 1e-4)]}, "allowed: values by parameter"),
         ({"factors": {}}, "nothing varies"),
         ({"until": None}, "without an end of its runs; allowed: until"),
         ({"measures": ["peak_fource"]}, "did you mean 'peak_force'"),
@@ -338,7 +338,7 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert set(found.trends) == {"peak_force"}
     texts = [f"{address}={value!r} {'m' if 'clearance' in address else 'rad/s'}" for address, value in one.numbers.items()]
     again = tmp_path / "again.db"
-    assert command("refine", found.store.address, output=str(again), vary=texts, samples=4, seed=5, threads=1) == 0
+    assert command("refine", found.store.path, output=str(again), vary=texts, samples=4, seed=5, threads=1) == 0
     refined = sd.open_study(again)
     assert refined.study.cases == 4
     assert refined.recommend().numbers == one.numbers
@@ -347,14 +347,14 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert "of 4 samples" in " ".join(capsys.readouterr().out.split())
     loose, search = tmp_path / "loose.db", tmp_path / "search.db"
     uncertain = ["A.clearance=uniform(0.1, 0.2) mm"]
-    assert command("refine", found.store.address, output=str(loose), uncertain=uncertain, points=3, threads=1) == 0
+    assert command("refine", found.store.path, output=str(loose), uncertain=uncertain, points=3, threads=1) == 0
     described = sd.open_study(loose).study
-    assert [each.address for each in described.factors] == ["drive.speed"]
-    assert [each.address for each in described.uncertain] == ["A.damping.restitution", "A.clearance"]
+    assert [each.path for each in described.factors] == ["drive.speed"]
+    assert [each.path for each in described.uncertain] == ["A.damping.restitution", "A.clearance"]
     assert (described.design.kind, described.points, described.cases) == ("sobol", 3, 6)
     with pytest.raises(sd.InputError, match="--samples without refine"):
-        command("status", found.store.address, samples=3)
+        command("status", found.store.path, samples=3)
     with pytest.raises(sd.InputError, match="without a store of its own"):
-        command("refine", found.store.address, samples=3)
+        command("refine", found.store.path, samples=3)
     with pytest.raises(sd.InputError, match="goal 'peak_force'"):
-        command("refine", found.store.address, output=str(search), goal=["peak_force"])
+        command("refine", found.store.path, output=str(search), goal=["peak_force"])

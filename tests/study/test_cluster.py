@@ -61,7 +61,7 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
 
         store = execute(study(), tmp_path / "processes.db", block=3, engine=engine, progress=kill)
     assert killed
-    assert rows(store.address) == rows(whole.address)
+    assert rows(store.path) == rows(whole.path)
     assert store.times()["attempts"].tolist() == [1.0] * 8
 
 
@@ -186,7 +186,7 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
     whole = execute(study(8), tmp_path / "threads.db", engine=1, block=2)
     with cluster(file) as engine:
         store = execute(study(8), tmp_path / "jobs.db", engine=engine, block=2)
-    assert rows(store.address) == rows(whole.address)
+    assert rows(store.path) == rows(whole.path)
     texts = [path.read_text() for path in jobs.glob("*.sh")]
     assert len(texts) == 2
     assert all(asks in text and "dask_worker tls://" in text for text in texts)

@@ -111,11 +111,11 @@ def test_a_store_is_read_resumed_and_refined(case: Path, found: StudyResult) -> 
         {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
         measures=["peak_drive_torque", "peak_bar_stress", "mass"],
         requirements={"peak_bar_stress": 1.2e6},
-        store=found.store.address,
+        store=found.store.path,
         compute=False,
     )
     assert again.counts["pending"] == 0
-    opened = sd.open_study(found.store.address)
+    opened = sd.open_study(found.store.path)
     assert opened.mechanism(7) == found.mechanism(7)
     fewer = refined(opened.built(), vary={MATERIAL: "[titanium]", SECTION: f"[{SECTIONS[1]}]", "A.clearance": "0.5 mm"})
     assert fewer.variants == (found.mechanism(11),)

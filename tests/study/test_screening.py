@@ -7,7 +7,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.study.answer.control_variate import fraction_estimate, mean_estimate
 from scissordyn.study.answer.margin_estimate import fraction_by_margins
-from scissordyn.study.compute.screening import verified_address
+from scissordyn.study.compute.screening import verified_path
 
 RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
 CHEAP = {"rtol": 1e-3, "atol": 1e-3}
@@ -130,7 +130,7 @@ def test_without_accurate_runs(tmp_path):
     assert found.verified is None
     with pytest.raises(InputError, match="without accurate runs"):
         found.estimates  # noqa: B018
-    assert verified_address("a/b.db") == "a/b.verified.db"
+    assert verified_path("a/b.db") == "a/b.verified.db"
 
 
 def test_a_study_file(tmp_path):

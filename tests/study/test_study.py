@@ -67,7 +67,7 @@ def test_a_store_holds_the_runs(tmp_path: Path) -> None:
     # common random numbers: the same samples at each point; members: the same numbers
     restitution = found["A.damping.restitution"].values.reshape(6, 2, 2)
     assert np.all(restitution == restitution[:1, :, :1])
-    with sqlite3.connect(store.address) as connection:
+    with sqlite3.connect(store.path) as connection:
         raw = connection.execute('SELECT "A.peak_force" FROM cases ORDER BY number').fetchall()
     np.testing.assert_array_equal(raw, found["peak_force"].values)
 
@@ -98,7 +98,7 @@ def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
     assert 10 <= done.sum() < 24
     assert Store(stopped).times()["attempts"].sum() == np.ceil(done.sum() / 5)
     resumed = execute(study(), stopped, engine=2)
-    assert rows(stopped) == rows(whole.address)
+    assert rows(stopped) == rows(whole.path)
     assert resumed.times()["attempts"].tolist() == [1.0] * 5
     assert whole.times()["attempts"].tolist() == [1.0] * 5
 

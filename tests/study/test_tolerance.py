@@ -11,7 +11,7 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.config.study import described_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
-from scissordyn.model.address import single
+from scissordyn.model.parameter_path import single
 from scissordyn.study.answer.summary import varied_numbers
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.distribution import Normal, Trapezoid, Triangular, Uniform, from_plain, to_plain
@@ -113,7 +113,7 @@ def test_quantiles_are_those_of_scipy(ours: sd.Beta, theirs: stats.rv_continuous
 )
 def test_texts_of_tolerances(text: str, found: Uniform) -> None:
     """Contract: nominal values, tolerances, fits and distributions in SI."""
-    read = read_variation(text, LENGTH, address="A.clearance")
+    read = read_variation(text, LENGTH, parameter="A.clearance")
     assert type(read) is type(found)
     ours, theirs = to_plain(read), to_plain(found)
     assert all(ours[key] == pytest.approx(theirs[key], rel=1e-9) for key in ours if key != "kind")
@@ -144,7 +144,7 @@ def test_texts_of_tolerances(text: str, found: Uniform) -> None:
 def test_wrong_texts_are_one_line(text: str, what: str) -> None:
     """Contract: what came, what is allowed, what to type."""
     with pytest.raises(sd.InputError) as error:
-        read_variation(text, LENGTH, address="A.clearance")
+        read_variation(text, LENGTH, parameter="A.clearance")
     assert what in str(error.value)
     assert "\n" not in str(error.value)
     assert error.value.allowed
@@ -156,9 +156,9 @@ def test_deviations_from_a_chosen_value() -> None:
     assert read_deviation("± 0.02 mm, normal", LENGTH) == (Normal(0.0, 0.02e-3 / 3.0, -0.02e-3, 0.02e-3), False)
     assert read_deviation("+- 0.05", NUMBER) == (Uniform(-0.05, 0.05), False)
     with pytest.raises(sd.InputError, match="missing unit"):
-        read_deviation("+- 0.02", LENGTH, address="A.clearance")
+        read_deviation("+- 0.02", LENGTH, parameter="A.clearance")
     with pytest.raises(sd.InputError, match="pure number"):
-        read_deviation("+- 0.02 mm", NUMBER, address="A.damping.restitution")
+        read_deviation("+- 0.02 mm", NUMBER, parameter="A.damping.restitution")
 
 
 def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
@@ -209,7 +209,7 @@ def test_each_joint_has_its_own_tolerance() -> None:
     joints = single(two_joints(), "clearance.all.clearance")
     assert joints == ["clearance.A.clearance", "clearance.unit 1/pivot.clearance"]
     apart = described({"drive.speed": "10, 20 rad/s"}, {"clearance.all.clearance": "0.3 mm +- 20 %, each"})
-    assert [one.address for one in apart.uncertain] == joints
+    assert [one.path for one in apart.uncertain] == joints
     drawn = apart.numbers(np.arange(8)).values
     assert not np.any(drawn[joints[0]] == drawn[joints[1]])
     about = described({"clearance.all.clearance": "0.1..0.4 mm"}, {"clearance.all.clearance": "+- 20 %, each"})

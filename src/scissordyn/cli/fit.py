@@ -34,7 +34,7 @@ def fit(
     free: Annotated[
         list[str] | None,
         Option(
-            metavar="ADDRESS[=RANGE]",
+            metavar="PARAMETER[=RANGE]",
             help="A number to fit, and its range or 'normal(MEAN, DEVIATION) UNIT' of another measurement. Repeatable.",
         ),
     ] = None,
@@ -109,12 +109,12 @@ def fit(
 
 
 def _ranges(free: list[str]) -> dict[str, str | None]:
-    """Ranges by parameter, of ``ADDRESS`` or ``ADDRESS=RANGE``."""
+    """Ranges by parameter, of ``PARAMETER`` or ``PARAMETER=RANGE``."""
     ranges: dict[str, str | None] = {}
     for text in free:
         path, _, values = text.partition("=")
         if not path.strip() or path.strip() in ranges:
-            raise InputError(f"--free {text!r}", "each address once", "--free 'arm.inertia'")
+            raise InputError(f"--free {text!r}", "each parameter once", "--free 'arm.inertia'")
         ranges[path.strip()] = values.strip() or None
     return ranges
 

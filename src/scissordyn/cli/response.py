@@ -28,7 +28,7 @@ from scissordyn.cli.show import say
 from scissordyn.config.file import read_case
 from scissordyn.config.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.model.address import number
+from scissordyn.model.parameter_path import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +141,7 @@ def motor(
         list[str] | None, Option(metavar="SPEED,TORQUE", help="Of the motor's curve, as in '100 rpm, 60 N m'. Repeatable.")
     ] = None,
     ratio: Annotated[float, Option(help="Turns of the motor for one of the joint.", min=1e-6)] = 1.0,
-    least: Annotated[str, Option(metavar="ADDRESS", help="Search for the least value of this number.")] = "",
+    least: Annotated[str, Option(metavar="PARAMETER", help="Search for the least value of this number.")] = "",
     first: Annotated[str, Option("--from", metavar="VALUE", help="Smallest value of it, with its unit.")] = "",
     last: Annotated[str, Option("--to", metavar="VALUE", help="Largest value of it, with its unit.")] = "",
     require: Annotated[

@@ -55,11 +55,11 @@ DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
 
 Varied = Annotated[
     list[str] | None,
-    Option("--vary", metavar="ADDRESS=VALUES", help="A number and its range, levels or distribution. Repeatable."),
+    Option("--vary", metavar="PARAMETER=VALUES", help="A number and its range, levels or distribution. Repeatable."),
 ]
 Uncertain = Annotated[
     list[str] | None,
-    Option("--uncertain", metavar="ADDRESS=VALUES", help="A number that nobody chooses, and its distribution. Repeatable."),
+    Option("--uncertain", metavar="PARAMETER=VALUES", help="A number that nobody chooses, and its distribution. Repeatable."),
 ]
 
 
@@ -135,7 +135,7 @@ def _continue(result: StudyResult, what: str, where: Where, points: int | None) 
     """Resume, retry or extend a study."""
     from scissordyn.study.compute.store import damage_text
 
-    store = result.store.address
+    store = result.store.path
     if damaged := result.store.damage():
         print(f"scissordyn: {damage_text(damaged)}", file=sys.stderr)
     if what != "extend":
@@ -210,7 +210,7 @@ def sweep(
 
 
 def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
-    """Values by parameter, of ``ADDRESS=VALUES``."""
+    """Values by parameter, of ``PARAMETER=VALUES``."""
     varied: dict[str, str] = {}
     for text in texts or ():
         called = DISTRIBUTED.fullmatch(text)
@@ -218,16 +218,16 @@ def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
         path, equals, values = (called[1], "=", called[2]) if called else text.rpartition("=")
         path = path.strip()
         if not equals or not values.strip():
-            raise InputError(f"{option} {text!r}", "an address, an equals sign and values", VARY)
+            raise InputError(f"{option} {text!r}", "a parameter, an equals sign and values", VARY)
         if path in varied:
-            raise InputError(f"{option} {text!r}: '{path}' varies twice", "each address once")
+            raise InputError(f"{option} {text!r}: '{path}' varies twice", "each parameter once")
         varied[path] = values
     return varied
 
 
 def compute(
     study: Study,
-    address: str,
+    file: str,
     where: Where,
     *,
     block: int | None = None,
@@ -241,15 +241,15 @@ def compute(
     from scissordyn.study.compute.store import Store, StoreError
     from scissordyn.study.result import computed
 
-    store, options = Store(address), {"block": block, "retry": retry, "points": points, "budget": budget}
-    further = f"to go on: {command('scissordyn', 'study', 'resume', address)}"
+    store, options = Store(file), {"block": block, "retry": retry, "points": points, "budget": budget}
+    further = f"to go on: {command('scissordyn', 'study', 'resume', file)}"
     try:
         if store.exists() and points is None and study.design.kind != "adaptive":
             store.check(study)  # before workers are started for nothing
         with where.engine() as engine, _progress() as progress:
-            result = computed(study, address, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
+            result = computed(study, file, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
     except KeyboardInterrupt:
-        complete = f"what is complete is in {printable(address)}; {further}"
+        complete = f"what is complete is in {printable(file)}; {further}"
         state = complete if store.begun() else "nothing was computed yet; the same command begins anew"
         print(f"scissordyn: interrupted; {state}", file=sys.stderr)
         return INTERRUPTED
@@ -259,9 +259,9 @@ def compute(
         return UNFINISHED
     show_answers(result)
     store.conclude(result.conclusion.to_plain())
-    print(f"Saved to {printable(store.address)}")
+    print(f"Saved to {printable(store.path)}")
     if result.counts["failed"] and not result.counts["complete"]:
-        why = command("scissordyn", "study", "status", store.address)
+        why = command("scissordyn", "study", "status", store.path)
         print(f"scissordyn: all {result.counts['failed']} cases failed; for the causes: {why}", file=sys.stderr)
         return UNFINISHED
     return DONE
@@ -314,25 +314,25 @@ def _status(result: StudyResult) -> int:
     show_warnings(result)
     show_damage(result)
     if counts["pending"]:
-        print(f"To go on: {command('scissordyn', 'study', 'resume', result.store.address)}")
+        print(f"To go on: {command('scissordyn', 'study', 'resume', result.store.path)}")
     return DONE
 
 
 def _convert(old: Path, output: str | None) -> int:
     """A study of format 2, a folder, as a file, with the accurate runs beside it."""
     from scissordyn.study.compute.convert import convert
-    from scissordyn.study.compute.screening import verified_address
+    from scissordyn.study.compute.screening import verified_path
 
     target = output or str(old.with_suffix(".db"))
     beside = old.with_name(f"{old.stem}.verified{old.suffix}")
-    for folder, file in ((old, target), (beside, verified_address(target))):
+    for folder, file in ((old, target), (beside, verified_path(target))):
         if folder == old or folder.is_dir():
             store, damaged = convert(folder, Path(file))
             if damaged:
                 print(
                     f"scissordyn: {counted(len(damaged), 'damaged block')} left out, whose cases are pending", file=sys.stderr
                 )
-            print(f"Saved to {printable(store.address)}")
+            print(f"Saved to {printable(store.path)}")
     return DONE
 
 
@@ -341,7 +341,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
 
     check_folder(plot, "--plot figures")
     files = [result.report(output or "report.html")]
-    files += [] if plot is None else write_figures(result.study, result.dataset, result.store.address, plot)
+    files += [] if plot is None else write_figures(result.study, result.dataset, result.store.path, plot)
     show_answers(result)
     for path in files:
         print(f"Saved to {path}")
@@ -351,14 +351,14 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
 def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     from scissordyn.study.answer.verdict import replay_command
 
-    address = result.store.address
+    file = result.store.path
     if case is None or not 0 <= case < result.store.cases:
         what = "'study replay' without a case" if case is None else f"case {case}"
-        raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(address, 0))
+        raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(file, 0))
     from scissordyn.run.store import save
 
     if output is not None:
-        check_run(Path(output), Path(address), "-o run.nc")
+        check_run(Path(output), Path(file), "-o run.nc")
     run = result.replay(case)
     if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")
@@ -460,11 +460,11 @@ def _with_command(result: StudyResult, text: str, case: int) -> None:
     from scissordyn.study.answer.verdict import replay_command
 
     print(text)
-    print(f"  {replay_command(result.store.address, case)}")
+    print(f"  {replay_command(result.store.path, case)}")
 
 
 def show_damage(result: StudyResult) -> None:
     """Name the blocks that were written and are not whole, and the command that computes them anew."""
     if result.damage:
         print(result.damage)
-        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', result.store.address)}")
+        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', result.store.path)}")

@@ -1,15 +1,18 @@
-"""Changes to a case before it is read: ``drive.speed=250 rpm``."""
+"""Changes to a case: of what its file says, ``drive.speed=250 rpm``, and of what the file makes, ``unit 1/bar 2.mass=6 kg``."""
 
 from __future__ import annotations
 
 import copy
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
+from difflib import get_close_matches
 from typing import Any
 
 from scissordyn.config.line import handle
 from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import KINDS, number
 from scissordyn.model.section import with_dimension
 from scissordyn.units import Quantity
 
@@ -96,3 +99,37 @@ def _item(items: list[Any], key: str, change: str) -> Any:
         return items[handles.index(key)]
     names = [name for name in handles if name] + [str(index) for index in range(len(items))]
     raise InputError(f"--set {change!r}: no '{key}' there{did_you_mean(key, names)}", "one of " + ", ".join(names))
+
+
+def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[str]) -> tuple[list[str], list[str]]:
+    """Changes of the file's own tables, and those of parts that the file makes, such as the bars of an array."""
+    of_file, of_parts = [], []
+    for change in changes:
+        parameter, equals, _ = change.partition("=")
+        head, dot, _ = (word.strip() for word in parameter.partition("."))
+        of_part = head in KINDS and not tree.get(head)  # a kind of part of which the file itself has none
+        of_table = not of_part and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
+        if not (equals and dot) or of_table:  # also a misspelt one, which is named there
+            of_file.append(change)
+            continue
+        listed = [section for section, items in tree.items() if isinstance(items, list) and head in map(handle, items)]
+        if listed:
+            of_file.append(f"{'clearance' if 'clearance' in listed else listed[0]}.{change}")
+        else:
+            of_parts.append(change)
+    return of_file, of_parts
+
+
+def with_numbers(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:
+    """The mechanism with some numbers changed."""
+    for change in changes:
+        parameter, _, text = change.partition("=")
+        place = number(mechanism, parameter.strip())
+        assert place.quantity is not None
+        try:
+            value = read_quantity(float(text) if place.quantity.unit == "1" else text.strip(), place.quantity)
+        except (InputError, ValueError) as error:
+            what = error.what if isinstance(error, InputError) else str(error)
+            raise InputError(f"--set {change!r}: {what}", f"a value [{place.quantity.unit}]", SAMPLE) from None
+        mechanism = mechanism.replace(parameter.strip(), value)
+    return mechanism

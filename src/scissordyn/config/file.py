@@ -10,12 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from scissordyn.config.address import addressed, sorted_changes
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.case_text import BEGINNING, case_text
-from scissordyn.config.change import changed
+from scissordyn.config.change import changed, sorted_changes, with_numbers
 from scissordyn.config.code import Code
-from scissordyn.config.line import Place, address, line_of, place_of_name
+from scissordyn.config.line import Place, line_of, place_of_name, place_text
 from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, command
@@ -59,7 +58,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     Raises
     ------
     InputError
-        For the first error, with its line in the file and its address.
+        For the first error, with its line and its place in the file.
     """
     path = Path(path)
     text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {command(path)}")
@@ -73,7 +72,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
         )
     try:
         case = instance(CaseTable, tree, {"folder": path.parent, "code": _code(tree, path.parent)}).case()
-        return replace(case, mechanism=addressed(case.mechanism, of_parts)) if of_parts else case
+        return replace(case, mechanism=with_numbers(case.mechanism, of_parts)) if of_parts else case
     except PlacedError as error:
         raise in_file(error, path, text, tree, written) from None
     except InputError as error:
@@ -127,7 +126,7 @@ def _code(tree: dict[str, Any], folder: Path) -> Code:
 def in_file(error: PlacedError, path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]) -> InputError:
     """The error with the file and the line of its place, unless that was changed after it was written."""
     place = error.place if error.key is None else (*error.place, error.key)
-    what = error.said(address(tree, error.place))
+    what = error.said(place_text(tree, error.place))
     return _located(error, path, text, what, place if _at(written, place) == _at(tree, place) else ())
 
 

@@ -1,4 +1,4 @@
-"""Fits as a user asks for them: files, addresses and ranges as text."""
+"""Fits as a user asks for them: files, parameter paths and ranges as text."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError
 from scissordyn.identification.fit import fitted, known_headings
 from scissordyn.identification.free import Free, free_parameter
-from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import number
 from scissordyn.run.options import Options
 from scissordyn.study.ask.distribution import Interval, Normal
 
@@ -52,7 +52,7 @@ def fit(
     data : Measured or path, or several
         Unbroken records; see `config.measured.read_measured`.
     free : iterable of str, or mapping
-        Addresses of the numbers to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or
+        The numbers to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or
         what was measured otherwise, ``"normal(0.138, 0.001) kg"``.
     segment : float, optional
         Duration of a segment [s]; infinite for a start of its own for each record. If not given, records start as the case
@@ -80,7 +80,7 @@ def fit(
     Raises
     ------
     InputError
-        For unknown quantities or addresses, units of another dimension, times that run backwards, gaps.
+        For unknown quantities or parameter paths, units of another dimension, times that run backwards, gaps.
     """
     if isinstance(case, str | os.PathLike):
         case = read_case(case)
@@ -92,20 +92,20 @@ def fit(
     units = known_headings(mechanism, chosen) if any(not isinstance(record, Measured) for record in curves) else {}
     records = [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
-    numbers = [_free(mechanism, address, text) for address, text in wanted.items()]
+    numbers = [_free(mechanism, parameter, text) for parameter, text in wanted.items()]
     return fitted(
         mechanism, chosen, records, numbers, segment=segment, deviations=deviations, jump=jump, most=most, progress=progress
     )
 
 
-def _free(mechanism: Mechanism, address: str, given: str | tuple[float, float] | None) -> Free:
+def _free(mechanism: Mechanism, parameter: str, given: str | tuple[float, float] | None) -> Free:
     variation: Any = None
     if isinstance(given, tuple):
         variation = Interval(*given)
     elif given is not None:
-        quantity = number(mechanism, address).quantity
+        quantity = number(mechanism, parameter).quantity
         assert quantity is not None
-        variation = read_variation(given, quantity, address=address)
+        variation = read_variation(given, quantity, parameter=parameter)
         if isinstance(variation, Normal) and math.isfinite(variation.high):  # a tolerance: its limits are those of the design
             variation = Normal(variation.mean, variation.deviation)
-    return free_parameter(mechanism, address, variation)
+    return free_parameter(mechanism, parameter, variation)

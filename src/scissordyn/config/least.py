@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.config.case import Case
 from scissordyn.config.studies import study
 from scissordyn.errors import InputError
-from scissordyn.model.address import number
+from scissordyn.model.parameter_path import number
 from scissordyn.study.ask.distribution import Levels
 
 VALUES = 8
@@ -24,7 +24,7 @@ class LeastValue:
 
     Parameters
     ----------
-    address : str
+    path : str
     value : float
         The least value tried above which, itself included, all values tried meet the requirements, in SI.
     fails_at : float
@@ -33,7 +33,7 @@ class LeastValue:
         Whether the requirements are met, by value.
     """
 
-    address: str
+    path: str
     value: float
     fails_at: float
     tried: dict[float, bool]
@@ -41,7 +41,7 @@ class LeastValue:
 
 def least_value(
     case: Case,
-    address: str,
+    parameter: str,
     low: float,
     high: float,
     requirements: Sequence[str],
@@ -57,7 +57,7 @@ def least_value(
     Parameters
     ----------
     case : Case
-    address : str
+    parameter : str
         Of the number.
     low, high : float
         Values between which it is searched for, in SI.
@@ -78,25 +78,25 @@ def least_value(
         If the requirements are not met at the high end, or are at the low one.
     """
     if not low < high:
-        raise InputError(f"'{address}' from {low:g} to {high:g}", "a smaller value, then a larger one", "--from 1 --to 2")
+        raise InputError(f"'{parameter}' from {low:g} to {high:g}", "a smaller value, then a larger one", "--from 1 --to 2")
     if not 1e-6 <= tolerance < 1.0:
         raise InputError(f"a tolerance of {tolerance:g}", "a number >= 1e-6 and < 1", "0.01")
-    quantity = number(case.mechanism, address).quantity
+    quantity = number(case.mechanism, parameter).quantity
     unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     tried: dict[float, bool] = {}
     while True:
         values = np.linspace(low, high, VALUES + 2) if not tried else np.linspace(low, high, VALUES + 2)[1:-1]
-        result = study(case, {address: Levels(tuple(values.tolist()))}, requirements=list(requirements), engine=engine)
+        result = study(case, {parameter: Levels(tuple(values.tolist()))}, requirements=list(requirements), engine=engine)
         met = result.points["met"].values == 1.0
         tried |= dict(zip(values.tolist(), met.tolist(), strict=True))
         order = sorted(tried)
         failing = [value for value in order if not tried[value]]
         if not tried[order[-1]]:
             what = ", ".join(requirements)
-            raise InputError(f"{what}: not met at '{address}' = {order[-1]:g}{unit}, the largest value", "a larger --to")
+            raise InputError(f"{what}: not met at '{parameter}' = {order[-1]:g}{unit}, the largest value", "a larger --to")
         if not failing:
-            raise InputError(f"all requirements are met at '{address}' = {order[0]:g}{unit} already", "a smaller --from")
+            raise InputError(f"all requirements are met at '{parameter}' = {order[0]:g}{unit} already", "a smaller --from")
         low = failing[-1]
         high = min(value for value in order if value > low)
         if high - low <= tolerance * max(abs(low), abs(high)):
-            return LeastValue(address, high, low, {value: tried[value] for value in order})
+            return LeastValue(parameter, high, low, {value: tried[value] for value in order})

@@ -91,7 +91,7 @@ def handle(entry: Any) -> str:
     return next((str(entry[key]) for key in HANDLES if isinstance(entry.get(key), str)), "") if isinstance(entry, dict) else ""
 
 
-def address(tree: Any, place: Place) -> str:
+def place_text(tree: Any, place: Place) -> str:
     """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``."""
     text = ""
     for key in place:

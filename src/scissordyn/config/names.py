@@ -1,4 +1,4 @@
-"""What varies in a study at addresses of its case file, names and dimensions: each combination makes a mechanism of its own."""
+"""What varies in a study by its case file, names and dimensions: each combination makes a mechanism of its own."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from scissordyn.config.quantity import unit_factor
 from scissordyn.config.table import toml
 from scissordyn.config.variation import read_variation, unit_of
 from scissordyn.errors import InputError
-from scissordyn.model.address import changed
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import changed
 from scissordyn.run.options import Options
 from scissordyn.study.ask.distribution import Interval, Levels, Names, Variation
 from scissordyn.study.ask.factor import Factor
@@ -34,7 +34,7 @@ MOST = 64
 """Combinations of names: each mechanism is read, kept in the store, and simulated in a batch of its own."""
 
 Reader = Callable[[Mapping[str, str]], Mechanism]
-"""Makes the mechanism with some names, by address."""
+"""Makes the mechanism with some names, by parameter."""
 
 
 def names_of(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
@@ -56,19 +56,19 @@ def listed(text: str) -> Names | None:
     return names_of([name.strip() for name in inside[1:-1].split(",")])
 
 
-def number_of_file(address: str, given: str | Variation, folder: Path) -> Factor:
+def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Factor:
     """A number that only the case file has, which takes the levels of a list or a range."""
     unit = unit_of(given) if isinstance(given, str) else ""
     fitting = (si for si in SI if not unit or _fits(unit, si))
     si = next(fitting, "") if unit else "1"
     if not si:
-        raise InputError(f"'{address}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
-    variation = read_variation(given, Quantity(si), address=address, folder=folder) if isinstance(given, str) else given
+        raise InputError(f"'{parameter}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
+    variation = read_variation(given, Quantity(si), parameter=parameter, folder=folder) if isinstance(given, str) else given
     if not isinstance(variation, Levels | Interval):
-        what = f"'{address}' over a {variation.kind} distribution: each of its values makes a mechanism of its own"
+        what = f"'{parameter}' over a {variation.kind} distribution: each of its values makes a mechanism of its own"
         raise InputError(what, "a list, or a range of which the levels are taken", '"1..3 mm, 5 values"')
     levels = Levels(tuple(variation.levels().tolist()))
-    return Factor(address, levels, unit, unit_factor(unit, si) if unit else 1.0, si=si)
+    return Factor(parameter, levels, unit, unit_factor(unit, si) if unit else 1.0, si=si)
 
 
 def _fits(unit: str, si: str) -> bool:
@@ -85,14 +85,14 @@ def variants_of(factors: Sequence[Factor], read: Reader | None) -> tuple[Mechani
     if not apart:
         return ()
     if read is None:
-        what = f"'{apart[0].address}' of a mechanism without a case file"
+        what = f"'{apart[0].path}' of a mechanism without a case file"
         raise InputError(what, "a case file, or what each name stands for", "{'A.friction': {'lugre': sd.LuGre(kinetic=0.1)}}")
     count = math.prod(len(factor.texts) for factor in apart)
     if count > MOST:
-        what = f"{count} combinations of {' and '.join(factor.address for factor in apart)}"
+        what = f"{count} combinations of {' and '.join(factor.path for factor in apart)}"
         raise InputError(what, f"at most {MOST}; fewer names or levels, or a study for each of some", '"1..3 mm, 5 values"')
     return tuple(
-        read(dict(zip((factor.address for factor in apart), texts, strict=True)))
+        read(dict(zip((factor.path for factor in apart), texts, strict=True)))
         for texts in itertools.product(*(factor.texts for factor in apart))
     )
 
@@ -104,34 +104,36 @@ def by_change(
     values = values or {}
 
     def read(names: Mapping[str, str]) -> Mechanism:
-        which = ", ".join(f"'{address}' = '{name}'" for address, name in names.items())
-        ordered = sorted(names, key=lambda address: address.count("."))  # a section before its wall
-        written = [f"{address}={names[address]}" for address in ordered if address not in values]
+        which = ", ".join(f"'{parameter}' = '{name}'" for parameter, name in names.items())
+        ordered = sorted(names, key=lambda parameter: parameter.count("."))  # a section before its wall
+        written = [f"{parameter}={names[parameter]}" for parameter in ordered if parameter not in values]
         try:
             case_read = read_case(case, [*changes, *written])
         except InputError as error:
             raise InputError(f"{which}: {error.what}", error.allowed, error.type_this) from None
         if case_read.run != options:
             raise InputError(f"{which}: other options of the runs", "names of what the mechanism is made of", NAMES_SAMPLE)
-        return by_object(case_read.mechanism, values)({address: name for address, name in names.items() if address in values})
+        return by_object(case_read.mechanism, values)(
+            {parameter: name for parameter, name in names.items() if parameter in values}
+        )
 
     return read
 
 
 def by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> Reader:
-    """Puts what names stand for into a mechanism: a value at their address, or a mechanism in its place."""
+    """Puts what names stand for into a mechanism: a value at their parameter path, or a mechanism in its place."""
 
     def read(names: Mapping[str, str]) -> Mechanism:
-        unknown = next((address for address in names if address not in values_of), None)
+        unknown = next((parameter for parameter in names if parameter not in values_of), None)
         if unknown is not None:
             sample = f"{{'{unknown}': {{'{names[unknown]}': ...}}}}"
             raise InputError(
                 f"'{unknown}' = '{names[unknown]}' of a mechanism without a case file", "what it stands for", sample
             )
-        values = {address: values_of[address][name] for address, name in names.items()}
+        values = {parameter: values_of[parameter][name] for parameter, name in names.items()}
         mechanism_read = next((value for value in values.values() if isinstance(value, Mechanism)), mechanism)
-        for address, value in values.items():
-            mechanism_read = mechanism_read if isinstance(value, Mechanism) else changed(mechanism_read, address, value)
+        for parameter, value in values.items():
+            mechanism_read = mechanism_read if isinstance(value, Mechanism) else changed(mechanism_read, parameter, value)
         return mechanism_read
 
     return read

@@ -35,23 +35,21 @@ def refined(
 ) -> Study:
     """The study with some things changed."""
     apart = {factor.name: factor for factor in study.apart}
-    places = {address: _places(apart[address], text) for address, text in (vary or {}).items() if address in apart}
+    places = {parameter: _places(apart[parameter], text) for parameter, text in (vary or {}).items() if parameter in apart}
     study, vary, uncertain = (
         with_places(study, places),
-        {address: text for address, text in (vary or {}).items() if address not in places},
+        {parameter: text for parameter, text in (vary or {}).items() if parameter not in places},
         dict(uncertain or {}),
     )
     if clash := apart.keys() & uncertain.keys():
         raise InputError(f"'{min(clash)}' as an uncertain number", "some of its values", command("--vary", f"{min(clash)}=..."))
-    chosen = {factor.address: factor for factor in study.factors}
-    chosen |= {factor.address: factor for factor in factors_of(study.mechanism, vary, Path())}
+    chosen = {factor.path: factor for factor in study.factors}
+    chosen |= {factor.path: factor for factor in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
-    taken = {factor.address for factor in drawn if not factor.of}
-    factors = tuple(factor for address, factor in chosen.items() if address not in taken)
+    taken = {factor.path for factor in drawn if not factor.of}
+    factors = tuple(factor for parameter, factor in chosen.items() if parameter not in taken)
     rest = tuple(
-        factor
-        for factor in study.uncertain
-        if factor.name not in {factor.name for factor in drawn} and factor.address not in vary
+        factor for factor in study.uncertain if factor.name not in {factor.name for factor in drawn} and factor.path not in vary
     )
     seed_now = study.design.seed if seed is None else seed
     sampling = replace(
@@ -83,11 +81,11 @@ def _places(factor: Factor, text: str) -> list[int]:
         other = next((value for value in values if value not in factor.labels), None)
         near = did_you_mean(str(other), factor.labels)
     else:
-        values = read_variation(text, Quantity(factor.si), address=factor.address).levels().tolist()
+        values = read_variation(text, Quantity(factor.si), parameter=factor.path).levels().tolist()
         other = next((value for value in values if not np.isclose(every.values, value, rtol=1e-5, atol=0.0).any()), None)
         near = ""
     if other is not None:
-        raise InputError(f"'{factor.address}' = '{text}'{near}", f"values of the study: {', '.join(factor.texts)}")
+        raise InputError(f"'{factor.path}' = '{text}'{near}", f"values of the study: {', '.join(factor.texts)}")
     return [factor.labels.index(value) if factor.labels else int(factor.places(value)) for value in values]
 
 

@@ -29,14 +29,14 @@ from scissordyn.study.compute.execute import Progress
 from scissordyn.study.compute.store import Store
 from scissordyn.study.result import StudyResult, computed
 
-Address = str | os.PathLike[str]
+FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 
 RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
 
 def study(
-    case: Mechanism | Case | Address,
+    case: Mechanism | Case | FilePath,
     factors: Varied | None = None,
     *,
     until: float | None = None,
@@ -58,7 +58,7 @@ def study(
     screen: Mapping[str, Any] | Case | None = None,
     verify: int = Accurate.points,
     budget: float | None = None,
-    store: Address | None = None,
+    store: FilePath | None = None,
     engine: Engine = None,
     block: int | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -111,7 +111,7 @@ def _described(texts: StudyText, base: _Given, screen: Any, verify: int, values:
 
 def _result(
     described: Study,
-    store: Address | None,
+    store: FilePath | None,
     engine: Engine,
     block: int | None,
     progress: Callable[[Progress], None] | None,
@@ -140,7 +140,10 @@ def _result(
 
 
 def open_study(
-    path: Address, *, allow_code: Address | Sequence[Address] = (), measures: Mapping[str, Callable[..., float]] | None = None
+    path: FilePath,
+    *,
+    allow_code: FilePath | Sequence[FilePath] = (),
+    measures: Mapping[str, Callable[..., float]] | None = None,
 ) -> StudyResult:
     """The study of a store; nothing of the user's is executed to read one.
 
@@ -180,7 +183,7 @@ def _screen(screen: Any, base: _Given) -> _Given:
     return replace(base, options=replace(base.options, **screen))
 
 
-def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> _Given:
+def _case(case: Mechanism | Case | FilePath, until: float | None, options: Options | None) -> _Given:
     """The mechanism, and the options of its runs."""
     file = Path(case) if isinstance(case, (str, os.PathLike)) else None
     if file is not None:
@@ -202,17 +205,17 @@ def _case(case: Mechanism | Case | Address, until: float | None, options: Option
 def _varied(given: Varied) -> dict[str, str | Variation]:
     """What numbers vary over, of plain values."""
     if not isinstance(given, Mapping):
-        raise InputError(f"numbers that vary: {given!r:.60}", "values by address", "{'A.clearance': (1e-4, 4e-4)}")
-    return {address: _variation(address, values) for address, values in given.items()}
+        raise InputError(f"numbers that vary: {given!r:.60}", "values by parameter", "{'A.clearance': (1e-4, 4e-4)}")
+    return {parameter: _variation(parameter, values) for parameter, values in given.items()}
 
 
 def _meant(*given: Varied | None) -> dict[str, Mapping[str, Any]]:
-    """What each name stands for, by address, where that is given."""
+    """What each name stands for, by parameter, where that is given."""
     every = (pair for varied in given for pair in (varied or {}).items())
-    return {address: values for address, values in every if isinstance(values, Mapping)}
+    return {parameter: values for parameter, values in every if isinstance(values, Mapping)}
 
 
-def _variation(address: str, values: Any) -> str | Variation:
+def _variation(parameter: str, values: Any) -> str | Variation:
     if isinstance(values, (str, Variation)):
         return values
     if isinstance(values, Mapping):
@@ -222,11 +225,11 @@ def _variation(address: str, values: Any) -> str | Variation:
     try:
         numbers = tuple(float(value) for value in np.ravel(values))
     except (TypeError, ValueError):
-        raise InputError(f"'{address}' over {values!r:.60}", RANGES) from None
+        raise InputError(f"'{parameter}' over {values!r:.60}", RANGES) from None
     try:
         return Interval(*numbers) if isinstance(values, tuple) and len(numbers) == 2 else Levels(numbers)
     except InputError as error:
-        raise InputError(f"'{address}' over {values!r:.60}: {error.what}", error.allowed or RANGES, error.type_this) from None
+        raise InputError(f"'{parameter}' over {values!r:.60}: {error.what}", error.allowed or RANGES, error.type_this) from None
 
 
 def _measures(given: Any) -> list[str | OwnMeasure]:

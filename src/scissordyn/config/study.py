@@ -28,8 +28,8 @@ from scissordyn.config.variation import (
     without_each,
 )
 from scissordyn.errors import InputError, command
-from scissordyn.model.address import number, single
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import number, single
 from scissordyn.run.options import Options
 from scissordyn.study.ask.accurate import Accurate
 from scissordyn.study.ask.description import Factor, OwnMeasure, Sampling, Study, check_part
@@ -66,7 +66,7 @@ class StudyText:
 
     case: Path
     changes: tuple[str, ...] = ()  # Of the case, as with ``--set``
-    vary: Mapping[str, str | Variation] = field(default_factory=dict)  # By address
+    vary: Mapping[str, str | Variation] = field(default_factory=dict)  # By parameter
     uncertain: Mapping[str, str | Variation] = field(default_factory=dict)
     measures: Sequence[str | OwnMeasure] = ()  # Names, or ``name [unit] = file.py:function``
     require: Sequence[str | Requirement] = ()
@@ -102,7 +102,7 @@ NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "m
 
 
 def _addresses(deeper: int = 6) -> Shape:
-    """Texts and lists of names by address; without quotes TOML makes tables of the parts of an address."""
+    """Texts and lists of names by parameter; without quotes TOML makes tables of the parts of a parameter path."""
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
     weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
     tables = [
@@ -116,13 +116,13 @@ def _addresses(deeper: int = 6) -> Shape:
 
 @reader(_addresses)
 def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
-    """Texts and names by address; without quotes TOML makes tables of the parts of an address."""
+    """Texts and names by parameter; without quotes TOML makes tables of the parts of a parameter path."""
     if not isinstance(given, Mapping):
-        raise InputError("not a table of addresses", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
+        raise InputError("not a table of parameters", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
     varied = dict(_flat(given))
-    for address, value in varied.items():
+    for parameter, value in varied.items():
         if not isinstance(value, str | Names):
-            raise InputError(f"'{address}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
+            raise InputError(f"'{parameter}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
     return varied
 
 
@@ -167,8 +167,8 @@ class StudyTable(Table):
 
     case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
     set: Annotated[Sequence[str], TEXTS, About("changes of the case")] = ()
-    vary: Annotated[Mapping[str, Any], ADDRESSES, About("numbers and names to vary, by address")] = MappingProxyType({})
-    uncertain: Annotated[Mapping[str, Any], ADDRESSES, About("uncertain ones, by address")] = MappingProxyType({})
+    vary: Annotated[Mapping[str, Any], ADDRESSES, About("numbers and names to vary, by parameter")] = MappingProxyType({})
+    uncertain: Annotated[Mapping[str, Any], ADDRESSES, About("uncertain ones, by parameter")] = MappingProxyType({})
     measures: Annotated[Sequence[str], TEXTS, About("what is kept of each run")] = ()
     require: Annotated[Sequence[str], TEXTS, About("what a design has to meet")] = ()
     design: Annotated[Design, described(Design), About("how points are chosen")] = Design()
@@ -211,7 +211,7 @@ def read_study(path: Path) -> StudyText:
 
 
 def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
-    """Addresses of a table; without quotes TOML makes tables of their parts."""
+    """Parameter paths of a table; without quotes TOML makes tables of their parts."""
     for key, value in tree.items():
         if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each", "probabilities"}:
             yield f"{before}{key}", _valued(value, f"'{before}{key}' = {toml(value)}")
@@ -299,41 +299,41 @@ def described_study(mechanism: Mechanism, options: Options, study_text: StudyTex
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
     """The numbers that vary, with the units in which the user wrote them, and the names."""
     factors = []
-    for address, values in given.items():
-        text = _numbers(mechanism, address, values)
+    for parameter, values in given.items():
+        text = _numbers(mechanism, parameter, values)
         if isinstance(text, Names):
-            factors.append(Factor(address, text))
+            factors.append(Factor(parameter, text))
             continue
-        if address.partition(".")[0] in OF_FILE:
-            factors.append(number_of_file(address, text, folder))
+        if parameter.partition(".")[0] in OF_FILE:
+            factors.append(number_of_file(parameter, text, folder))
             continue
-        quantity = number(mechanism, address).quantity
+        quantity = number(mechanism, parameter).quantity
         assert quantity is not None
         if not isinstance(text, str):
-            factors.append(Factor(address, text))
+            factors.append(Factor(parameter, text))
             continue
         plain, apart = without_each(text)
         deviates = is_deviation(plain)
         variation, relative = (
-            read_deviation(plain, quantity, address=address)
+            read_deviation(plain, quantity, parameter=parameter)
             if deviates
-            else (read_variation(plain, quantity, address=address, folder=folder), False)
+            else (read_variation(plain, quantity, parameter=parameter, folder=folder), False)
         )
         unit = unit_of(plain)
         scale = 0.01 if relative else unit_factor(unit, quantity.unit) if unit else 1.0
-        of = address if deviates else ""
-        places = single(mechanism, address) if apart else [address]
+        of = parameter if deviates else ""
+        places = single(mechanism, parameter) if apart else [parameter]
         factors.extend(Factor(place, variation, unit, scale, of, relative) for place in places)
     return tuple(factors)
 
 
-def _numbers(mechanism: Mechanism, address: str, given: str | Variation) -> str | Variation:
-    """What an address varies over; of a list at the address of a number, the levels."""
+def _numbers(mechanism: Mechanism, parameter: str, given: str | Variation) -> str | Variation:
+    """What a parameter path varies over; of a list at the parameter path of a number, the levels."""
     names = listed(given) if isinstance(given, str) else given
     if not isinstance(names, Names):
         return given
     try:
-        number(mechanism, address)
+        number(mechanism, parameter)
     except InputError:
         return names
     return ", ".join(names.values)

@@ -13,7 +13,7 @@ from types import MappingProxyType, NoneType
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import members, plain_hint
-from scissordyn.config.line import Place, address
+from scissordyn.config.line import Place, place_text
 from scissordyn.config.quantity import example, read_quantity, written
 from scissordyn.config.shape import About, Context, Reader
 from scissordyn.errors import InputError, did_you_mean
@@ -360,7 +360,7 @@ class PlacedError(InputError):
         self, place: Place, given: str, what: str, allowed: str = "", type_this: object = "", *, key: str | None = None
     ) -> None:
         self.place, self.given, self.text, self.key = place, given, what, key
-        super().__init__(self.said(address({}, place)), allowed, in_a_file(type_this))
+        super().__init__(self.said(place_text({}, place)), allowed, in_a_file(type_this))
 
     def said(self, where: str) -> str:
         """What is wrong, with its place in words."""

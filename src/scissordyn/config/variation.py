@@ -84,7 +84,7 @@ def unit_of(text: str) -> str:
     return number_and_unit(last)[1]
 
 
-def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
+def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder: Path | None = None) -> Variation:
     """What a number varies over."""
     try:
         return _variation(text, quantity, folder or Path())
@@ -94,7 +94,7 @@ def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: 
             sample = f"'{text.strip()} {FAMILIAR.get(quantity.unit, (quantity.unit,))[-1]}'"
         elif (hyphen := HYPHEN.match(text)) is not None:
             sample = f"'{hyphen[1]}..{text[hyphen.end() :].strip()}'"
-        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
+        raise InputError(f"'{parameter}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
 
 
 def without_each(text: str) -> tuple[str, bool]:
@@ -108,14 +108,14 @@ def is_deviation(text: str) -> bool:
     return text.strip().startswith(SIGNS)
 
 
-def read_deviation(text: str, quantity: Quantity, *, address: str = "") -> tuple[Variation, bool]:
+def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tuple[Variation, bool]:
     """The deviation from a value that is chosen."""
     try:
         size, unit, shape = _tolerance(text.strip().removeprefix(str(_sign(text))))
         width = size / 100.0 if unit == "%" else size * _factor(unit, quantity)
         return _shaped(shape, 0.0, width), unit == "%"
     except InputError as error:
-        what = f"tolerance of '{address}', '{text}': {error.what}"
+        what = f"tolerance of '{parameter}', '{text}': {error.what}"
         raise InputError(what, error.allowed or TOLERANCE_SAMPLE, error.type_this) from None
 
 

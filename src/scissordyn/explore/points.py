@@ -74,7 +74,7 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
         f"the large point {best} is the recommended one" if best >= 0 else "",
         "a click on a point opens it" + (", in its worst case" if study.per_point > 1 else ""),
     ]
-    axes = [factor.address for factor in study.factors] or ("case",)
+    axes = [factor.path for factor in study.factors] or ("case",)
     return Points(axes, lambda axis: _figures(result, axis, best), opened, "; ".join(filter(None, notes))).case(max(best, 0))
 
 

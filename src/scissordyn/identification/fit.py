@@ -83,11 +83,11 @@ def fitted(
     """Numbers of a mechanism by least squares, see `config.fits.fit`."""
     began = clocks.perf_counter()
     if not free:
-        raise InputError("no free number", "at least one address", "--free 'arm.inertia'")
-    names = [parameter.address for parameter in free]
+        raise InputError("no free number", "at least one parameter", "--free 'arm.inertia'")
+    names = [parameter.path for parameter in free]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"'{name}' is free twice", "each address once")
+            raise InputError(f"'{name}' is free twice", "each parameter once")
     segments, columns, options = prepared(mechanism, options, records, segment=segment)
     problem = Problem(mechanism, options, free, segments, columns, _given(records[0], deviations), _jumps(segments, jump))
     rows = sum(piece.record.values.size for piece in segments)

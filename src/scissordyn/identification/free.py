@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scissordyn.errors import InputError, command
-from scissordyn.model.address import Place, changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.study.ask.distribution import Interval, Normal, Variation
 
 
@@ -16,7 +16,7 @@ from scissordyn.study.ask.distribution import Interval, Normal, Variation
 class Free:
     """A number that a fit may change, and what is known of it before."""
 
-    address: str
+    path: str
     unit: str  # In SI
     start: float  # Where the search starts
     scale: float  # Size of changes that matter; the unknown of the search is the number over its scale
@@ -24,12 +24,12 @@ class Free:
     high: float
     mean: float  # Of what was measured otherwise, such as by weighing; an infinite deviation if nothing was
     deviation: float
-    places: Sequence[Place]  # What `find` has found for the address
+    places: Sequence[Place]  # What `find` has found for the parameter path
 
 
-def free_parameter(mechanism: Mechanism, address: str, variation: Variation | None = None) -> Free:
+def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | None = None) -> Free:
     """A number that a fit may change."""
-    first = number(mechanism, address)
+    first = number(mechanism, parameter)
     quantity, value = first.quantity, float(first.value)
     assert quantity is not None, "number() gives one with a unit"
     low = max((bound for bound in (quantity.minimum, quantity.above) if bound is not None), default=-math.inf)
@@ -44,24 +44,24 @@ def free_parameter(mechanism: Mechanism, address: str, variation: Variation | No
         value, scale = mean, abs(mean) or deviation
     elif variation is not None:
         raise InputError(
-            f"'{address}' free over a {variation.kind} distribution",
+            f"'{parameter}' free over a {variation.kind} distribution",
             "a range, or a value with its standard deviation",
-            command("--free", f"{address}=normal(0.1, 0.01) {quantity.unit}"),
+            command("--free", f"{parameter}=normal(0.1, 0.01) {quantity.unit}"),
         )
     if not scale > 0.0:
         raise InputError(
-            f"'{address}' starts at zero and has no range, so that the size of its changes is unknown",
+            f"'{parameter}' starts at zero and has no range, so that the size of its changes is unknown",
             "a range, or another value in the case",
-            command("--free", f"{address}=0..1 {quantity.unit}"),
+            command("--free", f"{parameter}=0..1 {quantity.unit}"),
         )
     if not low <= value <= high:
         raise InputError(
-            f"'{address}' starts at {value:g}, outside its range from {low:g} to {high:g}", "a range around its value"
+            f"'{parameter}' starts at {value:g}, outside its range from {low:g} to {high:g}", "a range around its value"
         )
-    return Free(address, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, address))
+    return Free(parameter, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, parameter))
 
 
 def with_values(mechanism: Mechanism, free: Sequence[Free], values: Sequence[float]) -> Mechanism:
     """The mechanism with some values of its free numbers."""
-    changes = {parameter.address: float(value) for parameter, value in zip(free, values, strict=True)}
-    return changed_all(mechanism, changes, {parameter.address: parameter.places for parameter in free})
+    changes = {parameter.path: float(value) for parameter, value in zip(free, values, strict=True)}
+    return changed_all(mechanism, changes, {parameter.path: parameter.places for parameter in free})

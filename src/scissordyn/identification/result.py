@@ -64,8 +64,8 @@ def fit_dataset(found: Search, errors: Uncertainty, seconds: float) -> xr.Datase
             "rms": ("column", np.sqrt(np.mean((fitted - measured) ** 2, axis=0)), {"long_name": "root mean square residual"}),
         },
         coords={
-            "parameter": np.array([parameter.address for parameter in problem.free], dtype=str),
-            "other": np.array([parameter.address for parameter in problem.free], dtype=str),
+            "parameter": np.array([parameter.path for parameter in problem.free], dtype=str),
+            "other": np.array([parameter.path for parameter in problem.free], dtype=str),
             "column": np.array(headings, dtype=str),
         },
     )
@@ -90,11 +90,11 @@ def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[st
     if found.status != "complete":
         warnings.append(f"the search did not end: {found.status}")
     for direction in errors.alike:
-        names = [f"'{free[k].address}'" for k in direction]
+        names = [f"'{free[k].path}'" for k in direction]
         if len(names) == 1:
             warnings.append(f"{names[0]} cannot be determined: the data do not depend on it beyond their errors")
         else:
-            together = ", ".join(f"{free[k].address} {share:+.3g} %" for k, share in direction.items())
+            together = ", ".join(f"{free[k].path} {share:+.3g} %" for k, share in direction.items())
             warnings.append(
                 f"{' and '.join(names)} cannot be distinguished: with {together} the measured curves stay the same; keep one "
                 "of them fixed at a value that was measured otherwise"
@@ -110,10 +110,10 @@ def _warnings(found: Search, errors: Uncertainty, values: np.ndarray) -> list[st
             both = np.isfinite(errors.error[[i, j]]).all()
             if both and abs(correlation[i, j]) > ALIKE:
                 warnings.append(
-                    f"'{free[j].address}' and '{free[i].address}' are hardly distinguished: correlation {correlation[i, j]:.4f}"
+                    f"'{free[j].path}' and '{free[i].path}' are hardly distinguished: correlation {correlation[i, j]:.4f}"
                 )
     for parameter, value in zip(free, values.tolist(), strict=True):
         for bound in (parameter.low, parameter.high):
             if abs(value - bound) <= AT_BOUND * parameter.scale:
-                warnings.append(f"'{parameter.address}' is at its bound {bound:g} {parameter.unit}: its interval does not hold")
+                warnings.append(f"'{parameter.path}' is at its bound {bound:g} {parameter.unit}: its interval does not hold")
     return warnings

@@ -19,7 +19,6 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.address import changed
 from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
@@ -28,6 +27,7 @@ from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.lubrication import Lubrication
+from scissordyn.model.parameter_path import changed
 from scissordyn.model.pattern import matching
 from scissordyn.model.track import Track
 from scissordyn.offer import offered
@@ -426,15 +426,15 @@ class Mechanism:
         return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point, tolerance)))
 
     @checked
-    def replace(self, address: str, value: Any) -> Mechanism:
+    def replace(self, parameter: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.
 
         Parameters
         ----------
-        address : str
+        parameter : str
             A field of the mechanism ("gravity", "components"), or a part and a field of it: "A.clearance",
             "A.damping.restitution", "drive.speed", "body.slider.mass", "servo.controller.limit", "joint.all.friction"; see
-            `model.address`.
+            `model.parameter_path`.
         value
             The new value, in SI.
 
@@ -442,7 +442,7 @@ class Mechanism:
         -------
         Mechanism
         """
-        return changed(self, address, value)
+        return changed(self, parameter, value)
 
     def with_parts(self, parts: Mapping[str, Any], *, check: bool = True) -> Mechanism:
         """The same mechanism with other parts. What has been made of this one may serve it too: see `plan`.

@@ -46,8 +46,8 @@ def with_payload(
     -------
     Mechanism
     """
-    point = mechanism.joint_or_point(place)
-    name, point = point.journal if isinstance(point, Revolute) else cross_section(mechanism, point)
+    carrier = mechanism.joint_or_point(place)
+    name, point = carrier.journal if isinstance(carrier, Revolute) else cross_section(mechanism, carrier)
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
     body = mechanism.body(name)

@@ -62,7 +62,7 @@ def bifurcation(
     ----------
     mechanism : Mechanism
     over : str or callable
-        The varied parameter, an address (`model.address`) such as "drive.speed", or a function from a value to a mechanism.
+        The varied parameter, a path such as "drive.speed", or a function from a value to a mechanism.
     values : sequence of float
         Of the parameter, in SI units, in the order of computation.
     cycles, keep : int

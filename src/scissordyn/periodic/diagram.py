@@ -14,8 +14,8 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.file.provenance import provenance
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import number
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.cycles import recorded
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, coordinates, enter, status_columns

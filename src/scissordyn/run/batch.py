@@ -13,8 +13,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.run.answer.bar_measures import check_bars
 from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
@@ -57,7 +57,7 @@ def simulate_many(
     ----------
     mechanism : Mechanism
     over : mapping of str to array_like
-        Values in SI by address ("A.clearance", "drive.speed", see `model.address`); arrays of one length, or single numbers.
+        Values in SI by parameter path ("A.clearance", "drive.speed"); arrays of one length, or single numbers.
         For a grid, ``numpy.meshgrid`` and ``ravel``.
     until : float
         End of the simulated time [s].
@@ -87,11 +87,11 @@ def simulate_many(
     Raises
     ------
     InputError
-        If an address, a measure or an option is wrong.
+        If a parameter path, a measure or an option is wrong.
     """
     if not isinstance(over, Mapping) or not over:
         given = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
-        raise InputError(given, "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
+        raise InputError(given, "parameters and their values", "{'A.clearance': [1e-4, 2e-4]}")
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events, step=step)
     perturbed = Perturbed(members, perturbation, seed)
     measures = usual_measures(mechanism) if measures is None else measures
@@ -127,17 +127,17 @@ def simulate_cases(
 
 
 def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-    """Values by address, all of one length."""
-    found = {address: np.atleast_1d(np.asarray(given, float)) for address, given in over.items()}
-    for address, column in found.items():
-        number(mechanism, address)
+    """Values by parameter, all of one length."""
+    found = {parameter: np.atleast_1d(np.asarray(given, float)) for parameter, given in over.items()}
+    for parameter, column in found.items():
+        number(mechanism, parameter)
         if column.ndim > 1 or not column.size:
-            raise InputError(f"'{address}': values of shape {column.shape}", "one dimension; ravel a grid")
+            raise InputError(f"'{parameter}': values of shape {column.shape}", "one dimension; ravel a grid")
     sizes = {column.size for column in found.values()} - {1}
     if len(sizes) > 1:
         raise InputError(f"columns of {', '.join(map(str, sorted(sizes)))} values", "columns of one length, or single numbers")
     cases = max(sizes, default=1)
-    return {address: np.broadcast_to(column, cases) for address, column in found.items()}
+    return {parameter: np.broadcast_to(column, cases) for parameter, column in found.items()}
 
 
 def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
@@ -188,7 +188,7 @@ class _Batch:
         perturbed: Perturbed,
     ) -> None:
         self.base, self.columns, self.perturbed = mechanism, columns, perturbed
-        self.places = {address: find(mechanism, address) for address in columns}
+        self.places = {parameter: find(mechanism, parameter) for parameter in columns}
         cases = len(next(iter(columns.values()))) if columns else np.size(perturbed.members)
         self.members = perturbed.member_of_each(cases)
         self.sizes = parts_of(mechanism)
@@ -206,7 +206,7 @@ class _Batch:
 
     def mechanism(self, case: int) -> Mechanism:
         """The mechanism with the numbers of a case."""
-        changes = {address: float(column[case]) for address, column in self.columns.items()}
+        changes = {parameter: float(column[case]) for parameter, column in self.columns.items()}
         return changed_all(self.base, changes, self.places)
 
     def start(self, case: int, y: np.ndarray) -> np.ndarray:
@@ -281,10 +281,10 @@ def _dataset(
     variables["cause"] = ("case", batch.cause.astype(str), {"long_name": "why a case failed"})
     variables["warnings"] = ("case", batch.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
     coordinates: dict[str, Any] = {}
-    for address, column in values.items():
-        quantity = number(mechanism, address).quantity
+    for parameter, column in values.items():
+        quantity = number(mechanism, parameter).quantity
         assert quantity is not None
-        coordinates[address] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or address})
+        coordinates[parameter] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or parameter})
     used = {dim for measure in batch.measures.values() for dim in measure.dims}
     coordinates |= {dim: batch.sizes[dim] for dim in sorted(used)}
     if "component" in used:

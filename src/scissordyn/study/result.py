@@ -39,7 +39,7 @@ from scissordyn.study.ask.goal import Optimisation, read_goal
 from scissordyn.study.ask.variant import labelled, made
 from scissordyn.study.compute.execute import Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
-from scissordyn.study.compute.screening import screened, verified_address
+from scissordyn.study.compute.screening import screened, verified_path
 from scissordyn.study.compute.store import Store
 from scissordyn.study.compute.table import column
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
     from scissordyn.study.answer.pictures import StudyPictures
 
-Address = str | os.PathLike[str]
+FilePath = str | os.PathLike[str]
 Told = Callable[[Progress], None] | None
 
 
@@ -147,7 +147,7 @@ class StudyResult:
     @cached_property
     def conclusion(self) -> Conclusion:
         """What the study has found, as facts: a kind, the part it is about, and numbers; ``str`` of a fact says it."""
-        return conclude(self.study, self.dataset, self.store.address)
+        return conclude(self.study, self.dataset, self.store.path)
 
     @property
     def trends(self) -> dict[str, Trend]:
@@ -157,7 +157,7 @@ class StudyResult:
     @property
     def verified(self) -> StudyResult | None:
         """The accurate runs of a study of cheap ones: their own study and store; None if there are none."""
-        store = Store(verified_address(self.store.address))
+        store = Store(verified_path(self.store.path))
         if self.study.accurate is None or not store.exists():
             return None
         return StudyResult(store.study(reading=True), store)
@@ -243,7 +243,7 @@ class StudyResult:
             several = len(self.study.optimisation.goals) if self.study.optimisation else 0
             what = f"the best point for {several} goals" if several > 1 else "the best of points that all failed"
             raise InputError(what, "one goal; of several there is a front", "result.front")
-        return {factor.address: float(points[factor.address][place]) for factor in self.study.factors}
+        return {factor.path: float(points[factor.path][place]) for factor in self.study.factors}
 
     @property
     def design(self) -> Mechanism:
@@ -263,7 +263,7 @@ class StudyResult:
         """The mechanism with the numbers of a case."""
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
-        numbers = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
+        numbers = {parameter: float(self.dataset[column(parameter)][case]) for parameter in self.study.factor_names}
         return made(self.built(), numbers)
 
     def replay(self, case: int) -> xr.Dataset:
@@ -300,7 +300,7 @@ class StudyResult:
             The same, with what there is now.
         """
         study = replace(self.built(), design=self.store.design())  # which may have more points by now
-        return self._now(computed(study, self.store.address, engine=engine, retry=retry, progress=progress))
+        return self._now(computed(study, self.store.path, engine=engine, retry=retry, progress=progress))
 
     def extend(self, points: int, *, engine: Engine = None, progress: Told = None) -> StudyResult:
         """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
@@ -320,12 +320,12 @@ class StudyResult:
         study = self.built()
         if study.optimisation is not None:
             study = replace(study, optimisation=replace(study.optimisation, generations=points))
-        return self._now(computed(study, self.store.address, points=points, engine=engine, progress=progress))
+        return self._now(computed(study, self.store.path, points=points, engine=engine, progress=progress))
 
     def optimise(
         self,
         *goals: str,
-        store: Address,
+        store: FilePath,
         risk: str = "mean",
         population: int = 0,
         generations: int = 20,
@@ -356,9 +356,9 @@ class StudyResult:
         """
         study = self.built()
         units = {measure.name: measure.units for measure in study.own_measures}
-        wanted = tuple(read_goal(goal, units, [factor.address for factor in study.factors]) for goal in goals)
+        wanted = tuple(read_goal(goal, units, [factor.path for factor in study.factors]) for goal in goals)
         search = Optimisation(wanted, risk, population, generations, seed).over([factor.variation for factor in study.factors])
-        needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
+        needed = [goal.measure for goal in wanted if goal.measure not in (*study.factor_names, *study.measure_names)]
         study = replace(
             study,
             optimisation=search,
@@ -380,11 +380,11 @@ class StudyResult:
 
     # --- files and notebooks --------------------------------------------------------------------------------------------
 
-    def export(self, path: Address) -> Path:
+    def export(self, path: FilePath) -> Path:
         """Write all cases as a table, .csv or .parquet, or as a NetCDF file, .nc."""
         return export(self.dataset, Path(path))
 
-    def report(self, path: Address, *, figures: Address | None = None) -> Path:
+    def report(self, path: FilePath, *, figures: FilePath | None = None) -> Path:
         """Write one HTML or PDF file with tables and pictures.
 
         Parameters
@@ -400,9 +400,9 @@ class StudyResult:
         """
         from scissordyn.study.answer.report import write_figures, write_report
 
-        written = write_report(self.study, self.dataset, self.store.address, Path(path))
+        written = write_report(self.study, self.dataset, self.store.path, Path(path))
         if figures is not None:
-            write_figures(self.study, self.dataset, self.store.address, Path(figures))
+            write_figures(self.study, self.dataset, self.store.path, Path(figures))
         return written
 
     def __repr__(self) -> str:
@@ -410,18 +410,18 @@ class StudyResult:
         parts = [f"{design_size(self.study)}: {done}"]
         parts += [str(self.feasible)] if self.study.requirements else []
         parts += [self.damage] if self.damage else []
-        return f"<study '{self.store.address}': {'; '.join(parts)}>"
+        return f"<study '{self.store.path}': {'; '.join(parts)}>"
 
     def _repr_html_(self) -> str:
         from scissordyn.study.answer.report import conclusion_html, summary_html
 
-        head = f"<b>Study {html.escape(Path(self.store.address).name)}</b>"
-        return f"{head}{conclusion_html(self.study, self.dataset, self.store.address)}{summary_html(self.study, self.dataset)}"
+        head = f"<b>Study {html.escape(Path(self.store.path).name)}</b>"
+        return f"{head}{conclusion_html(self.study, self.dataset, self.store.path)}{summary_html(self.study, self.dataset)}"
 
 
 def computed(
     study: Study,
-    address: Address,
+    path: FilePath,
     *,
     engine: Engine = None,
     block: int | None = None,
@@ -435,11 +435,11 @@ def computed(
         sample = '[screen] with set = ["run.rtol=1e-3"], or screen={"rtol": 1e-3}'
         raise InputError("a budget of a study without cheap and accurate runs", "a study with both", sample)
     if study.accurate is not None and points is None:
-        store = screened(study, address, engine=engine, block=block, retry=retry, budget=budget, progress=progress)
+        store = screened(study, path, engine=engine, block=block, retry=retry, budget=budget, progress=progress)
     elif study.optimisation is not None:
-        store = optimise(study, address, engine=engine, block=block, progress=progress)
+        store = optimise(study, path, engine=engine, block=block, progress=progress)
     elif points is not None:
-        store = extend(study, address, points, engine=engine, progress=progress)
+        store = extend(study, path, points, engine=engine, progress=progress)
     else:
-        store = execute(study, address, engine=engine, block=block, retry=retry, progress=progress)
+        store = execute(study, path, engine=engine, block=block, retry=retry, progress=progress)
     return StudyResult(replace(study, design=store.design()), store)

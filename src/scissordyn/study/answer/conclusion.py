@@ -46,7 +46,7 @@ class Conclusion:
         return [*(fact.to_plain() for fact in (*self.verdict, *self.trends)), *steps]
 
 
-def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
+def conclude(study: Study, results: xr.Dataset, store: str) -> Conclusion:
     """What a study has found."""
     by_response = trends(study, results)
     point = recommended(study, results) if study.requirements else None
@@ -57,7 +57,7 @@ def conclude(study: Study, results: xr.Dataset, address: str) -> Conclusion:
     facts = [_trend(results, both[0], study) for both in by_response.values()]
     facts += _without_number(study, results)
     facts += [_need(results, study, need, by_response) for need in needs]
-    steps = next_steps(study, results, address, point, needs)
+    steps = next_steps(study, results, store, point, needs)
     verdict = () if point is None else (_verdict(study, results), *_point(study, results, point))
     if not verdict and study.requirements:
         verdict = (Fact("unknown"),)
@@ -82,7 +82,7 @@ def _verdict(study: Study, results: xr.Dataset) -> Fact:
     if not whole:
         return Fact("met in part" if part else "met nowhere", numbers=about)
     there = points.isel(point=np.flatnonzero(always.values))
-    factors = [factor.address for factor in study.factors]
+    factors = [factor.path for factor in study.factors]
     part_of = {name: float(np.ptp(there[name].values) / (np.ptp(points[name].values) or 1.0)) for name in factors}
     narrow = sorted(part_of, key=part_of.__getitem__)[:MOST_NUMBERS]
     where = tuple(_region(there, points, name) for name in part_of if name in narrow)
@@ -90,16 +90,18 @@ def _verdict(study: Study, results: xr.Dataset) -> Fact:
     return Fact("met", numbers={**about, "always": whole, "where": where, "wider": counted(wider, "number") if wider else None})
 
 
-def _region(there: xr.Dataset, points: xr.Dataset, address: str) -> Fact:
+def _region(there: xr.Dataset, points: xr.Dataset, parameter: str) -> Fact:
     """Over what range of a number, or with which names, requirements are met."""
-    scale = scale_of(points[address])
+    scale = scale_of(points[parameter])
     if scale.labels:
-        places = (np.unique(some[address].values) for some in (there, points))
+        places = (np.unique(some[parameter].values) for some in (there, points))
         met, tried = (", ".join(scale.text(float(place)) for place in these) for these in places)
-        return Fact("met names", address, {"names": met, "tried": None if met == tried else tried})
-    first, last, least, most = (float(end) for some in (there, points) for end in (some[address].min(), some[address].max()))
+        return Fact("met names", parameter, {"names": met, "tried": None if met == tried else tried})
+    first, last, least, most = (
+        float(end) for some in (there, points) for end in (some[parameter].min(), some[parameter].max())
+    )
     kind = "met value" if scale.text(first) == scale.text(last) else "met range"
-    return Fact(kind, address, {"first": first, "last": last, "least": least, "most": most}, scale)
+    return Fact(kind, parameter, {"first": first, "last": last, "least": least, "most": most}, scale)
 
 
 def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fact, ...]:
@@ -119,10 +121,10 @@ def _point(study: Study, results: xr.Dataset, point: Recommendation) -> tuple[Fa
 def _values(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> tuple[Fact, ...]:
     """Values of numbers that vary, or names."""
     return tuple(
-        Fact("name", address, {"value": value})
+        Fact("name", parameter, {"value": value})
         if isinstance(value, str)
-        else Fact("value", address, {"value": value}, _scale(results, study, address, value))
-        for address, value in numbers.items()
+        else Fact("value", parameter, {"value": value}, _scale(results, study, parameter, value))
+        for parameter, value in numbers.items()
     )
 
 
@@ -144,9 +146,9 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names) if more < 2 else f"{', '.join(names[:MOST_NUMBERS])} and {more} more"
 
 
-def _scale(results: xr.Dataset, study: Study, address: str, *values: float) -> Scale:
-    shown = next((factor.shown for factor in (*study.factors, *study.uncertain) if factor.name == address), {})
-    unit = results[column(address)].attrs.get("units", "1")
+def _scale(results: xr.Dataset, study: Study, parameter: str, *values: float) -> Scale:
+    shown = next((factor.shown for factor in (*study.factors, *study.uncertain) if factor.name == parameter), {})
+    unit = results[column(parameter)].attrs.get("units", "1")
     return scale_of(xr.DataArray(list(values), attrs={"units": unit, **shown}))
 
 
@@ -209,7 +211,7 @@ def _line(results: xr.Dataset, study: Study, trend: Trend, k: int) -> Fact:
     first, last = (float(end) for end in trend.ranges[k])
     shown = scale_of(xr.DataArray(change, attrs={"units": trend.units})).said(abs(change), 3)
     about = {"verb": "rises" if change > 0.0 else "falls", "change": shown, "effect": change, "first": first, "last": last}
-    if name not in study.addresses:
+    if name not in study.factor_names:
         return Fact("line of a name", name, about)
     return Fact("line", name, about, _scale(results, study, name, first, last))
 
@@ -227,7 +229,7 @@ def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, 
         "value": need.value,
         "first": first,
         "last": last,
-        "others": "as" if len(study.addresses) > 1 else None,
+        "others": "as" if len(study.factor_names) > 1 else None,
         "failing": need.failing or None,
         "points": counted(need.points, "point"),
     }
@@ -242,17 +244,17 @@ def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, 
 
 def trend_table(study: Study, results: xr.Dataset) -> Table | None:
     """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
-    columns: list[tuple[str, ...]] = [("response", *study.addresses, "R2", "error at points left out")]
+    columns: list[tuple[str, ...]] = [("response", *study.factor_names, "R2", "error at points left out")]
     for name, both in trends(study, results).items():
         law = next((trend for trend in both if trend.form == "power"), None)
         if law is not None:
             cells = dict(zip(law.numbers, zip(law.slopes, law.intervals, law.logarithmic, strict=True), strict=True))
             texts = [
-                f"{cells[address][0]:.2f} ± {cells[address][1]:.2f}" if address in cells and cells[address][2] else "-"
-                for address in study.addresses
+                f"{cells[parameter][0]:.2f} ± {cells[parameter][1]:.2f}" if parameter in cells and cells[parameter][2] else "-"
+                for parameter in study.factor_names
             ]
             columns.append((name, *texts, f"{law.r2:.2f}", f"{law.error:.1%}"))
     note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."
     # the longer side of the table goes down the page
-    head, *rows = columns if len(study.addresses) <= MOST_NUMBERS else zip(*columns, strict=True)
+    head, *rows = columns if len(study.factor_names) <= MOST_NUMBERS else zip(*columns, strict=True)
     return Table(head, rows, "Exponents", (note,)) if len(columns) > 1 else None

@@ -137,7 +137,7 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
 
     assert study.optimisation is not None
     count = accurate.sizes["case"] // study.per_point
-    names = [factor.address for factor in study.factors]
+    names = [factor.path for factor in study.factors]
     tried = candidates(study, cheap).points
     numbers = np.stack([tried[name].values for name in names], axis=1)
     here = np.stack([accurate[column(name)].values[:: study.per_point][:count] for name in names], axis=1)
@@ -223,7 +223,7 @@ def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame) -> Ta
     points = candidates(study, cheap).points
     labels = [goal.label for goal in study.optimisation.goals]
     signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
-    names = [factor.address for factor in study.factors]
+    names = [factor.path for factor in study.factors]
     scales = {name: scale_of(points[name].isel(point=table.index.values)) for name in (*names, *labels)}
     head = ["point", *(scales[name].label(name) for name in names)]
     for label in labels:

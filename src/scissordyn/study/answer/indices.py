@@ -74,7 +74,7 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
     if study.design.kind not in ("saltelli", "morris"):
         return {}, {}
     points = by_point(study, results)
-    names: list[str] = [factor.address for factor in study.factors]
+    names: list[str] = [factor.path for factor in study.factors]
     indices: dict[str, Any] = {}
     left_out: dict[str, str] = {}
     for name in responses(study, results):

@@ -35,70 +35,70 @@ PAST = 0.7
 
 
 def next_steps(
-    study: Study, results: xr.Dataset, address: str, point: Recommendation | None, needs: Sequence[Need]
+    study: Study, results: xr.Dataset, store: str, point: Recommendation | None, needs: Sequence[Need]
 ) -> list[Step]:
     """What to try next: why, and the command."""
     if counts(results)[2]:
-        return [(Fact("pending"), command("scissordyn", "study", "resume", address))]
+        return [(Fact("pending"), command("scissordyn", "study", "resume", store))]
     if point is None:
         return []
     if not study.factors:
         more = str(max(4 * study.sampling.samples, CHECKED))
-        return [(Fact("narrower"), _refine(address, "--samples", more))] if point.high - point.low > 0.5 * WIDE else []
+        return [(Fact("narrower"), _refine(store, "--samples", more))] if point.high - point.low > 0.5 * WIDE else []
     if point.probability > 0.0:
-        return _met(study, results, address, point)
-    return _not_met(study, results, address, point, needs)
+        return _met(study, results, store, point)
+    return _not_met(study, results, store, point, needs)
 
 
-def _met(study: Study, results: xr.Dataset, address: str, point: Recommendation) -> list[Step]:
+def _met(study: Study, results: xr.Dataset, store: str, point: Recommendation) -> list[Step]:
     steps, samples = [], max(4 * study.sampling.samples, CHECKED)
     if not study.uncertain:
         loose = [
-            f"--vary {factor.address}={value}" if factor.texts else f"--uncertain {factor.address}={value} {TOLERANCE}"
+            f"--vary {factor.path}={value}" if factor.texts else f"--uncertain {factor.path}={value} {TOLERANCE}"
             for factor, value in _typed(study, results, point.numbers)
         ]
         words = [word for option in loose for word in option.split(" ", 1)]
-        steps.append((Fact("tolerances"), _refine(address, *words, "--samples", str(CHECKED))))
+        steps.append((Fact("tolerances"), _refine(store, *words, "--samples", str(CHECKED))))
     elif not point.low > 0.9:
         seed = str(study.sampling.seed + 1)
-        again = _refine(address, *_fixed(study, results, point.numbers), "--samples", str(samples), "--seed", seed)
+        again = _refine(store, *_fixed(study, results, point.numbers), "--samples", str(samples), "--seed", seed)
         steps.append((Fact("new samples"), again))
     fraction = feasible_fraction(study, results)[-1]
     if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
-        more = command("scissordyn", "study", "extend", address, "--points", 2 * study.design.points)
+        more = command("scissordyn", "study", "extend", store, "--points", 2 * study.design.points)
         steps.append((Fact("more points"), more))
     return steps
 
 
-def _not_met(study: Study, results: xr.Dataset, address: str, point: Recommendation, needs: Sequence[Need]) -> list[Step]:
+def _not_met(study: Study, results: xr.Dataset, store: str, point: Recommendation, needs: Sequence[Need]) -> list[Step]:
     need = next((need for need in needs if need.requirement == point.binding), None)
     binding = next(requirement for requirement in study.requirements if requirement.label == point.binding)
     steps = []
     if need is not None and need.extrapolated and math.isfinite(need.value):
-        factor = next(factor for factor in study.factors if factor.address == need.number)
+        factor = next(factor for factor in study.factors if factor.path == need.number)
         values = results[column(need.number)].values
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         # towards the need, as far from the old range as it takes
         past = PAST if (need.value < low) == (need.value > 0.0) else 1.0 / PAST
         ends = sorted((need.value * past, low if need.value < low else high))
         text = f"{_number(results, factor, ends[0])}..{typed(results, factor, ends[1])}"
-        steps.append((Fact("goes on", point.binding), _refine(address, "--vary", f"{need.number}={text}")))
+        steps.append((Fact("goes on", point.binding), _refine(store, "--vary", f"{need.number}={text}")))
     likely = predicted_point(study, by_point(study, results))
     if likely is not None:
-        steps.insert(0, (Fact("interpolated"), _refine(address, *_fixed(study, results, likely))))
+        steps.insert(0, (Fact("interpolated"), _refine(store, *_fixed(study, results, likely))))
     if study.optimisation is None:
         goal = f"{'maximise' if binding.response.smallest else 'minimise'} {_goal_name(binding.response.name)}"
-        steps.append((Fact("search"), _refine(address, "--goal", goal)))
+        steps.append((Fact("search"), _refine(store, "--goal", goal)))
     return steps
 
 
 def _typed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[tuple[Factor, str]]:
-    return [(factor, typed(results, factor, numbers[factor.address])) for factor in study.factors]
+    return [(factor, typed(results, factor, numbers[factor.path])) for factor in study.factors]
 
 
 def _fixed(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> list[str]:
     """Options that choose a point."""
-    return [word for factor, value in _typed(study, results, numbers) for word in ("--vary", f"{factor.address}={value}")]
+    return [word for factor, value in _typed(study, results, numbers) for word in ("--vary", f"{factor.path}={value}")]
 
 
 def _goal_name(name: str) -> str:
@@ -106,8 +106,8 @@ def _goal_name(name: str) -> str:
     return name.partition(" (")[0]
 
 
-def _refine(address: str, *words: str) -> str:
-    return command("scissordyn", "study", "refine", address, *words, "-o", "next.db")
+def _refine(store: str, *words: str) -> str:
+    return command("scissordyn", "study", "refine", store, *words, "-o", "next.db")
 
 
 def _number(results: xr.Dataset, factor: Factor, value: float) -> str:
@@ -118,5 +118,5 @@ def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
     """A number as it is typed in a study: in the unit in which the user wrote it, or in SI; a name in brackets."""
     if factor.labels:
         return f"[{factor.labels[int(value)]}]"
-    unit = factor.unit or str(results[column(factor.address)].attrs.get("units", "1"))
+    unit = factor.unit or str(results[column(factor.path)].attrs.get("units", "1"))
     return f"{_number(results, factor, value)} {'' if unit == '1' else unit}".rstrip()

@@ -104,7 +104,7 @@ def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
 
 def numbers_of(study: Study, results: xr.Dataset, point: int) -> dict[str, float]:
     """The numbers that are chosen at a point, in SI."""
-    return {factor.address: float(results[column(factor.address)][point * study.per_point]) for factor in study.factors}
+    return {factor.path: float(results[column(factor.path)][point * study.per_point]) for factor in study.factors}
 
 
 def recommended_point(study: Study, results: xr.Dataset) -> int:

@@ -38,7 +38,7 @@ from scissordyn.study.answer.surface import Surfaces, map_extras
 from scissordyn.study.answer.verdict import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
 from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.optimise import candidates
-from scissordyn.study.compute.screening import verified_address, verified_results
+from scissordyn.study.compute.screening import verified_path, verified_results
 from scissordyn.study.compute.store import Store
 
 if TYPE_CHECKING:
@@ -123,21 +123,21 @@ def _map(study: Study, points: xr.Dataset, colour: str, limit: float | None, sur
     return feasibility_map(points, colour=colour, limit=limit, field=field, bounds=bounds)
 
 
-def write_figures(study: Study, results: xr.Dataset, address: str, folder: Path) -> list[Path]:
+def write_figures(study: Study, results: xr.Dataset, store_path: str, folder: Path) -> list[Path]:
     """Write the pictures of the report as PNG files, with their titles as names."""
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = figures(study, results, verified_results(study, address))
+    drawn = figures(study, results, verified_results(study, store_path))
     return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in drawn]
 
 
-def write_report(study: Study, results: xr.Dataset, address: str, path: Path) -> Path:
+def write_report(study: Study, results: xr.Dataset, store_path: str, path: Path) -> Path:
     """Write the report."""
     start = KINDS.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
-    store, accurate = Path(address).name, verified_results(study, address)
+    store, accurate = Path(store_path).name, verified_results(study, store_path)
     parts = [
-        *_fidelity(study, results, accurate, address),
+        *_fidelity(study, results, accurate, store_path),
         conclusion_html(study, results, store),
         f"<p>Commands are typed in the folder that has {_text(store)}.</p>",
         "<h2>What was computed</h2>",
@@ -188,13 +188,13 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
         yield f"<h2>{front.title}</h2>" + _table(front)
 
 
-def conclusion_html(study: Study, results: xr.Dataset, address: str) -> str:
+def conclusion_html(study: Study, results: xr.Dataset, store: str) -> str:
     """The first page: verdict, margins, trends, next steps."""
-    return "".join(_conclusion(study, results, address))
+    return "".join(_conclusion(study, results, store))
 
 
-def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
-    conclusion = conclude(study, results, address)
+def _conclusion(study: Study, results: xr.Dataset, store: str) -> Iterator[str]:
+    conclusion = conclude(study, results, store)
     yield "".join(f"<p><strong>{_text(line)}</strong></p>" for line in conclusion.verdict[:1])
     yield "".join(f"<p>{_text(line)}</p>" for line in conclusion.verdict[1:])
     if conclusion.margins is not None:
@@ -210,11 +210,13 @@ def _conclusion(study: Study, results: xr.Dataset, address: str) -> Iterator[str
         yield "<h2>What to try next</h2>" + "".join(steps)
 
 
-def _fidelity(study: Study, results: xr.Dataset, accurate: xr.Dataset | None, address: str) -> Iterator[str]:
+def _fidelity(study: Study, results: xr.Dataset, accurate: xr.Dataset | None, store_path: str) -> Iterator[str]:
     """What cheap and accurate runs say together, where there are both."""
     if accurate is None:
         return
-    (first, *others), table, cost = fidelity_text(study, results, accurate, (Store(address), Store(verified_address(address))))
+    (first, *others), table, cost = fidelity_text(
+        study, results, accurate, (Store(store_path), Store(verified_path(store_path)))
+    )
     yield f"<p><strong>{_text(first)}</strong></p>" + "".join(f"<p>{_text(line)}</p>" for line in others)
     yield f"<h2>{_text(table.title)}</h2>" + _table(table) + f"<p>{_text(cost)}</p>"
 
@@ -235,7 +237,7 @@ def _sensitivities(study: Study, results: xr.Dataset) -> Iterator[str]:
         yield f"<p>No indices of {_text(name)}: {_text(why)}.</p>"
 
 
-def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
+def _cases(study: Study, results: xr.Dataset, store: str) -> Iterator[str]:
     """Cases to look at, each with the command that replays it."""
     worst = [
         (
@@ -243,7 +245,7 @@ def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
             case.text,
             margin_text(case.margin),
             numbers_text(study, results, case.numbers),
-            replay_command(address, case.case),
+            replay_command(store, case.case),
         )
         for case in worst_cases(study, results)
     ]
@@ -252,7 +254,7 @@ def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
         notes = ("The margin is a fraction of the bound, negative where the requirement is not met.",)
         yield "<h2>Worst cases</h2>" + _table(Table(head, worst, notes=notes))
     for title, what, groups in (("Failed cases", "cause", causes(results)), ("Warnings", "warning", warned(results))):
-        rows = [(str(len(cases)), text, replay_command(address, cases[0])) for text, cases in groups.items()]
+        rows = [(str(len(cases)), text, replay_command(store, cases[0])) for text, cases in groups.items()]
         if rows:
             notes = ("In the words of the first case.",)
             yield f"<h2>{title}</h2>" + _table(Table(("cases", what, "command"), rows, notes=notes))

@@ -47,7 +47,7 @@ def design_size(study: Study) -> str:
 
 def varied_numbers(study: Study, results: xr.Dataset) -> Table:
     """The numbers that vary, and over what."""
-    rows = [(factor.address, "chosen", _over(results, factor)) for factor in study.factors]
+    rows = [(factor.path, "chosen", _over(results, factor)) for factor in study.factors]
     rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
     return Table(("number", "role", "values"), rows)
 
@@ -171,7 +171,7 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
         return None
     search = candidates(study, results)
     rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
-    names = [factor.address for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
+    names = [factor.path for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
     signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
     scales = {name: scale_of(search.points[name].isel(point=rows)) for name in names}
     columns = [scales[n].cells(*(signs.get(n, 1.0) * search.points[n].values[rows[:most]]), digits=5) for n in names]

@@ -27,7 +27,7 @@ class Surfaces:
 
     def __init__(self, study: Study, points: xr.Dataset) -> None:
         self._study, self._points = study, points
-        self._names: list[str] = [factor.address for factor in study.factors]
+        self._names: list[str] = [factor.path for factor in study.factors]
         self._known: dict[str, Kriging | None] = {}
 
     def field(self, response: str, x: str, y: str) -> Field | None:
@@ -104,7 +104,7 @@ def map_extras(
     study: Study, points: xr.Dataset, colour: str, x: str = "", y: str = "", surfaces: Surfaces | None = None
 ) -> tuple[Field | None, list[Bound]]:
     """The field under a map and the lines of requirements over it; nothing for grids and where nothing can be interpolated."""
-    names = [factor.address for factor in study.factors]
+    names = [factor.path for factor in study.factors]
     if len(names) < 2:
         return None, []
     x = x or names[0]
@@ -125,7 +125,7 @@ def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None
         return None
     drawn = qmc.Sobol(len(study.factors), rng=np.random.default_rng(0)).random(TRIED)
     at = np.stack([factor.variation.quantile(drawn[:, k]) for k, factor in enumerate(study.factors)], axis=1)
-    tried = np.stack([points[factor.address].values for factor in study.factors], axis=1)
+    tried = np.stack([points[factor.path].values for factor in study.factors], axis=1)
     at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated
     margins = [
         requirement.margin(model.predict(at)[0])
@@ -136,4 +136,4 @@ def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None
     best = int(np.argmax(least))
     if not least[best] > 0.0:
         return None
-    return {factor.address: float(value) for factor, value in zip(study.factors, at[best], strict=True)}
+    return {factor.path: float(value) for factor, value in zip(study.factors, at[best], strict=True)}

@@ -42,7 +42,7 @@ class Trend:
     form : {"power", "linear"}
         Constant times powers of the numbers (those that are not positive enter as an exponential), or constant plus multiples.
     numbers : tuple of str
-        Addresses; of a name but the first of a list, "ADDRESS = NAME in place of FIRST", a number that is 1 or 0.
+        Parameter paths; of a name but the first of a list, "PARAMETER = NAME in place of FIRST", a number that is 1 or 0.
     constant : float
         Of the logarithm of the response, or of the response.
     slopes : ndarray
@@ -136,7 +136,7 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     per_point, members = study.per_point, study.members
     rows = (results.sizes["case"] // per_point) * per_point
     numbers = with_indicators(
-        study, {name: results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.addresses}
+        study, {name: results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.factor_names}
     )
     x = np.stack(list(numbers.values()), axis=1)
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
@@ -223,7 +223,7 @@ def needed(
     study: Study, results: xr.Dataset, by_response: dict[str, tuple[Trend, ...]], numbers: dict[str, float]
 ) -> list[Need]:
     """What each requirement needs of the number that is chosen and on which its response depends most."""
-    chosen = {factor.address for factor in study.factors}
+    chosen = {factor.path for factor in study.factors}
     needs = []
     for requirement in study.requirements:
         best, *others = by_response.get(requirement.response.name, ()) or (None,)
@@ -250,7 +250,7 @@ def _failing(
 ) -> tuple[int, int]:
     """Points on the right side of what a requirement needs of a number that have a case that misses it, and all there."""
     name = trend.numbers[k]
-    if name not in study.addresses or not math.isfinite(value):
+    if name not in study.factor_names or not math.isfinite(value):
         return 0, 0
     upper = requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0)
     numbers, complete = results[column(name)].values, results["status"].values == COMPLETE

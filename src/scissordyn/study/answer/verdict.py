@@ -63,7 +63,7 @@ class Worst:
     margin : float
         As a fraction of the bound; negative where it is not met.
     numbers : dict of str to float or str
-        The chosen and the uncertain numbers and names of the case, in SI, by address.
+        The chosen and the uncertain numbers and names of the case, in SI, by parameter.
     """
 
     case: int
@@ -86,7 +86,7 @@ def answered(study: Study, results: xr.Dataset) -> list[Response]:
     """The responses that requirements and goals are about, and those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
-    chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
+    chosen += [goal.response for goal in goals if goal.measure not in study.factor_names]
     chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
     covered = {(response.measure, response_unit(results, response)) for response in chosen}
     there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
@@ -113,9 +113,9 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     complete = (results["status"].values[rows] == COMPLETE).reshape(shape)
     variables: dict[str, object] = {}
     for factor in study.factors:
-        variable = results[column(factor.address)]
+        variable = results[column(factor.path)]
         values = variable.values[rows].reshape(count, -1)[:, 0]
-        variables[factor.address] = ("point", values, {**variable.attrs, **factor.shown, "role": "factor"})
+        variables[factor.path] = ("point", values, {**variable.attrs, **factor.shown, "role": "factor"})
     differs = np.zeros(count, bool)
     for response in answered(study, results):
         name = response.name
@@ -231,14 +231,14 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                 seen.add(point)
                 if point not in by_place or by_place[point].margin > margins[case]:
                     value, text = float(values[case]), value_text(results, requirement.response, int(case))
-                    numbers = {address: float(results[column(address)][case]) for address in study.addresses}
+                    numbers = {parameter: float(results[column(parameter)][case]) for parameter in study.factor_names}
                     by_place[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
     return sorted(by_place.values(), key=lambda worst: worst.margin)[:count]
 
 
-def replay_command(address: str, case: int) -> str:
+def replay_command(store: str, case: int) -> str:
     """What to type to simulate a case again, with its histories."""
-    return command("scissordyn", "study", "replay", address, case)
+    return command("scissordyn", "study", "replay", store, case)
 
 
 def causes(results: xr.Dataset) -> dict[str, list[int]]:

@@ -20,7 +20,7 @@ PILOT = 8
 class Accurate:
     """The accurate runs of a study whose own runs are cheap."""
 
-    mechanism: Mechanism  # With the same numbers at the addresses that vary
+    mechanism: Mechanism  # With the same numbers at the parameter paths that vary
     options: Options
     points: int = 32  # First points of the design that are run accurately too; of an optimisation, the most points of its front
     variants: tuple[Mechanism, ...] = ()  # With each combination of names, as those of the study

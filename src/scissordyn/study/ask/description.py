@@ -15,8 +15,8 @@ import numpy as np
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
-from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import number
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.answer.measure import MEASURES, parts_of
 from scissordyn.run.configuration import read_mechanism
@@ -94,7 +94,7 @@ class OwnMeasure:
 class Cases:
     """The numbers of some cases."""
 
-    values: dict[str, np.ndarray]  # By address, in SI
+    values: dict[str, np.ndarray]  # By parameter, in SI
     members: np.ndarray
 
 
@@ -126,7 +126,7 @@ class Study:
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
             raise InputError(
-                "a study in which nothing varies", "addresses and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
+                "a study in which nothing varies", "parameters and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
             )
         if self.sampling.samples > 1 and not self.uncertain:
             raise InputError(
@@ -157,24 +157,24 @@ class Study:
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
         """Raise `InputError` for what a mechanism does not have, or not in that range."""
-        addresses = self.addresses
-        chosen = {factor.address: factor.variation for factor in self.factors}
+        parameters = self.factor_names
+        chosen = {factor.path: factor.variation for factor in self.factors}
         for factor in (varied for varied in (*self.factors, *self.uncertain) if not varied.texts):
-            quantity = number(mechanism, factor.address).quantity
+            quantity = number(mechanism, factor.path).quantity
             assert quantity is not None
             if factor.of and factor.of not in chosen:
                 raise InputError(
-                    f"'{factor.address}' deviates from a value that is not chosen",
+                    f"'{factor.path}' deviates from a value that is not chosen",
                     "a range of the number under [vary], or a nominal value before the tolerance",
                     "'0.3 mm +- 0.02 mm'",
                 )
             ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
             for end in ends:
                 if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
-                    raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)
-            if addresses.count(factor.name) > 1:
+                    raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.allowed)
+            if parameters.count(factor.name) > 1:
                 raise InputError(
-                    f"'{factor.address}' varies twice", "each address once, or a tolerance of the chosen value", "'+- 20 %'"
+                    f"'{factor.path}' varies twice", "each parameter once, or a tolerance of the chosen value", "'+- 20 %'"
                 )
         for requirement in self.requirements:
             check_part(mechanism, requirement.response)
@@ -190,7 +190,7 @@ class Study:
         points, search = self.points, self.optimisation
         if search is not None:
             points = max(points, search.generations * search.size(len(self.factors)))
-        check_cases(points, self.sampling.samples, self.members, len(self.addresses) + len(self.measure_names))
+        check_cases(points, self.sampling.samples, self.members, len(self.factor_names) + len(self.measure_names))
 
     @property
     def measure_names(self) -> tuple[str, ...]:
@@ -198,8 +198,8 @@ class Study:
         return (*self.measures, *(measure.name for measure in self.own_measures))
 
     @property
-    def addresses(self) -> tuple[str, ...]:
-        """Names of all numbers that vary, chosen and uncertain: their addresses, or those of deviations."""
+    def factor_names(self) -> tuple[str, ...]:
+        """Names of all numbers that vary, chosen and uncertain: their parameter paths, or those of deviations."""
         return tuple(factor.name for factor in (*self.factors, *self.uncertain))
 
     @property
@@ -223,10 +223,10 @@ class Study:
         return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.texts)
 
     def base(self) -> np.ndarray:
-        """The numbers of the mechanism at the addresses of the factors, and of its case file; places of its names."""
+        """The numbers of the mechanism at the parameters of the factors, and of its case file; places of its names."""
         places = own_values(self)
         return np.array(
-            [places[factor.name] if factor.texts else number(self.mechanism, factor.address).value for factor in self.factors],
+            [places[factor.name] if factor.texts else number(self.mechanism, factor.path).value for factor in self.factors],
             float,
         )
 
@@ -243,7 +243,7 @@ class Study:
             else:
                 base = self.base() if self.design.kind == "one-at-a-time" else np.zeros(len(self.factors))
                 chosen = design_values(self.design, [factor.variation for factor in self.factors], base, places)
-            values |= {factor.address: chosen[back, k] for k, factor in enumerate(self.factors)}
+            values |= {factor.path: chosen[back, k] for k, factor in enumerate(self.factors)}
         if self.uncertain:
             size = self.sampling.samples if self.sampling.common else self.sampling.samples * self.points
             design = Design(self.sampling.kind, size, seed=self.sampling.seed + UNCERTAIN_SEEDS)
@@ -258,13 +258,13 @@ class Study:
         return Cases(values, member)
 
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The numbers that a mechanism gets, by address: chosen values with their deviations, which are by `addresses`."""
+        """The numbers that a mechanism gets, by parameter: chosen values with their deviations, which are by `factor_names`."""
         deviations = [factor for factor in self.uncertain if factor.of]
         left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
         numbers = {name: value for name, value in values.items() if name not in left_out}
         for factor in deviations:
             chosen, deviation = values[factor.of], values[factor.name]
-            numbers[factor.address] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
+            numbers[factor.path] = chosen * (1.0 + deviation) if factor.relative else chosen + deviation
         return numbers
 
     def to_plain(self) -> dict[str, Any]:

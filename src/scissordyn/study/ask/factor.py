@@ -17,20 +17,20 @@ from scissordyn.study.ask.distribution import Names, Variation, from_plain, to_p
 class Factor:
     """A number that varies, or a name."""
 
-    # See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
-    address: str
+    # A pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
+    path: str
     variation: Variation  # Values in SI; of names, their places in `Names`
     unit: str = ""  # In which pictures and tables show it; empty for SI
     scale: float = 1.0  # One such unit in SI
-    # Address of the chosen number from which this one deviates by its variation; a pattern where it is one of several places
+    # The chosen number from which this one deviates by its variation; a pattern where it is one of several places
     of: str = ""
     relative: bool = False  # Whether the deviation is a fraction of the chosen value
     si: str = ""  # SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own
 
     @property
     def name(self) -> str:
-        """Of its column: the address, or that of the deviation from a chosen value."""
-        return f"{self.address} deviation" if self.of else self.address
+        """Of its column: the parameter path, or that of the deviation from a chosen value."""
+        return f"{self.path} deviation" if self.of else self.path
 
     def deviating(self, chosen: Variation) -> list[float]:
         """The outermost values of a number that is chosen, with this deviation; none of a lognormal one, which has no ends."""
@@ -46,7 +46,7 @@ class Factor:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """What the case file has at the address, of each name or level; empty if mechanisms themselves have the number."""
+        """What the case file has there, of each name or level; empty if mechanisms themselves have the number."""
         if not self.si:
             return self.labels
         return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())
@@ -85,11 +85,12 @@ class Sampling:
 
 def plain_factor(factor: Factor) -> dict[str, Any]:
     """A number that varies as plain data for JSON."""
-    plain = {"address": factor.address, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
+    plain = {"address": factor.path, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
     plain |= {"si": factor.si} if factor.si else {}
     return {**plain, "of": factor.of, "relative": factor.relative} if factor.of else plain
 
 
 def read_factor(plain: Mapping[str, Any]) -> Factor:
     """What `plain_factor` wrote."""
-    return Factor(**{**plain, "variation": from_plain(plain["variation"])})
+    others = {name: value for name, value in plain.items() if name not in ("address", "variation")}
+    return Factor(plain["address"], from_plain(plain["variation"]), **others)

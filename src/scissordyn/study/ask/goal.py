@@ -23,7 +23,7 @@ RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
 class Goal:
     """A response to be made small, or large."""
 
-    measure: str  # Or the address of a number that is chosen
+    measure: str  # Or the parameter path of a number that is chosen
     part: str = ""
     maximise: bool = False
 
@@ -93,12 +93,12 @@ class Optimisation:
         return cls(**{**plain, "goals": tuple(Goal(**goal) for goal in plain["goals"])})
 
 
-def read_goal(text: str, own: Mapping[str, str] | None = None, addresses: Sequence[str] = ()) -> Goal:
+def read_goal(text: str, own: Mapping[str, str] | None = None, parameters: Sequence[str] = ()) -> Goal:
     """A goal such as ``minimise peak_force``."""
     direction, _, rest = text.strip().partition(" ")
     if direction not in ("minimise", "maximise") or not rest:
         raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
-    if rest.strip() in addresses:
+    if rest.strip() in parameters:
         return Goal(rest.strip(), "", direction == "maximise")
     part, measure, _ = read_response(rest.strip(), own)
     return Goal(measure, part, direction == "maximise")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.model.address import changed_all, number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.run.answer.measure import MEASURES, parts_of
 from scissordyn.study.ask.factor import Factor
 
@@ -37,7 +37,7 @@ def made(study: Study, values: Mapping[str, float], *, nominal: bool = False) ->
 
 
 def labelled(study: Study, values: Mapping[str, float]) -> dict[str, float | str]:
-    """Numbers by address, with the names in place of what stands for them."""
+    """Numbers by parameter, with the names in place of what stands for them."""
     labels = {factor.name: factor.labels for factor in study.apart if factor.labels}
     return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
 
@@ -75,22 +75,20 @@ def check_variants(study: Study) -> None:
     """Raise `InputError` for a design that needs an order of names, or variants that measures cannot be compared of."""
     if not study.apart:
         return
-    named = [factor.address for factor in study.apart if factor.labels]
+    named = [factor.path for factor in study.apart if factor.labels]
     goals = [goal.measure for goal in study.optimisation.goals] if study.optimisation is not None else []
     if named and study.design.kind == "morris":
         what = f"'{named[0]}': names, which have no order, in a Morris design"
         raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
-    if any(address in goals for address in named):
+    if any(parameter in goals for parameter in named):
         raise InputError(f"a goal about names, '{named[0]}'", "a goal about a measure or a number", "'minimise mass'")
     if study.design.kind == "one-at-a-time" and study.mechanism not in study.variants:
-        what = f"'{study.apart[0].address}' in a one-at-a-time design, without what the case has"
+        what = f"'{study.apart[0].path}' in a one-at-a-time design, without what the case has"
         raise InputError(what, "the names and levels of the case among them")
     for factor in (varied for varied in (*study.factors, *study.uncertain) if not varied.texts):
-        units = {
-            quantity.unit for varied in study.variants if (quantity := number(varied, factor.address).quantity) is not None
-        }
+        units = {quantity.unit for varied in study.variants if (quantity := number(varied, factor.path).quantity) is not None}
         if len(units) > 1:
-            raise InputError(f"'{factor.address}' in [{'] and ['.join(sorted(units))}], by name", "a number of one unit")
+            raise InputError(f"'{factor.path}' in [{'] and ['.join(sorted(units))}], by name", "a number of one unit")
     dims = {dim for name in study.measures for dim in MEASURES[name].dims}
     first, *others = (parts_of(variant) for variant in study.variants)
     differs = next((dim for parts in others for dim in dims if parts[dim] != first[dim]), None)

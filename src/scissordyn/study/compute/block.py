@@ -15,7 +15,7 @@ import xarray as xr
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.model.address import number
+from scissordyn.model.parameter_path import number
 from scissordyn.run.advance.interrupt import look, pass_on
 from scissordyn.run.answer.measure import MEASURES, Ended, Measure
 from scissordyn.run.batch import Perturbed, simulate_cases
@@ -68,7 +68,7 @@ def run_block(block: Block) -> BlockResult:
     numbers = block.study.numbers(block.cases, block.points)
     runs = _simulated(block.study, numbers)
     status = np.where(runs["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
-    values = {column(address): column_values for address, column_values in numbers.values.items()}
+    values = {column(parameter): column_values for parameter, column_values in numbers.values.items()}
     values |= {name: runs[name].values for name in block.study.measure_names}
     texts = [(str(cause), str(warned)) for cause, warned in zip(runs["cause"].values, runs["warnings"].values, strict=True)]
     integration = float(runs.attrs["integration_seconds"])
@@ -89,7 +89,7 @@ def _check_program(block: Block) -> None:
 def failed(block: Block, cause: str) -> BlockResult:
     """The rows of a block that could not be computed."""
     numbers, count = block.study.numbers(block.cases, block.points), block.cases.size
-    values = {column(address): column_values for address, column_values in numbers.values.items()}
+    values = {column(parameter): column_values for parameter, column_values in numbers.values.items()}
     return BlockResult(block.cases, values, np.full(count, FAILED, np.int8), [(cause, "")] * count)
 
 
@@ -105,7 +105,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     batches, order = [], []
     for mechanism, cases in by_variant(study, numbers.values):
         perturbed = Perturbed(numbers.members[cases], study.perturbation)
-        applied = {address: values[cases] for address, values in study.applied(numbers.values).items()}
+        applied = {parameter: values[cases] for parameter, values in study.applied(numbers.values).items()}
         batches.append(pass_on(simulate_cases(mechanism, applied, study.options, measures, perturbed, threads=1)))
         order.append(cases)
     seconds = sum(part.attrs["integration_seconds"] for part in batches)
@@ -129,7 +129,7 @@ def _described(study: Study) -> dict[str, dict[str, Any]]:
             quantity = number(study.mechanism, factor.of).quantity
             unit = "1" if quantity is None else quantity.unit
             attributes[factor.of] = {"units": unit}
-            attributes[factor.name] = {"units": "1" if factor.relative else unit, "long_name": f"deviation of {factor.address}"}
+            attributes[factor.name] = {"units": "1" if factor.relative else unit, "long_name": f"deviation of {factor.path}"}
     return attributes
 
 
@@ -157,7 +157,7 @@ def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Seque
         look()
         name = ""
         try:
-            mechanism = made(study, {address: float(column[case]) for address, column in numbers.values.items()})
+            mechanism = made(study, {parameter: float(column[case]) for parameter, column in numbers.values.items()})
             run = pass_on(simulate(mechanism, **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))

@@ -101,7 +101,7 @@ def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
 
 def execute(
     study: Study,
-    address: str | os.PathLike[str],
+    path: str | os.PathLike[str],
     *,
     engine: Engine = None,
     block: int | None = None,
@@ -113,14 +113,14 @@ def execute(
 
     Shapes: `points` (points, factors).
     """
-    store = Store(address)
+    store = Store(path)
     if store.exists():
         store.check(study)  # before workers are started for nothing
     prepare(study, store, block=block, workers=workers_of(engine), points=points)
     with store.alone():
         if study.cases > store.cases or (study.cases < store.cases and points is None):
             raise InputError(
-                f"'{store.address}' has {store.cases} cases and the study {study.cases}",
+                f"'{store.path}' has {store.cases} cases and the study {study.cases}",
                 "the same number of points",
                 "scissordyn study extend, with --points",
             )
@@ -173,7 +173,7 @@ def _computed(engine: Engine, blocks: Iterator[Block]) -> Iterator[BlockResult]:
 
 def extend(
     study: Study,
-    address: str | os.PathLike[str],
+    path: str | os.PathLike[str],
     points: int,
     *,
     engine: Engine = None,
@@ -189,8 +189,8 @@ def extend(
     if study.uncertain and not study.sampling.common and study.sampling.kind == "latin-hypercube":
         raise InputError("more points of a study with a Latin hypercube for each", "common random numbers")
     larger = replace(study, design=replace(study.design, points=points))
-    store = Store(address)
+    store = Store(path)
     store.check(study)
     with store.alone():
         store.extend(larger)
-    return execute(larger, address, engine=engine, progress=progress)
+    return execute(larger, path, engine=engine, progress=progress)

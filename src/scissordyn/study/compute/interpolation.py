@@ -80,8 +80,8 @@ def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.n
     numbers = _evenly_spread(study).numbers(np.arange(OTHERS)).values
     runs = results.isel(case=np.asarray(cases))
     return Interpolation(
-        np.stack([runs[column(name)].values for name in study.addresses], axis=1),
-        np.stack([numbers[name] for name in study.addresses], axis=1),
+        np.stack([runs[column(name)].values for name in study.factor_names], axis=1),
+        np.stack([numbers[name] for name in study.factor_names], axis=1),
         np.array([isinstance(factor.variation, Interval) and factor.variation.logarithmic for factor in varied]),
         runs,
     )

@@ -118,7 +118,7 @@ def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
 
 def optimise(
     study: Study,
-    address: str | os.PathLike[str],
+    path: str | os.PathLike[str],
     *,
     engine: Engine = None,
     block: int | None = None,
@@ -132,7 +132,7 @@ def optimise(
     plan = study.optimisation
     if plan is None or not study.factors:
         raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
-    return _search(study, plan, Store(address), engine, block, progress)
+    return _search(study, plan, Store(path), engine, block, progress)
 
 
 def _search(
@@ -163,7 +163,7 @@ def _search(
         report = None if progress is None else partial(_tell, progress, generation + 1)
         missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
         if there <= points.shape[0] or missing:
-            store = execute(here, store.address, engine=engine, block=block, points=points, progress=report)
+            store = execute(here, store.path, engine=engine, block=block, points=points, progress=report)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _same_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))
@@ -181,10 +181,10 @@ def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: S
     """The store's points are those that the method proposes, unless another version of it made them."""
     done = results["status"].values != PENDING
     for k, factor in enumerate(study.factors):
-        stored = results[column(factor.address)].values
+        stored = results[column(factor.path)].values
         if not np.array_equal(stored[done], np.repeat(points[:, k], study.per_point)[done]):
             raise InputError(
-                f"'{store.address}' holds points that the method does not propose", "the version of the library that made it"
+                f"'{store.path}' holds points that the method does not propose", "the version of the library that made it"
             )
 
 
@@ -205,8 +205,8 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     width = plan.size(len(study.factors))
     variables: dict[str, Any] = {}
     for factor in study.factors:
-        variable = results[column(factor.address)]
-        variables[factor.address] = (
+        variable = results[column(factor.path)]
+        variables[factor.path] = (
             "point",
             variable.values[rows].reshape(count, per_point)[:, 0],
             {**variable.attrs, **factor.shown},
@@ -246,7 +246,7 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
     goals = []
     for goal in plan.goals:
-        chosen = goal.measure in study.addresses
+        chosen = goal.measure in study.factor_names
         values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
         goals.append(risk((-1.0 if goal.maximise else 1.0) * values))
     violation = np.zeros(count)
@@ -260,7 +260,7 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 def _about(study: Study, results: xr.Dataset, goal: Goal) -> dict[str, Any]:
     """The unit of a goal; of a number that varies also the one in which the user wrote it."""
     for factor in (*study.factors, *study.uncertain):
-        if factor.address == goal.measure:
+        if factor.path == goal.measure:
             return {"units": results[column(goal.measure)].attrs.get("units", "1"), **factor.shown}
     return {"units": response_unit(results, goal.response)}
 

@@ -38,9 +38,9 @@ LEAST = 0.1
 """Of a correlation with which a budget is split: with fewer pairs than it needs the pilot knows no better."""
 
 
-def verified_address(address: str | os.PathLike[str]) -> str:
+def verified_path(path: str | os.PathLike[str]) -> str:
     """Where the accurate runs of a study stand."""
-    stem, end = os.path.splitext(os.fspath(address).rstrip("/"))
+    stem, end = os.path.splitext(os.fspath(path).rstrip("/"))
     return f"{stem}.verified{end or '.db'}"
 
 
@@ -65,15 +65,15 @@ def verified_study(study: Study, points: int) -> Study:
     )
 
 
-def verified_results(study: Study, address: str | os.PathLike[str]) -> xr.Dataset | None:
+def verified_results(study: Study, path: str | os.PathLike[str]) -> xr.Dataset | None:
     """The accurate runs of a study as far as there are any."""
-    store = Store(verified_address(address))
+    store = Store(verified_path(path))
     return store.results() if study.accurate is not None and store.exists() else None
 
 
 def screened(
     study: Study,
-    address: str | os.PathLike[str],
+    path: str | os.PathLike[str],
     *,
     engine: Engine = None,
     block: int | None = None,
@@ -83,21 +83,21 @@ def screened(
 ) -> Store:
     """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
     _check(study, budget)
-    store = Store(address)
+    store = Store(path)
     if study.optimisation is not None:
-        store = optimise(study, address, engine=engine, block=block, progress=progress)
+        store = optimise(study, path, engine=engine, block=block, progress=progress)
         _confirm(study, store, engine, retry, progress)
         return store
     if budget is not None:
         study = _as_in(study, store) if store.exists() else _split(study, budget * workers_of(engine))
-    store = execute(study, address, engine=engine, block=block, retry=retry, progress=progress)
-    _verify(study, Store(verified_address(address)), engine, retry, progress)
+    store = execute(study, path, engine=engine, block=block, retry=retry, progress=progress)
+    _verify(study, Store(verified_path(path)), engine, retry, progress)
     return store
 
 
 def _check(study: Study, budget: float | None) -> None:
     """Raise `InputError` for what cannot be verified by the first of its cases."""
-    verified_study(study, PILOT)  # whether the accurate mechanism has the addresses and parts
+    verified_study(study, PILOT)  # whether the accurate mechanism has the parameters and parts
     if study.optimisation is not None:
         if budget is not None:
             raise InputError("a budget of an optimisation", "generations and population", "generations = 20")
@@ -124,11 +124,9 @@ def _verify(study: Study, there: Store, engine: Engine, retry: bool, progress: C
     if there.exists() and study.factors:
         before = there.design()
         if before.points < points:
-            extend(
-                replace(verified_study(study, points), design=before), there.address, points, engine=engine, progress=progress
-            )
+            extend(replace(verified_study(study, points), design=before), there.path, points, engine=engine, progress=progress)
         points = max(points, before.points)
-    execute(verified_study(study, points), there.address, engine=engine, retry=retry, progress=progress)
+    execute(verified_study(study, points), there.path, engine=engine, retry=retry, progress=progress)
 
 
 def _split(study: Study, budget: float) -> Study:
@@ -189,7 +187,7 @@ def _as_measures(study: Study, results: xr.Dataset) -> xr.Dataset:
 def _confirm(study: Study, store: Store, engine: Engine, retry: bool, progress: Callable[[Progress], None] | None) -> None:
     """Accurate runs of the best points of a search: its front, or the best of one goal."""
     assert study.accurate is not None
-    there, names = Store(verified_address(store.address)), [factor.address for factor in study.factors]
+    there, names = Store(verified_path(store.path)), [factor.path for factor in study.factors]
     wanted = best_tried(study, store.results(), study.accurate.points)
     points = np.empty((0, len(names)))
     if there.exists():  # those of an earlier, shorter search stay
@@ -204,7 +202,7 @@ def _confirm(study: Study, store: Store, engine: Engine, retry: bool, progress: 
     if there.exists() and there.cases < confirmed.cases:
         with there.alone():
             there.extend(confirmed)
-    execute(confirmed, there.address, engine=engine, retry=retry, points=points, progress=progress)
+    execute(confirmed, there.path, engine=engine, retry=retry, points=points, progress=progress)
 
 
 def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
@@ -220,5 +218,5 @@ def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
     elif rows.size > most:
         rows = rows[np.argsort(goals[rows, 0], kind="stable")]
         rows = rows[np.unique(np.linspace(0, rows.size - 1, most).round().astype(int))]
-    numbers = np.stack([tried[factor.address].values[rows] for factor in study.factors], axis=1)
+    numbers = np.stack([tried[factor.path].values[rows] for factor in study.factors], axis=1)
     return np.asarray(numbers[np.sort(np.unique(numbers, axis=0, return_index=True)[1])])

@@ -49,19 +49,19 @@ class Store:
     transaction: after a kill or on a full disk it is there or not.
     """
 
-    def __init__(self, address: str | os.PathLike[str]) -> None:
-        text = os.fspath(address)
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        text = os.fspath(path)
         if "://" in text:
             raise InputError(f"'{text}' as a store", "a file on a disk", "-o study.db")
-        self.address = str(Path(text).expanduser().absolute())
+        self.path = str(Path(text).expanduser().absolute())
         self._writer: sqlite3.Connection | None = None
 
     # --- beginning ------------------------------------------------------------------------------------------------------
 
     def exists(self) -> bool:
         """Whether there is a study; an `InputError` if there is anything else."""
-        path = Path(self.address)
-        with _one_line(self.address):
+        path = Path(self.path)
+        with _one_line(self.path):
             if not path.exists():
                 return False
             if path.is_dir():
@@ -74,7 +74,7 @@ class Store:
                 version = connection.execute("PRAGMA user_version").fetchone()[0]
         except table.BROKEN as error:
             if isinstance(error, sqlite3.OperationalError):
-                raise StoreError(f"'{self.address}' cannot be read: {error}") from None
+                raise StoreError(f"'{self.path}' cannot be read: {error}") from None
             ours = False
         if not ours:
             raise self._no_study(path)
@@ -85,13 +85,13 @@ class Store:
 
     def check_place(self) -> None:
         """Raise `InputError` if there is no folder for the store to be in."""
-        parent = Path(os.path.realpath(self.address)).parent
+        parent = Path(os.path.realpath(self.path)).parent
         if not parent.is_dir():
-            raise InputError(f"'{self.address}' as a store: no folder '{parent}'", "a folder that exists", "-o study.db")
+            raise InputError(f"'{self.path}' as a store: no folder '{parent}'", "a folder that exists", "-o study.db")
 
     def begun(self) -> bool:
         """Whether there is anything to resume."""
-        return Path(self.address).is_file() and Path(self.address).stat().st_size > 0
+        return Path(self.path).is_file() and Path(self.path).stat().st_size > 0
 
     def _no_study(self, path: Path) -> InputError:
         if (path / "zarr.json").exists() and (path / "record").is_dir():
@@ -122,17 +122,17 @@ class Store:
     @contextmanager
     def _made_anew(self, *, instead: bool) -> Iterator[sqlite3.Connection]:
         """A new file, in the place of the store or of none, once everything is written."""
-        target = os.path.realpath(self.address)
+        target = os.path.realpath(self.path)
         # a process that is killed here leaves no half of a store; nobody else has a file of this name
         beside = f"{target}.{secrets.token_hex(8)}.part"
         try:
-            with _one_line(self.address), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
+            with _one_line(self.path), closing(sqlite3.connect(beside, isolation_level=None)) as connection:
                 connection.execute("BEGIN")
                 yield connection
                 connection.execute("COMMIT")
                 connection.execute(f"PRAGMA application_id = {APPLICATION}")
                 connection.execute(f"PRAGMA user_version = {FORMAT}")
-            with _one_line(self.address):
+            with _one_line(self.path):
                 if instead:
                     os.replace(beside, target)
                 else:
@@ -149,7 +149,7 @@ class Store:
         try:
             os.link(beside, target)
         except FileExistsError:
-            raise InputError(f"'{self.address}' was made by another process meanwhile", "the same command again") from None
+            raise InputError(f"'{self.path}' was made by another process meanwhile", "the same command again") from None
         except OSError:  # a file system without links
             os.rename(beside, target)
             return
@@ -167,7 +167,7 @@ class Store:
             yield connection
 
     def _connect(self) -> sqlite3.Connection:
-        uri = f"{Path(os.path.realpath(self.address)).as_uri()}?mode=rw"
+        uri = f"{Path(os.path.realpath(self.path)).as_uri()}?mode=rw"
         connection = sqlite3.connect(uri, PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
         connection.text_factory = bytes  # a changed byte may be no text
         connection.execute("PRAGMA cell_size_check = 1")
@@ -178,15 +178,15 @@ class Store:
         with self._reading() as connection:
             row = connection.execute("SELECT value, digest FROM notes WHERE name = ?", (name,)).fetchone()
         if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):
-            what = f"the note '{name}' in '{self.address}' is damaged"
+            what = f"the note '{name}' in '{self.path}' is damaged"
             raise InputError(what, "a copy that is whole; any tool for SQLite reads the rows", "-o another.db")
         return json.loads(row[0])
 
     @contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:
         if self._writer is None and not self.begun():
-            raise InputError(f"no study at '{self.address}'", "the store of a study")
-        with _one_line(self.address), self._open() as connection:
+            raise InputError(f"no study at '{self.path}'", "the store of a study")
+        with _one_line(self.path), self._open() as connection:
             yield connection
 
     def study(
@@ -205,7 +205,7 @@ class Store:
         differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
         if differs:
             raise InputError(
-                f"'{self.address}' holds another study (differs in {', '.join(differs)})",
+                f"'{self.path}' holds another study (differs in {', '.join(differs)})",
                 "the store of the same study, or a name that is not taken",
                 "-o another.db",
             )
@@ -293,7 +293,7 @@ class Store:
     def _transaction(self) -> Iterator[sqlite3.Connection]:
         """Changes that are on the disk at the end of the block, or undone."""
         assert self._writer is not None
-        with _one_line(self.address):
+        with _one_line(self.path):
             try:
                 yield self._writer
                 self._writer.execute("COMMIT")
@@ -324,21 +324,21 @@ class Store:
 
     def _locked(self) -> sqlite3.Connection:
         """A connection that holds the lock on writing, which those who read do not notice."""
-        with _one_line(self.address):
-            number = os.stat(self.address).st_ino
+        with _one_line(self.path):
+            number = os.stat(self.path).st_ino
             connection = self._connect()
             try:
                 connection.execute("PRAGMA busy_timeout = 0")
                 connection.execute("BEGIN IMMEDIATE")
                 connection.execute(f"PRAGMA busy_timeout = {int(1e3 * PATIENCE)}")
-                if os.stat(self.address).st_ino == number:
+                if os.stat(self.path).st_ino == number:
                     return connection
             except BaseException as error:
                 connection.close()
                 if not isinstance(error, sqlite3.OperationalError) or "locked" not in str(error):
                     raise
             connection.close()
-        raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
+        raise InputError(f"'{self.path}' is being computed by another process", "one at a time")
 
     def _leave_out(self, rows: table.Rows) -> None:
         """Replace the file by one with the good rows alone: pages that cannot be read cannot be written either."""
@@ -428,12 +428,12 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
 
 
 @contextmanager
-def _one_line(address: str) -> Iterator[None]:
+def _one_line(path: str) -> Iterator[None]:
     """Errors of the disk and of the database as one line."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
-        raise StoreError(f"'{address}' cannot be read or written: {reason}; what is complete is kept") from error
+        raise StoreError(f"'{path}' cannot be read or written: {reason}; what is complete is kept") from error
     except table.BROKEN as error:
-        raise StoreError(f"'{address}' cannot be read or written: {error}; what is complete is kept") from error
+        raise StoreError(f"'{path}' cannot be read or written: {error}; what is complete is kept") from error

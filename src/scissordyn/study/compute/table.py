@@ -109,16 +109,16 @@ class Columns:
             first += len(array.columns)
 
 
-def column(address: str) -> str:
+def column(parameter: str) -> str:
     """Name of the array of a parameter path; NetCDF would make a group of a slash."""
-    return address.replace("/", "_")
+    return parameter.replace("/", "_")
 
 
 def columns_of(study: Study, pilot: xr.Dataset) -> Columns:
     """The columns of a study, by the dimensions and units of a few of its cases."""
-    chosen, arrays, taken = {factor.address for factor in study.factors}, list[Array](), set[str]()
+    chosen, arrays, taken = {factor.path for factor in study.factors}, list[Array](), set[str]()
     labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
-    for name in (*study.addresses, *study.measure_names):
+    for name in (*study.factor_names, *study.measure_names):
         variable, measured = pilot[name], name in study.measure_names
         dims = tuple(map(str, variable.dims[1:])) if measured else ()
         for label in (*dims, *([COMPONENT_UNIT] if dims and COMPONENT_UNIT in variable.coords else [])):

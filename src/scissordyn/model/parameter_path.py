@@ -1,9 +1,9 @@
 """The one language for which number of a mechanism is meant: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
 
-An address names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts of the
-same name apart (``joint.A.clearance``, ``body.slider.mass``), a pattern takes several at once (``joint.all.clearance``). The
-fields of a joint or guide are those of its clearance; those of a drive, of its motion. Places go on with ``x`` and ``y``, the
-points of a body with their names (``crank.centre.x``, ``crank.points.end.x``).
+A parameter path names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts
+of the same name apart (``joint.A.clearance``, ``body.slider.mass``), a pattern takes several at once
+(``joint.all.clearance``). The fields of a joint or guide are those of its clearance; those of a drive, of its motion. Places
+go on with ``x`` and ``y``, the points of a body with their names (``crank.centre.x``, ``crank.points.end.x``).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DRIVE = "drive"
 
 INSIDE = {"joints": "clearance", "guides": "clearance", "drives": "motion"}
-"""The field of a part whose fields an address goes on with."""
+"""The field of a part whose fields a parameter path goes on with."""
 
 KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
 """Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
@@ -37,71 +37,73 @@ AXES = ("x", "y")
 SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
 
 
-def find(mechanism: Mechanism, address: str) -> list[Place]:
-    """All places that an address means."""
-    field = declared(type(mechanism)).get(address)
+def find(mechanism: Mechanism, parameter: str) -> list[Place]:
+    """All places that a parameter path means."""
+    field = declared(type(mechanism)).get(parameter)
     if field is not None:
-        return [Place((address,), getattr(mechanism, address), field.quantity)]
-    routes = list(_parts(mechanism, address))
+        return [Place((parameter,), getattr(mechanism, parameter), field.quantity)]
+    routes = list(_parts(mechanism, parameter))
     if not routes:
-        kind, _, rest = address.partition(".")
+        kind, _, rest = parameter.partition(".")
         if kind in KINDS and rest and "." not in rest:
-            what = f"'{address}': which {kind} is not said"
+            what = f"'{parameter}': which {kind} is not said"
             raise InputError(what, f"{kind}.NAME.{rest}, or {kind}.all.{rest}", f"{kind}.all.{rest}")
-        name = address.rsplit(".", 1)[0] if "." in address else address
+        name = parameter.rsplit(".", 1)[0] if "." in parameter else parameter
         names = list(dict.fromkeys(part for part, _, _, kind in _named(mechanism) if kind != DRIVE))
         names += [DRIVE] * bool(mechanism.drives) + list(_numbers(mechanism))
         first, _, rest = name.partition(".")
         near = [f"{kind}.{rest}" for kind in _kinds(mechanism) if rest and did_you_mean(first, [kind])]
         raise InputError(
-            f"no part '{name}' for '{address}'{did_you_mean(name, [*names, *near])}",
+            f"no part '{name}' for '{parameter}'{did_you_mean(name, [*names, *near])}",
             "one of " + ", ".join(names),
-            f"an address such as {SAMPLE}",
+            f"a parameter path such as {SAMPLE}",
         )
-    return [_place(mechanism, path, address) for path in routes]
+    return [_place(mechanism, path, parameter) for path in routes]
 
 
-def number(mechanism: Mechanism, address: str) -> Place:
-    """The first place of an address, which is to be a number with a unit."""
-    first = find(mechanism, address)[0]
+def number(mechanism: Mechanism, parameter: str) -> Place:
+    """The first place of a parameter path, which is to be a number with a unit."""
+    first = find(mechanism, parameter)[0]
     if first.value is None:
-        raise _not_given(address)
+        raise _not_given(parameter)
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
         fields = _numbers(at(mechanism, first.path[:-1]))
-        raise InputError(f"'{address}' is not a number with a unit", ", ".join(fields) or f"an address such as {SAMPLE}")
-    _free(first, address)
+        raise InputError(
+            f"'{parameter}' is not a number with a unit", ", ".join(fields) or f"a parameter path such as {SAMPLE}"
+        )
+    _free(first, parameter)
     return first
 
 
-def single(mechanism: Mechanism, address: str) -> list[str]:
-    """An address for each of the places that an address means."""
-    places = find(mechanism, address)
+def single(mechanism: Mechanism, parameter: str) -> list[str]:
+    """A parameter path for each of the places that a parameter path means."""
+    places = find(mechanism, parameter)
     if len(places) == 1:
-        return [address]
-    kind, addresses = address.partition(".")[0], []
+        return [parameter]
+    kind, parameters = parameter.partition(".")[0], []
     for place in places:
         field, index, *rest = place.path
         part = getattr(mechanism, str(field))[index]
         path = rest[1:] if str(field) in INSIDE else rest
         words = (AXES[step] if isinstance(step, int) else step for step in path)
-        addresses.append(".".join([kind, part.name, *words]))
-    return addresses
+        parameters.append(".".join([kind, part.name, *words]))
+    return parameters
 
 
-def changed(mechanism: Mechanism, address: str, value: Any) -> Mechanism:
-    """The same mechanism with another value at an address; at all its places, for a pattern."""
-    return changed_all(mechanism, {address: value})
+def changed(mechanism: Mechanism, parameter: str, value: Any) -> Mechanism:
+    """The same mechanism with another value at a parameter path; at all its places, for a pattern."""
+    return changed_all(mechanism, {parameter: value})
 
 
 def changed_all(
     mechanism: Mechanism, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
 ) -> Mechanism:
-    """The same mechanism with other values at some addresses."""
+    """The same mechanism with other values at some parameter paths."""
     new: dict[str, Any] = {}
     numbers = True
-    for address, value in changes.items():
-        for place in find(mechanism, address) if places is None else places[address]:
-            _free(place, address)
+    for parameter, value in changes.items():
+        for place in find(mechanism, parameter) if places is None else places[parameter]:
+            _free(place, parameter)
             field, *path = place.path
             numbers = numbers and place.quantity is not None and bool(path)
             new[str(field)] = replaced(new.get(str(field), getattr(mechanism, str(field))), path, value)
@@ -109,10 +111,10 @@ def changed_all(
     return mechanism.with_parts(new, check=not numbers)
 
 
-def _free(place: Place, address: str) -> None:
+def _free(place: Place, parameter: str) -> None:
     """Refuse a number that stands in other places, too."""
     if place.quantity is not None and place.quantity.tied:
-        raise InputError(f"'{address}' changed alone", place.quantity.tied)
+        raise InputError(f"'{parameter}' changed alone", place.quantity.tied)
 
 
 def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
@@ -131,10 +133,10 @@ def _kinds(mechanism: Mechanism) -> dict[str, None]:
     return dict.fromkeys([*KINDS, *(kind for *_, kind in _named(mechanism))])
 
 
-def _parts(mechanism: Mechanism, address: str) -> Iterator[Route]:
-    """The path to each part that an address can mean, and on from there."""
+def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
+    """The path to each part that a parameter path can mean, and on from there."""
     parts = list(_named(mechanism))
-    kind, _, rest = address.partition(".")
+    kind, _, rest = parameter.partition(".")
     if kind == DRIVE and rest:
         yield from _driven(mechanism, rest)
         return
@@ -153,10 +155,10 @@ def _parts(mechanism: Mechanism, address: str) -> Iterator[Route]:
                         yield field, index, *path
                 return
     # a joint and its guide, or a body and its drive, may share a name: those with fields to go on with come first
-    candidates = [(name, field, index) for name, field, index, _ in parts if address.startswith(f"{name}.")]
+    candidates = [(name, field, index) for name, field, index, _ in parts if parameter.startswith(f"{name}.")]
     if candidates:
         longest = max(len(name) for name, _, _ in candidates)
-        path = tuple(address[longest + 1 :].split("."))
+        path = tuple(parameter[longest + 1 :].split("."))
         here = [(field, index) for name, field, index in candidates if len(name) == longest and field != "drives"]
         fitting = [(field, index) for field, index in here if _has(mechanism, field, index, path[0])]
         for field, index in (fitting or here)[:1]:
@@ -185,32 +187,32 @@ def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
     return OF_LAWS.get(name, name) in _fields(getattr(part, INSIDE[field], None) if field in INSIDE else part)
 
 
-def _place(mechanism: Mechanism, path: Route, address: str) -> Place:
+def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
     inside = INSIDE.get(str(path[0]))
     if inside is not None:
         part = at(mechanism, path[:2])
         path = (*path[:2], inside, *path[2:])
         if getattr(part, inside) is None:
-            raise InputError(f"'{address}': '{part.name}' is ideal", "a joint or guide with clearance")
+            raise InputError(f"'{parameter}': '{part.name}' is ideal", "a joint or guide with clearance")
     walked, quantity = path[:2], None
     for word in path[2:]:
         owner = at(mechanism, walked)
         if owner is None:
-            raise _not_given(address)
+            raise _not_given(parameter)
         if word in OF_LAWS and word not in _fields(owner) and OF_LAWS[str(word)] in _fields(owner):
             walked = (*walked, OF_LAWS[str(word)])
             owner = at(mechanism, walked)
-        step, quantity = _step(owner, str(word), quantity, address)
+        step, quantity = _step(owner, str(word), quantity, parameter)
         walked = (*walked, step)
     return Place(walked, at(mechanism, walked), quantity)
 
 
-def _not_given(address: str) -> InputError:
-    return InputError(f"'{address}', of which the mechanism gives no value", "a value in the mechanism to start from")
+def _not_given(parameter: str) -> InputError:
+    return InputError(f"'{parameter}', of which the mechanism gives no value", "a value in the mechanism to start from")
 
 
-def _step(owner: Any, word: str, quantity: Quantity | None, address: str) -> tuple[str | int, Quantity | None]:
-    """The field, key or index that a word of an address means, and its quantity."""
+def _step(owner: Any, word: str, quantity: Quantity | None, parameter: str) -> tuple[str | int, Quantity | None]:
+    """The field, key or index that a word of a parameter path means, and its quantity."""
     if quantity is not None and isinstance(owner, Mapping | tuple):
         steps = tuple(owner) if isinstance(owner, Mapping) else AXES
         kind = "points" if isinstance(owner, Mapping) else "a place"
@@ -221,9 +223,11 @@ def _step(owner: Any, word: str, quantity: Quantity | None, address: str) -> tup
         steps, kind, step = tuple(fields), type(owner).__name__, word
         inner = fields[word].quantity if word in fields else None
     if word not in steps and not steps:
-        raise InputError(f"'{address}': nothing is called '{word}' inside a number or a text", "an address that ends before it")
+        raise InputError(f"'{parameter}': nothing is called '{word}' inside a number or a text", "a path that ends before it")
     if word not in steps:
-        raise InputError(f"'{address}': no field '{word}' in {kind}{did_you_mean(word, steps)}", ", ".join(steps) or "no field")
+        raise InputError(
+            f"'{parameter}': no field '{word}' in {kind}{did_you_mean(word, steps)}", ", ".join(steps) or "no field"
+        )
     return step, inner
 
 

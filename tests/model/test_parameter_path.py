@@ -1,4 +1,4 @@
-"""Numbers of a mechanism, by their addresses."""
+"""Numbers of a mechanism, by their parameter paths."""
 
 import math
 
@@ -6,7 +6,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.model.address import find, number
+from scissordyn.model.parameter_path import find, number
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_paths_that_lead_nowhere(frictional, path, words):
 
 
 def test_patterns_change_all():
-    """Contract: an address with a pattern leads to all clearance joints that match, and changes them alone."""
+    """Contract: a path with a pattern leads to all clearance joints that match, and changes them alone."""
     loose = sd.scissor(units=2).with_clearance(("A", "unit 1/pivot"), sd.Clearance(1e-4)).driven(speed=1.0)
     assert [place.value for place in find(loose, "joint.all.clearance")] == [1e-4, 1e-4]
     wider = loose.replace("clearance.all.clearance", 3e-4)
@@ -84,7 +84,7 @@ def test_patterns_change_all():
 def test_a_mass_that_stands_twice_does_not_change_alone():
     """Contract: that of a bar per length, which is in its cross-sections, is refused with what to change instead."""
     bent = sd.scissor(units=1).driven(speed=1.0).with_bending(section="tube 60x60x1.5 mm", material="steel")
-    address = f"{bent.components[0].name}.mass_per_length"
-    for change in (lambda: number(bent, address), lambda: bent.replace(address, 3.0)):
+    parameter = f"{bent.components[0].name}.mass_per_length"
+    for change in (lambda: number(bent, parameter), lambda: bent.replace(parameter, 3.0)):
         with pytest.raises(InputError, match="changed alone; allowed: the section or material"):
             change()

@@ -159,7 +159,7 @@ def element(
 
 def _class_of(function: Kernel, taken: set[str]) -> type:
     """A class without a decorator whose numbers are the arguments of a function that are not taken."""
-    content: dict[str, Any] = {key: getattr(function, key) for key in ("__module__", "__qualname__", "__doc__")}
+    content: dict[str, Any] = {key: getattr(function, key) or "" for key in ("__module__", "__qualname__", "__doc__")}
     hints = get_type_hints(function, include_extras=True)
     numbers = {key: argument for key, argument in inspect.signature(function).parameters.items() if key not in taken}
     content |= {key: number.default for key, number in numbers.items() if number.default is not number.empty}

@@ -74,7 +74,6 @@ class Actuator:
 
     @property
     def states(self) -> tuple[State, ...]:
-        """Those of its controller."""
         return self.controller.states
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:

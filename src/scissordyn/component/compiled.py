@@ -23,7 +23,6 @@ class Kernels:
 
 @cache
 def kernels_of(described: type[Component]) -> Kernels:
-    """The compiled kernels of a component class."""
     pointers = {key: pointer_of(recipe) for key, recipe in recipes_of(described).items()}
     return Kernels(*(pointers.get(key, 0) for key in ("force", "gap", "switch")))
 
@@ -41,7 +40,6 @@ def recipes_of(described: type[Component]) -> dict[str, Recipe]:
 
 
 def _handed(kernel: Kernel, declaration: Declaration) -> tuple[str, ...]:
-    """What a kernel is handed."""
     handed = [f"q[{k}]" for k in range(len(declaration.port.coordinates))]
     handed += [f"v[{k}]" for k in range(len(declaration.port.rates))]
     handed += [f"z[{k}]" for k in range(len(declaration.states))]

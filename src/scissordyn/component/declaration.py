@@ -62,7 +62,6 @@ class Declaration:
 
     @property
     def kernels(self) -> Mapping[str, Kernel]:
-        """Its kernels by name."""
         named = {"force": self.force, "gap": self.gap, "switch": self.switch}
         return {name: kernel for name, kernel in named.items() if kernel is not None}
 

@@ -42,7 +42,6 @@ class Case:
 
 @reader(lambda: {"anyOf": [DriveTable, {"type": "array", "items": DriveTable}]})
 def _read_drives(given: Any, context: Context) -> list[DriveTable]:
-    """One drive as a table, several as a list of tables."""
     return read_list(given, DriveTable, context) if isinstance(given, list) else [DriveTable.read(given, context)]
 
 
@@ -92,7 +91,6 @@ class _CaseTable(Table):
     ]
 
     def case(self) -> Case:
-        """The case of the file."""
         return Case(self.mechanism(), self.run)
 
     def mechanism(self) -> Mechanism:

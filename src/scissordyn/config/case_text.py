@@ -206,7 +206,6 @@ def _fields(described: Any, code: Code) -> Entries:
 
 
 def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
-    """A field as TOML."""
     unit = "1" if field.quantity is None else field.quantity.unit
     pairs = next((extra for extra in field.extras if isinstance(extra, Pairs)), None)
     if isinstance(value, bool):

@@ -121,7 +121,6 @@ def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[s
 
 
 def with_numbers(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:
-    """The mechanism with some numbers changed."""
     for change in changes:
         parameter, _, text = change.partition("=")
         place = number(mechanism, parameter.strip())

@@ -58,7 +58,6 @@ class Code:
         return element_class(slot, self.reference(SLOTS[slot].slot.title, name), self.folder or Path())
 
     def component(self, name: str, keys: Mapping[str, Any]) -> Any:
-        """The class of a component."""
         return component_class(self.reference("component", name), self.folder or Path())
 
     def reference(self, what: str, name: str) -> str:

@@ -81,7 +81,6 @@ class ControlTable(Table):
     name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
 
     def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
-        """The mechanism with this control."""
         reference, body = self.reference, self.body or mechanism.input_body
         if reference is None:
             reference = next((drive.motion for drive in mechanism.drives if drive.body == body), None)

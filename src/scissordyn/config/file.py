@@ -157,7 +157,6 @@ def _quoted(text: str, reason: str) -> str:
 
 
 def parsed(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
-    """The tables of a file in TOML."""
     try:
         tree = tomllib.loads(text)
     except RecursionError:

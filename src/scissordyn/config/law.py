@@ -59,7 +59,6 @@ def named_tables(key: str, classes: Mapping[str, type]) -> Shape:
 
 
 def law_shape(kind: str) -> Shape:
-    """What is accepted as a law of a kind."""
     return named_tables("law", catalogue.BY_KIND[kind])
 
 

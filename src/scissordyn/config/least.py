@@ -20,23 +20,12 @@ VALUES = 8
 
 @dataclass(frozen=True)
 class LeastValue:
-    """Between which values a case begins to meet its requirements.
-
-    Parameters
-    ----------
-    path : str
-    value : float
-        The least value tried above which, itself included, all values tried meet the requirements, in SI.
-    fails_at : float
-        The largest value tried that does not.
-    tried : dict of float to bool
-        Whether the requirements are met, by value.
-    """
+    """Between which values a case begins to meet its requirements."""
 
     path: str
-    value: float
-    fails_at: float
-    tried: dict[float, bool]
+    value: float  # The least value tried above which, itself included, all values tried meet the requirements, in SI
+    fails_at: float  # The largest value tried that does not
+    tried: dict[float, bool]  # Whether the requirements are met, by value
 
 
 def least_value(

@@ -120,7 +120,6 @@ class BodyTable(Table):
     angular_velocity: Annotated[float | None, _BODY["angular_velocity"], About(examples=["0 rpm"])] = None
 
     def body(self) -> Body:
-        """The body that the table describes."""
         start: dict[str, Any] = {"position": self.position, "angle": self.angle}
         straight = None if self.length is None else bar(self.name, length=self.length, mass=self.mass, inertia=self.inertia)
         points = {**(straight.points if straight else {}), **self.points}
@@ -168,7 +167,6 @@ class Part:
 
     @property
     def table(self) -> type[Table]:
-        """Its keys."""
         return self.keys()
 
 

@@ -61,7 +61,6 @@ class _Writer:
         self.patterns: dict[str, Schema] = {}
 
     def reference(self, table: type[Table]) -> Schema:
-        """A reference to the schema of a table."""
         name = self.names.get(table)
         if name is None:
             name, count = table.__name__.removesuffix("Table").removesuffix("_table") or "Table", 1
@@ -88,7 +87,6 @@ class _Writer:
         return {"allOf": [reference], **rest} if rest else reference
 
     def table(self, table: type[Table]) -> Schema:
-        """The schema of a table itself."""
         keys = table.declared_keys()
         written: Schema = {"type": "object"}
         about = next(iter((table.__doc__ or "").strip().splitlines()), "")
@@ -103,7 +101,6 @@ class _Writer:
         return written
 
     def key(self, key: Key) -> Schema:
-        """The schema of the value of a key."""
         if key.reader is not None:
             accepted = self.shape(key.reader.shape())
         elif key.quantity is not None:
@@ -121,7 +118,6 @@ class _Writer:
         return {**accepted, **about} if "$ref" not in accepted else {"allOf": [accepted], **about}
 
     def _of(self, annotation: Any) -> Schema:
-        """The schema of an annotation and of what stands in it."""
         origin, inner = get_origin(annotation), get_args(annotation)
         if origin is Annotated:
             reader = next((extra for extra in inner[1:] if isinstance(extra, Reader)), None)

@@ -184,7 +184,6 @@ def _screen(screen: Any, base: _Given) -> _Given:
 
 
 def _case(case: Mechanism | Case | FilePath, until: float | None, options: Options | None) -> _Given:
-    """The mechanism, and the options of its runs."""
     file = Path(case) if isinstance(case, (str, os.PathLike)) else None
     if file is not None:
         case = read_case(file)

@@ -238,7 +238,6 @@ def _beside(path: Path, measure: str) -> str:
 
 
 def study_of(text: StudyText) -> Study:
-    """The study itself."""
     base, read = _read_case(text, ())
     if text.screen is None:
         return described_study(*base, text, read)
@@ -248,14 +247,12 @@ def study_of(text: StudyText) -> Study:
 
 
 def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism, Options], Reader]:
-    """The case of a study with some changes, and what reads it with names."""
     every = [*text.changes, *changes]
     case = read_case(text.case, every)
     return (case.mechanism, Options(**case.run.keywords)), by_change(text.case, every, case.run)
 
 
 def described_study(mechanism: Mechanism, options: Options, study_text: StudyText, read: Reader | None = None) -> Study:
-    """The study of a mechanism."""
     texts = [name for name in study_text.measures if isinstance(name, str) and "=" not in name]
     wanted = [Response(measure, part) for part, measure, _ in (read_response(name) for name in texts)]
     for response in wanted:

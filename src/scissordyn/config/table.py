@@ -31,7 +31,6 @@ WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a nu
 
 
 def toml(value: Any) -> str:
-    """A value as TOML on one line."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
@@ -59,7 +58,6 @@ class Key:
 
     @property
     def required(self) -> bool:
-        """Whether it has no default."""
         return self.default is MISSING
 
     @property
@@ -363,7 +361,6 @@ class PlacedError(InputError):
         super().__init__(self.said(place_text({}, place)), allowed, in_a_file(type_this))
 
     def said(self, where: str) -> str:
-        """What is wrong, with its place in words."""
         return ": ".join(filter(None, (f"{where}{self.given}", self.text)))
 
 

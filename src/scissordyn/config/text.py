@@ -14,7 +14,6 @@ LARGEST = 64 * 2**20
 
 
 def read_text(path: Path, what: str, sample: str = "") -> str:
-    """The text of a file."""
     try:
         regular = stat.S_ISREG(os.stat(path).st_mode)
         if path.suffix == ".db" and regular:

@@ -134,7 +134,6 @@ class MotionTable(Table):
     sample: ClassVar[str] = 'speed = "150 rpm"'
 
     def motion(self) -> TimeFunction:
-        """The one time function that is given."""
         keys = self.exactly_one
         chosen = {key: value for key in keys if (value := getattr(self, key)) is not None}
         if len(chosen) != 1:
@@ -183,7 +182,6 @@ class DriveTable(MotionTable):
     body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""
 
     def check(self) -> None:
-        """One motion."""
         self.motion()
 
 

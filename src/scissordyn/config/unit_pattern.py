@@ -98,7 +98,6 @@ def name_of(pattern: str) -> str:
 
 
 def quantity_pattern(unit: str, *, negative: bool = True) -> str:
-    """A number with a unit of a dimension."""
     name = f"number_{_slug(unit)}" + ("" if negative else "_not_negative")
     number = NUMBER if negative else rf"(?:\+?{DIGITS}|{ZERO})"
     return _named(rf"^\s*{number}\s*,?\s*{_unit_pattern(unit)}\s*$", name)

@@ -48,7 +48,6 @@ class Controller(Part):
 
     @property
     def uses_feed_forward(self) -> bool:
-        """Whether it uses a feed-forward torque."""
         return self._uses("feed_forward")
 
     @property

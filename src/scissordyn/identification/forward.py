@@ -50,7 +50,6 @@ def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor
 
 
 def columns_of(run: xr.Dataset, headings: Sequence[str]) -> list[TimeColumn]:
-    """The columns of a run with some headings."""
     columns = {column.heading: column for column in time_columns(run)}
     for heading in headings:
         if heading not in columns:

@@ -62,6 +62,5 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
 
 
 def with_values(mechanism: Mechanism, free: Sequence[Free], values: Sequence[float]) -> Mechanism:
-    """The mechanism with some values of its free numbers."""
     changes = {parameter.path: float(value) for parameter, value in zip(free, values, strict=True)}
     return changed_all(mechanism, changes, {parameter.path: parameter.places for parameter in free})

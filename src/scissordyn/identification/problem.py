@@ -39,7 +39,6 @@ class Segment:
 
     @property
     def size(self) -> int:
-        """Numbers of its start."""
         return 0 if self.chart is None else self.chart.size
 
 
@@ -68,7 +67,6 @@ class Problem:
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns."""
         return int(self.offsets[-1])
 
     def start(self) -> np.ndarray:
@@ -78,7 +76,6 @@ class Problem:
         )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of the unknowns."""
         rest = np.full(self.unknowns - len(self.free), np.inf)
         ends = [np.array([getattr(parameter, name) / parameter.scale for parameter in self.free]) for name in ("low", "high")]
         # the search scales steps by distances to bounds, for which one that is never reached is as bad as a wrong unit
@@ -92,7 +89,6 @@ class Problem:
         )
 
     def fitted(self, unknowns: np.ndarray) -> Mechanism:
-        """The mechanism with the free numbers."""
         return with_values(self.mechanism, self.free, self.values(unknowns).tolist())
 
     def numbers(self, unknowns: np.ndarray, k: int) -> np.ndarray:
@@ -114,7 +110,6 @@ class Problem:
         return curves_of_run if self.jumps is None else np.concatenate([curves_of_run.ravel(), *state_values(run)])
 
     def every_curve(self, unknowns: np.ndarray, mechanism: Mechanism | None = None) -> list[np.ndarray]:
-        """Curves of all segments."""
         fitted = self.fitted(unknowns) if mechanism is None else mechanism
         return [self.segment_curves(fitted, k, self.numbers(unknowns, k)) for k in range(len(self.segments))]
 

@@ -40,8 +40,6 @@ ENOUGH = 1e-8
 
 @dataclass(frozen=True)
 class Search:
-    """Where a search ended."""
-
     problem: Problem  # With the last weights
     unknowns: np.ndarray
     status: str  # "complete", or why it ended before
@@ -145,7 +143,6 @@ def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, .
 
 
 def _at_end(bodies: tuple[Body, ...], run: xr.Dataset) -> tuple[Body, ...]:
-    """The bodies where they are at the end of a run."""
     last, placed = run.isel(time=-1), []
     for k, body in enumerate(bodies):
         angle, speed = float(last["angle"].values[k]), float(last["angular_velocity"].values[k])

@@ -37,8 +37,6 @@ BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a law."""
-
     name: str
     quantity: Quantity  # Unit, bounds and help
     default: float | bool | None  # None where the law computes the value
@@ -46,8 +44,6 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Facts:
-    """The facts of a law in a table of laws."""
-
     name: str
     kind: str
     summary: str

@@ -114,7 +114,6 @@ OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})
 
 
 def oil_of(name: str) -> Oil:
-    """The oil of that name."""
     if "grease" in name.lower():
         raise InputError(
             f"'{name}' as an oil: a grease does not flow below its yield stress, which the film does not describe",

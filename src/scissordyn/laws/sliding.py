@@ -58,8 +58,6 @@ def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.nd
 
 @dataclass(frozen=True)
 class Oscillation:
-    """One period of an oscillation."""
-
     displacement: np.ndarray  # (n,) x [m] and F_t/F_n [1]
     coefficient: np.ndarray  # (n,)
 

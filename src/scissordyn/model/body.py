@@ -91,7 +91,6 @@ class Body:
 
     @cached_property
     def rotates(self) -> bool:
-        """Whether the body has an angle of its own."""
         return self.inertia is not None
 
     @cached_property

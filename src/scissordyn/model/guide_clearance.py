@@ -152,7 +152,6 @@ class ContactPoint:
 
     @property
     def ends(self) -> Ends:
-        """What the contact acts on."""
         return surface_ends(self)
 
 
@@ -167,7 +166,6 @@ def block_contact_points(
     direction: float,
     follower_direction: float,
 ) -> tuple[ContactPoint, ...]:
-    """The contact points of the block in a clearance guide."""
     guided, radius = follower.points[point], clearance.corner_radius
     centres = clearance.centres(guided, follower_direction)
     cos, sin = math.cos(follower_direction), math.sin(follower_direction)

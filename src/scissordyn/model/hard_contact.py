@@ -30,8 +30,6 @@ _TAKEN = ("kinetic", "static")
 
 
 class HardNumbers(NamedTuple):
-    """Numbers of a hard contact."""
-
     restitution: float  # Newton's coefficient e [1]
     kinetic: float  # Coulomb's coefficients mu_k and mu_s [1]
     static: float
@@ -64,7 +62,6 @@ def _refused(what: str, allowed: str, sample: str = "") -> InputError:
 
 
 def hard_numbers(clearance: Clearance | GuideClearance) -> HardNumbers:
-    """The numbers of a hard contact."""
     damping, friction = clearance.damping, clearance.friction
     restitution = float(getattr(damping, "restitution", 0.0))
     kinetic = float(getattr(friction, "kinetic", 0.0))

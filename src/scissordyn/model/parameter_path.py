@@ -38,7 +38,6 @@ SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.li
 
 
 def find(mechanism: Mechanism, parameter: str) -> list[Place]:
-    """All places that a parameter path means."""
     field = declared(type(mechanism)).get(parameter)
     if field is not None:
         return [Place((parameter,), getattr(mechanism, parameter), field.quantity)]

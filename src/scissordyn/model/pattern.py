@@ -16,7 +16,6 @@ GROUPS = {
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
-    """The names that match any of some patterns, in their own order."""
     wanted: set[str] = set()
     for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
         if not isinstance(pattern, str):

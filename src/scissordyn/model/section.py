@@ -174,7 +174,6 @@ def _parted(text: str) -> tuple[Callable[..., Section], list[float], str]:
 
 
 def read_material(name: str | StructuralMaterial) -> StructuralMaterial:
-    """A material by its name, or as it is."""
     if isinstance(name, StructuralMaterial):
         return name
     if name not in MATERIALS:

@@ -86,7 +86,6 @@ def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> It
 
 
 def at(described: Any, path: Sequence[str | int]) -> Any:
-    """The value at a path."""
     for key in path:
         described = getattr(described, str(key)) if is_described(described) else described[key]
     return described

@@ -136,7 +136,6 @@ def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> 
 def _cases(
     mechanisms: Sequence[Mechanism], options: Options, period: float | None, cycles: int, keep: int, phase: float
 ) -> list[CycleCase]:
-    """A case for each value."""
     if len({tuple(joint.name for joint in mechanism.clearance_joints) for mechanism in mechanisms}) > 1:
         raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
     options_of = [

@@ -43,7 +43,6 @@ class CycleRow:
 
 
 def run_case(case: CycleCase) -> CycleRow:
-    """Compute one case."""
     began, worked = time.perf_counter(), time.thread_time()
     run = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if run.status == "interrupted":

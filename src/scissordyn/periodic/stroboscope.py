@@ -66,7 +66,6 @@ def drive_period(mechanism: Mechanism) -> float:
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
-    """The initial state of a mechanism."""
     driver, _, _ = make_driver(plan(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
 

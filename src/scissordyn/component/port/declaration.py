@@ -21,28 +21,16 @@ Ends = tuple[tuple[str, str | Point | None], tuple[str, str | Point | None]]
 
 @dataclass(frozen=True)
 class Attachment:
-    """What a pair of the six rows of an element's maps (u, a, b) reads from the mechanism.
+    """What a pair of the six rows of an element's maps (u, a, b) reads from the mechanism."""
 
-    Parameters
-    ----------
-    row : int
-        0 for u, a vector between two points or a point; 2 and 4 for a and b, unit directions of the two bodies.
-    sign : float
-    what : {"place", "direction", "frame"}
-        A point of a body in the fixed frame [m]; the direction of a body that rotates; that of any body, or of the ground.
-    body : str
-    point : str or (float, float) or None
-        Of a place: a name, or a place in the body's frame [m].
-    along : float or None
-        Direction [rad] along which alone a place counts.
-    """
-
-    row: int
+    row: int  # 0 for u, a vector between two points or a point; 2 and 4 for a and b, unit directions of the two bodies
     sign: float
+    # One of "place", "direction", "frame" A point of a body in the fixed frame [m]; the direction of a body that rotates;
+    # that of any body, or of the ground
     what: str
     body: str
-    point: str | Point | None = None
-    along: float | None = None
+    point: str | Point | None = None  # Of a place: a name, or a place in the body's frame [m]
+    along: float | None = None  # Direction [rad] along which alone a place counts
 
 
 def place(point: tuple[str, Any], sign: float = 1.0, *, along: float | None = None) -> Attachment:

@@ -21,7 +21,6 @@ STATIC_OVER_KINETIC = 1.5
 
 
 def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
-    """The static friction coefficient, given or not."""
     if static is None:
         return STATIC_OVER_KINETIC * kinetic
     if static < kinetic:

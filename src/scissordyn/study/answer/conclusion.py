@@ -47,7 +47,6 @@ class Conclusion:
 
 
 def conclude(study: Study, results: xr.Dataset, store: str) -> Conclusion:
-    """What a study has found."""
     by_response = trends(study, results)
     point = recommended(study, results) if study.requirements else None
     needs: list[Need] = []
@@ -141,7 +140,6 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) 
 
 
 def _few(names: Sequence[str]) -> str:
-    """Some of many names."""
     more = len(names) - MOST_NUMBERS
     return ", ".join(names) if more < 2 else f"{', '.join(names[:MOST_NUMBERS])} and {more} more"
 

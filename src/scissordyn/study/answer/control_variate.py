@@ -47,7 +47,6 @@ class Estimate:
 
     @property
     def width(self) -> float:
-        """Of the interval."""
         return self.high - self.low
 
     @property
@@ -154,7 +153,6 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
 
 
 def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, levels: Sequence[float]) -> list[Estimate]:
-    """Quantiles of the accurate response."""
     order = np.argsort(accurate, kind="stable")
     steps, alone = [], []
     for place in order:
@@ -203,7 +201,6 @@ def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float,
 def split(
     budget: float, correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0
 ) -> tuple[int, int]:
-    """Accurate and cheap runs of a budget."""
     ratio = cost_ratio(correlated, accurate_seconds, cheap_seconds, unpredicted)
     verified = max(1, int(budget / (accurate_seconds + ratio * cheap_seconds)))
     screened = max(verified, int((budget - verified * accurate_seconds) / max(cheap_seconds, 1e-12)))

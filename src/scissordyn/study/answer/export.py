@@ -47,7 +47,6 @@ def table(results: xr.Dataset) -> pd.DataFrame:
 
 
 def _headed(name: str, unit: str) -> str:
-    """The head of a column, with its unit."""
     return name if unit in ("1", "") else f"{name} [{unit}]"
 
 

@@ -35,18 +35,10 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Corrected:
-    """A number of a study from cheap and accurate runs.
-
-    Parameters
-    ----------
-    label : str
-    kind : {"fraction", "mean", "quantile"}
-    units : str
-    estimate : Estimate
-    """
+    """A number of a study from cheap and accurate runs."""
 
     label: str
-    kind: str
+    kind: str  # One of "fraction", "mean", "quantile"
     units: str
     estimate: Estimate
 
@@ -91,7 +83,6 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
 
 
 def _foretold(between: Interpolation | None, response: Response) -> Predicted | None:
-    """A response by interpolation, where there is one."""
     return between.response(response) if between is not None else None
 
 

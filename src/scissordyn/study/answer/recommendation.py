@@ -29,34 +29,19 @@ class Margin:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """The point of a study that meets the requirements most often or, where none does, is nearest to meeting them.
-
-    Parameters
-    ----------
-    point : int
-    numbers : dict of str to float or str
-        The numbers and names that are chosen, in SI.
-    feasible : bool
-        Whether all its cases meet all requirements.
-    margins : tuple of Margin
-        The least first: it is of the requirement that binds.
-    probability : float
-        Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not.
-    low, high : float
-        95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,
-        so that the probability is rather too large: samples drawn anew decide.
-    samples : int
-        Samples of the point that are computed.
-    """
+    """The point of a study that meets the requirements most often or, where none does, is nearest to meeting them."""
 
     point: int
-    numbers: dict[str, Any]
-    feasible: bool
-    margins: tuple[Margin, ...]
+    numbers: dict[str, Any]  # The numbers and names that are chosen, in SI
+    feasible: bool  # Whether all its cases meet all requirements
+    margins: tuple[Margin, ...]  # The least first: it is of the requirement that binds
+    # Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not
     probability: float
+    # 95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,
+    # so that the probability is rather too large: samples drawn anew decide
     low: float
     high: float
-    samples: int
+    samples: int  # Samples of the point that are computed
 
     @property
     def binding(self) -> str:

@@ -131,7 +131,6 @@ def write_figures(study: Study, results: xr.Dataset, store_path: str, folder: Pa
 
 
 def write_report(study: Study, results: xr.Dataset, store_path: str, path: Path) -> Path:
-    """Write the report."""
     start = KINDS.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")

@@ -26,8 +26,6 @@ SHOWN = 6
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text."""
-
     head: tuple[str, ...]
     rows: Sequence[tuple[str, ...]]
     title: str = ""
@@ -53,7 +51,6 @@ def varied_numbers(study: Study, results: xr.Dataset) -> Table:
 
 
 def _over(results: xr.Dataset, factor: Factor) -> str:
-    """What a factor varies over, in words."""
     variation = factor.variation
     about = {"units": results[column(factor.name)].attrs.get("units", "1"), **factor.shown}
     ends = [end for end in variation.ends if np.isfinite(end) and end]

@@ -32,48 +32,23 @@ FAR = 10.0
 
 @dataclass(frozen=True)
 class Trend:
-    """A response as a function of the numbers that vary.
-
-    Parameters
-    ----------
-    response : str
-    units : str
-        Of the response.
-    form : {"power", "linear"}
-        Constant times powers of the numbers (those that are not positive enter as an exponential), or constant plus multiples.
-    numbers : tuple of str
-        Parameter paths; of a name but the first of a list, "PARAMETER = NAME in place of FIRST", a number that is 1 or 0.
-    constant : float
-        Of the logarithm of the response, or of the response.
-    slopes : ndarray
-        Exponents, or change of the response per unit of the number.
-    intervals : ndarray
-        Half of the 95 % intervals of the slopes: jackknife over the points, Student's t.
-    logarithmic : tuple of bool
-        Whether a number enters by its logarithm.
-    ranges : ndarray, shape (numbers, 2)
-        Smallest and largest value in the data.
-    r2 : float
-        Coefficient of determination of the fit, of the logarithms for a power law.
-    predicted : float
-        The same with each point predicted by the others, of the response itself; below 0 for a useless fit.
-    error : float
-        Root mean square of these predictions' errors, as a fraction of the mean response.
-    points : int
-    """
+    """A response as a function of the numbers that vary."""
 
     response: str
-    units: str
+    units: str  # Of the response
+    # "power", constant times powers of the numbers (those that are not positive enter as an exponential), or "linear", constant
+    # plus multiples
     form: str
+    # Parameter paths; of a name but the first of a list, "PARAMETER = NAME in place of FIRST", a number that is 1 or 0
     numbers: tuple[str, ...]
-    constant: float
-    slopes: np.ndarray
-    intervals: np.ndarray
-    logarithmic: tuple[bool, ...]
-    ranges: np.ndarray
-    r2: float
-    predicted: float
-    error: float
+    constant: float  # Of the logarithm of the response, or of the response
+    slopes: np.ndarray  # Exponents, or change of the response per unit of the number
+    intervals: np.ndarray  # Half of the 95 % intervals of the slopes: jackknife over the points, Student's t
+    logarithmic: tuple[bool, ...]  # Whether a number enters by its logarithm
+    ranges: np.ndarray  # Smallest and largest value in the data
+    r2: float  # Coefficient of determination of the fit, of the logarithms for a power law
+    predicted: float  # The same with each point predicted by the others, of the response itself; below 0 for a useless fit
+    error: float  # Root mean square of these predictions' errors, as a fraction of the mean response
     points: int
 
     @property

@@ -26,23 +26,13 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class FeasibleFraction:
-    """A fraction of a study's range with its confidence interval.
-
-    Parameters
-    ----------
-    label : str
-    fraction : float
-    low, high : float
-        95 % interval of Clopper and Pearson; NaN for designs that are no samples.
-    trials : int
-        Points or samples that count as independent.
-    """
+    """A fraction of a study's range with its confidence interval."""
 
     label: str
     fraction: float
-    low: float
+    low: float  # 95 % interval of Clopper and Pearson; NaN for designs that are no samples
     high: float
-    trials: int
+    trials: int  # Points or samples that count as independent
 
     def __str__(self) -> str:
         interval = "" if np.isnan(self.low) else f" ({self.low:.0%} to {self.high:.0%})"
@@ -51,26 +41,14 @@ class FeasibleFraction:
 
 @dataclass(frozen=True)
 class Worst:
-    """A case far from what is required.
-
-    Parameters
-    ----------
-    case : int
-    requirement : str
-    value : float
-    text : str
-        The value with its unit, or why there is none.
-    margin : float
-        As a fraction of the bound; negative where it is not met.
-    numbers : dict of str to float or str
-        The chosen and the uncertain numbers and names of the case, in SI, by parameter.
-    """
+    """A case far from what is required."""
 
     case: int
     requirement: str
     value: float
-    text: str
-    margin: float
+    text: str  # The value with its unit, or why there is none
+    margin: float  # As a fraction of the bound; negative where it is not met
+    # The chosen and the uncertain numbers and names of the case, in SI, by parameter
     numbers: dict[str, Any] = field(default_factory=dict)
 
 

@@ -92,8 +92,6 @@ class OwnMeasure:
 
 @dataclass(frozen=True)
 class Cases:
-    """The numbers of some cases."""
-
     values: dict[str, np.ndarray]  # By parameter, in SI
     members: np.ndarray
 
@@ -194,7 +192,6 @@ class Study:
 
     @property
     def measure_names(self) -> tuple[str, ...]:
-        """Names of all measures."""
         return (*self.measures, *(measure.name for measure in self.own_measures))
 
     @property
@@ -204,17 +201,14 @@ class Study:
 
     @property
     def per_point(self) -> int:
-        """Cases of a point."""
         return self.sampling.samples * self.members
 
     @property
     def points(self) -> int:
-        """Points of the design."""
         return design_size(self.design, [factor.variation for factor in self.factors]) if self.factors else 1
 
     @property
     def cases(self) -> int:
-        """Cases in all."""
         return self.points * self.per_point
 
     @property

@@ -87,7 +87,6 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
 
 
 def design_size(design: Design, variations: Sequence[Variation]) -> int:
-    """Number of points."""
     match design.kind:
         case "grid":
             return math.prod(variation.count for variation in variations)

@@ -80,7 +80,6 @@ class Optimisation:
         return 4 + int(3 * np.log(max(factors, 2))) if len(self.goals) == 1 else 40
 
     def design(self, generations: int, factors: int) -> Design:
-        """The design after some generations."""
         return Design("adaptive", generations * self.size(factors))
 
     def to_plain(self) -> dict[str, Any]:

@@ -11,7 +11,6 @@ from scissordyn.study.ask.requirement import BY_COMPONENT, Response, units_of_pa
 
 
 def possible_units(mechanism: Mechanism, response: Response) -> tuple[str, ...]:
-    """The units that the parts of a response have."""
     units = component_units(mechanism)
     return (units[response.part],) if response.part in units else tuple(dict.fromkeys(units.values()))
 

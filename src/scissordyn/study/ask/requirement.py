@@ -71,7 +71,6 @@ class Requirement:
 
     @property
     def label(self) -> str:
-        """The requirement in words."""
         if self.text:
             return self.text
         unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
@@ -157,7 +156,6 @@ def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
 
 
 def response_unit(results: xr.Dataset, response: Response) -> str:
-    """The unit of a response."""
     variable = results[response.measure]
     if response.part and COMPONENT_UNIT in variable.coords:
         return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 
 def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
-    """The cases of each mechanism, of those that have any."""
     count = len(next(iter(values.values())))
     every: dict[str, Any] = {**own_values(study), **values}
     chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in study.apart]
@@ -29,7 +28,6 @@ def by_variant(study: Study, values: Mapping[str, np.ndarray]) -> Iterator[tuple
 
 
 def made(study: Study, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
-    """The mechanism of a case."""
     ((mechanism, _),) = by_variant(study, {name: np.array([value]) for name, value in values.items()})
     apart = {factor.name for factor in study.apart}
     numbers = {name: value for name, value in values.items() if name not in apart} if nominal else study.applied(values)

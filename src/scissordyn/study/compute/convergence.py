@@ -57,32 +57,16 @@ class Level:
 
 @dataclass(frozen=True)
 class Convergence:
-    """From which tolerance, step or number of modes on a number stays.
+    """From which tolerance, step or number of modes on a number stays."""
 
-    Parameters
-    ----------
-    response : str
-        What was asked for.
-    units : str
-    within : float
-        As a fraction.
-    levels : tuple of Level
-        From coarse to fine.
-    varied : {"tolerance", "step", "modes"}
-        The step where contacts are hard.
-    setting : float
-        The coarsest one with which the number agrees with those of the next two; NaN if none does.
-    chaotic : bool
-        Whether members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
-        mean that agrees within its standard error.
-    """
-
-    response: str
+    response: str  # What was asked for
     units: str
-    within: float
-    levels: tuple[Level, ...]
-    varied: str
-    setting: float
+    within: float  # As a fraction
+    levels: tuple[Level, ...]  # From coarse to fine
+    varied: str  # One of "tolerance", "step", "modes" The step where contacts are hard
+    setting: float  # The coarsest one with which the number agrees with those of the next two; NaN if none does
+    # Whether members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
+    # mean that agrees within its standard error
     chaotic: bool
 
     @property
@@ -186,7 +170,6 @@ def _with_modes(mechanism: Mechanism, options: Options) -> _Tried:
 def _level(
     mechanism: Mechanism, options: Options, setting: float, wanted: Response, members: int, threads: int | None
 ) -> Level:
-    """Runs with some options."""
     starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
     runs = pass_on(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
     runs[wanted.measure].attrs["role"] = "measure"

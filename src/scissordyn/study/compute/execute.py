@@ -153,7 +153,6 @@ def _missing_blocks(
 def _blocks(
     study: Study, missing: np.ndarray, size: int, points: np.ndarray | None, fingerprint: dict[str, str]
 ) -> Iterator[Block]:
-    """What is missing of each block."""
     cases = np.flatnonzero(missing)
     numbers, first = np.unique(cases // size, return_index=True)
     for number, part in zip(numbers, np.split(cases, first[1:]), strict=False):  # of no cases there is one empty part

@@ -27,19 +27,12 @@ STEP = 0.3
 
 @dataclass(frozen=True)
 class Optimum:
-    """What an optimisation has found.
+    """What an optimisation has found."""
 
-    Parameters
-    ----------
-    points : Dataset
-        Along `point`: the factors, one variable for each goal (its risk), `violation`, `front` (whether no other point is
-        better in all goals), `generation`.
-    best : int
-        With one goal the best point that meets the requirements (the least violation if none does); -1 with several.
-    """
-
+    # Along `point`: the factors, one variable for each goal (its risk), `violation`, `front` (whether no other point is
+    # better in all goals), `generation`
     points: xr.Dataset
-    best: int
+    best: int  # With one goal the best point that meets the requirements (the least violation if none does); -1 with several
 
 
 class Proposer(Protocol):
@@ -82,8 +75,6 @@ class _Cma:
 
 
 class _Nsga2:
-    """NSGA-II."""
-
     def __init__(self, dimensions: int, population: int, seed: int, goals: int) -> None:
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.core.problem import Problem

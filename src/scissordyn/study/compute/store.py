@@ -212,12 +212,10 @@ class Store:
 
     @property
     def block(self) -> int:
-        """Cases of a block."""
         return int(self._value("block"))
 
     @property
     def cases(self) -> int:
-        """Cases in all."""
         return int(self._value("cases"))
 
     # --- rows -----------------------------------------------------------------------------------------------------------

@@ -79,12 +79,10 @@ class Columns:
 
     @property
     def width(self) -> int:
-        """Numbers of a case."""
         return sum(len(array.columns) for array in self.arrays)
 
     @property
     def names(self) -> list[str]:
-        """Columns of the table of cases."""
         numbers = [name for array in self.arrays for name in array.columns]
         return [*FIRST, *(["numbers"] if self.width > MOST_COLUMNS else numbers)]
 

@@ -200,7 +200,7 @@ def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     from scissordyn.config.study import StudyText
     from scissordyn.study.ask.description import Sampling
 
-    text = StudyText(Path("case"), vary=vary, uncertain=uncertain, sampling=Sampling(4))
+    text = StudyText(case="case", vary=vary, uncertain=uncertain, sampling=Sampling(4))
     return described_study(two_joints().driven(speed=10.0), sd.Options(UNTIL), text)
 
 

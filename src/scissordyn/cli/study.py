@@ -197,7 +197,7 @@ def sweep(
     check_store_name(output)
     text = StudyText(
         case=case,
-        changes=tuple(change or ()),
+        set=tuple(change or ()),
         vary=addressed(vary, "--vary"),
         uncertain=addressed(uncertain, "--uncertain"),
         measures=tuple(measure or ()),

@@ -38,9 +38,9 @@ def schema(which: str = "case") -> Schema:
 
         table: type[Table] = CaseTable
     else:
-        from scissordyn.config.study import StudyTable
+        from scissordyn.config.study import StudyText
 
-        table = StudyTable
+        table = StudyText
     writer = _Writer()
     top = writer.shared(writer.table(table))
     writer.defined |= {name: writer.shared(definition) for name, definition in writer.defined.items()} | writer.patterns

@@ -68,20 +68,22 @@ def study(
     if factors is None and uncertain is None and isinstance(case, (str, os.PathLike)):
         described = study_of(read_study(Path(case)))
     else:
+        listed = _measures(measures)
+        units = {measure.name: measure.units for measure in listed if isinstance(measure, OwnMeasure)}
         search = {"risk": risk, "population": population, "generations": generations, "seed": seed}
-        texts = _asked(factors or {}, uncertain or {}, measures, requirements)
-        texts = replace(texts, design=Design(design or ("sobol" if points else "grid"), points, seed), members=members)
-        texts = replace(texts, goals=(goals,) if isinstance(goals, str) else tuple(goals), optimise=search)
-        texts = replace(texts, sampling=Sampling(samples, sampling, seed, common))
-        described = _described(texts, _case(case, until, options), screen, verify, _meant(factors, uncertain))
+        text = StudyText(
+            case="case",
+            vary=_varied(factors or {}),
+            uncertain=_varied(uncertain or {}),
+            measures=listed,
+            require=_requirements(requirements, units),
+            design=Design(design or ("sobol" if points else "grid"), points, seed),
+            sampling=Sampling(samples, sampling, seed, common),
+            members=members,
+            optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **search},
+        )
+        described = _described(text, _case(case, until, options), screen, verify, _meant(factors, uncertain))
     return _result(described, store, engine, block, progress, compute, budget)
-
-
-def _asked(factors: Varied, uncertain: Varied, measures: Any, requirements: Any) -> StudyText:
-    listed = _measures(measures)
-    units = {measure.name: measure.units for measure in listed if isinstance(measure, OwnMeasure)}
-    varied, drawn = _varied(factors), _varied(uncertain)
-    return StudyText(Path("case"), vary=varied, uncertain=drawn, measures=listed, require=_requirements(requirements, units))
 
 
 @dataclass(frozen=True)
@@ -99,13 +101,13 @@ class _Given:
         return by_change(self.file, [], read_case(self.file).run, values)
 
 
-def _described(texts: StudyText, base: _Given, screen: Any, verify: int, values: Mapping[str, Mapping[str, Any]]) -> Study:
+def _described(text: StudyText, base: _Given, screen: Any, verify: int, values: Mapping[str, Mapping[str, Any]]) -> Study:
     """The study, with accurate runs beside its own where these are cheap."""
     read = base.reader(values)
     if screen is None:
-        return described_study(base.mechanism, base.options, texts, read)
+        return described_study(base.mechanism, base.options, text, read)
     cheap = _screen(screen, base)
-    study = described_study(cheap.mechanism, cheap.options, texts, cheap.reader(values))
+    study = described_study(cheap.mechanism, cheap.options, text, cheap.reader(values))
     return replace(study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.apart, read)))
 
 

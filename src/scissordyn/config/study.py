@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -51,34 +51,6 @@ OWN_SAMPLE = "'late [N] = mine.py:late'"
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
 
-@dataclass(frozen=True)
-class Screen:
-    """The cheap runs of a study, which accurate ones verify."""
-
-    set: tuple[str, ...]  # Changes of the case that make its runs cheap
-    # Points that are run accurately too: the first ones of the design, or of an optimisation the best ones
-    verify: int = Accurate.points
-
-
-@dataclass(frozen=True)
-class StudyText:
-    """A study as the user writes it: of texts, or in Python of what they stand for."""
-
-    case: Path
-    changes: tuple[str, ...] = ()  # Of the case, as with ``--set``
-    vary: Mapping[str, str | Variation] = field(default_factory=dict)  # By parameter
-    uncertain: Mapping[str, str | Variation] = field(default_factory=dict)
-    measures: Sequence[str | OwnMeasure] = ()  # Names, or ``name [unit] = file.py:function``
-    require: Sequence[str | Requirement] = ()
-    design: Design = field(default_factory=Design)
-    sampling: Sampling = field(default_factory=Sampling)
-    members: int = 1
-    motor: MotorCurve | None = None  # Its largest fraction that a run needs is the measure ``motor_fraction``
-    goals: tuple[str, ...] = ()  # Of an optimisation: ``minimise peak_force``
-    optimise: Mapping[str, Any] = field(default_factory=dict)  # Options of `Optimisation`
-    screen: Screen | None = None
-
-
 LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
 
 
@@ -92,10 +64,13 @@ def _read_texts(given: Any, context: Context) -> list[str]:
 TEXTS = _read_texts
 
 
-def _optimisation() -> type[Table]:
-    """The table of a search, whose goals are texts."""
-    goals = Annotated[list[str], TEXTS, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
-    return table_of(Optimisation, (("goals", goals),))
+_GOALS = Annotated[list[str], TEXTS, About("what is minimised or maximised", examples=[["minimise peak_force"]])]
+SEARCH = table_of(Optimisation, (("goals", _GOALS),))
+
+
+@reader(lambda: SEARCH)
+def _read_search(given: Any, context: Context) -> Mapping[str, Any]:
+    return vars(SEARCH.read(given, context))
 
 
 NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}
@@ -156,27 +131,30 @@ def _read_motor(given: Any, context: Context) -> MotorCurve:
     return curve
 
 
-def _screen() -> type[Table]:
-    """The table of cheap runs, whose changes are texts."""
-    changes = Annotated[list[str], TEXTS, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
-    return table_of(Screen, (("set", changes),))
+class ScreenTable(Table):
+    """The cheap runs of a study, which accurate ones verify."""
+
+    set: Annotated[Sequence[str], TEXTS, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
+    verify: Annotated[int, About("points that the case verifies: the first of the design, or the best of a search")] = (
+        Accurate.points
+    )
 
 
-class StudyTable(Table):
-    """A whole study file."""
+class StudyText(Table):
+    """A whole study file, or the same in Python with what its texts stand for."""
 
-    case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
+    case: Annotated[str | Path, About("the case file that is varied", examples=["case.toml"])]
     set: Annotated[Sequence[str], TEXTS, About("changes of the case")] = ()
     vary: Annotated[Mapping[str, Any], ADDRESSES, About("numbers and names to vary, by parameter")] = MappingProxyType({})
     uncertain: Annotated[Mapping[str, Any], ADDRESSES, About("uncertain ones, by parameter")] = MappingProxyType({})
-    measures: Annotated[Sequence[str], TEXTS, About("what is kept of each run")] = ()
-    require: Annotated[Sequence[str], TEXTS, About("what a design has to meet")] = ()
+    measures: Annotated[Sequence[str | OwnMeasure], TEXTS, About("what is kept of each run")] = ()
+    require: Annotated[Sequence[str | Requirement], TEXTS, About("what a design has to meet")] = ()
     design: Annotated[Design, described(Design), About("how points are chosen")] = Design()
     sampling: Annotated[Sampling, described(Sampling), About("how uncertain numbers are sampled")] = Sampling()
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
     motor: Annotated[Any, _read_motor, About("curve of a motor that has to be enough")] = None
-    optimise: Annotated[Any, _optimisation().reader(), About("search for the best point")] = None
-    screen: Annotated[Any, _screen().reader(), About("cheap runs, of which some are verified by the case")] = None
+    optimise: Annotated[Any, _read_search, About("search for the best point")] = MappingProxyType({})
+    screen: Annotated[Any, ScreenTable.reader(), About("cheap runs, of which some are verified by the case")] = None
 
 
 def read_study(path: Path) -> StudyText:
@@ -187,27 +165,13 @@ def read_study(path: Path) -> StudyText:
         allowed = "a study file, which names a case and what varies"
         raise InputError(f"'{path}' is a case file", allowed, command("scissordyn", "run", path))
     try:
-        table = instance(StudyTable, tree, {"folder": path.parent})
+        table = instance(StudyText, tree, {"folder": path.parent})
     except PlacedError as error:
         raise in_file(error, path, text, tree, tree) from None
-    optimise = {} if table.optimise is None else dict(vars(table.optimise))
-    if table.optimise is not None and not table.optimise.goals:
+    if table.optimise and not table.optimise["goals"]:
         raise InputError(f"{path}, [optimise]: goals = []", "a list of goals", 'goals = ["minimise peak_force"]')
-    return StudyText(
-        case=path.parent / table.case,
-        changes=tuple(table.set),
-        vary=table.vary,
-        uncertain=table.uncertain,
-        measures=tuple(_beside(path, name) for name in table.measures),
-        require=tuple(table.require),
-        design=table.design,
-        sampling=table.sampling,
-        members=table.members,
-        motor=table.motor,
-        goals=tuple(optimise.pop("goals", ())),
-        optimise=optimise,
-        screen=None if table.screen is None else Screen(tuple(table.screen.set), table.screen.verify),
-    )
+    table.case, table.measures = path.parent / table.case, [_beside(path, str(name)) for name in table.measures]
+    return table
 
 
 def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
@@ -247,47 +211,39 @@ def study_of(text: StudyText) -> Study:
 
 
 def _read_case(text: StudyText, changes: Sequence[str]) -> tuple[tuple[Mechanism, Options], Reader]:
-    every = [*text.changes, *changes]
-    case = read_case(text.case, every)
-    return (case.mechanism, Options(**case.run.keywords)), by_change(text.case, every, case.run)
+    every, file = [*text.set, *changes], Path(text.case)
+    case = read_case(file, every)
+    return (case.mechanism, Options(**case.run.keywords)), by_change(file, every, case.run)
 
 
-def described_study(mechanism: Mechanism, options: Options, study_text: StudyText, read: Reader | None = None) -> Study:
-    texts = [name for name in study_text.measures if isinstance(name, str) and "=" not in name]
-    wanted = [Response(measure, part) for part, measure, _ in (read_response(name) for name in texts)]
+def described_study(mechanism: Mechanism, options: Options, text: StudyText, read: Reader | None = None) -> Study:
+    names = [name for name in text.measures if isinstance(name, str) and "=" not in name]
+    wanted = [Response(measure, part) for part, measure, _ in map(read_response, names)]
     for response in wanted:
         check_part(mechanism, response)
-    others = (measure for measure in study_text.measures if measure not in texts)
-    functions = tuple(own_measure(*_parted(measure)) if isinstance(measure, str) else measure for measure in others)
-    functions += (OwnMeasure(MOTOR, study_text.motor),) if study_text.motor is not None else ()
+    others = (measure for measure in text.measures if measure not in names)
+    functions = [own_measure(*_parted(measure)) if isinstance(measure, str) else measure for measure in others]
+    functions += [OwnMeasure(MOTOR, text.motor)] if text.motor is not None else []
     units = {measure.name: measure.units for measure in functions}
-    goals = tuple(read_goal(goal, units, tuple(study_text.vary)) for goal in study_text.goals)
-    requirements = tuple(
-        read_requirement(measure, units) if isinstance(measure, str) else measure for measure in study_text.require
-    )
-    needed = [requirement.measure for requirement in requirements] + [
-        goal.measure for goal in goals if goal.measure not in study_text.vary
-    ]
+    requirements = [read_requirement(bound, units) if isinstance(bound, str) else bound for bound in text.require]
+    goals = tuple(read_goal(goal, units, tuple(text.vary)) for goal in text.optimise.get("goals", ()))
+    needed = [bound.measure for bound in requirements] + [goal.measure for goal in goals if goal.measure not in text.vary]
     needed += [SHORTFALL[name][0] for name in needed if name in SHORTFALL]
-    names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
-    factors, uncertain = (
-        factors_of(mechanism, others, study_text.case.parent) for others in (study_text.vary, study_text.uncertain)
-    )
-    optimisation = (
-        Optimisation(goals, **study_text.optimise).over([requirement.variation for requirement in factors]) if goals else None
-    )
+    measures = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
+    factors, uncertain = (factors_of(mechanism, part, Path(text.case).parent) for part in (text.vary, text.uncertain))
+    search = Optimisation(**{**text.optimise, "goals": goals}).over([factor.variation for factor in factors]) if goals else None
     return Study(
         mechanism=mechanism,
         options=options,
         factors=factors,
-        design=study_text.design if optimisation is None else optimisation.design(1, len(factors)),
-        measures=tuple(dict.fromkeys(names)) or ("peak_force", "peak_drive_torque"),
-        own_measures=functions,
+        design=text.design if search is None else search.design(1, len(factors)),
+        measures=tuple(dict.fromkeys(measures)) or ("peak_force", "peak_drive_torque"),
+        own_measures=tuple(functions),
         uncertain=uncertain,
-        sampling=study_text.sampling,
-        members=study_text.members,
-        requirements=requirements,
-        optimisation=optimisation,
+        sampling=text.sampling,
+        members=text.members,
+        requirements=tuple(requirements),
+        optimisation=search,
         responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
         variants=variants_of((*factors, *uncertain), read),
     )

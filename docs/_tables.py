@@ -74,7 +74,8 @@ def component_outputs(section: str) -> str:
         return "Outputs: " + ", ".join(f"`{section}_{name}` [{unit}]" for name, unit in (names[:2], names[2:])) + "."
     kind, unit = ("torque", "N m") if declared.port.forces == ("torque",) else ("force", "N")
     found = {f"{section}_{each.name}": each.unit for each in (*declared.reported, *declared.states)}
-    peak = {f"{section}_peak_{kind}": unit, f"{section}_peak_{kind}_time": "s"}
+    peaks = ((kind, unit), *((each.name, each.unit) for each in declared.outputs_monitored))
+    peak = {f"{section}_peak_{name}{more}": u for name, of in peaks for more, u in (("", of), ("_time", "s"))}
     return "Outputs: " + ", ".join(f"`{n}` [{u}]" for n, u in (found | peak).items()) + "."
 
 

@@ -13,6 +13,7 @@ from scissordyn.analysis.stroboscope import stroboscopic as stroboscopic
 from scissordyn.analysis.zero_one import zero_one_test as zero_one_test
 from scissordyn.collection.catalogue import zoo as zoo
 from scissordyn.component.actuator import Actuator as Actuator
+from scissordyn.component.angle_load import AngleLoad as AngleLoad
 from scissordyn.component.angle_stop import AngleStop as AngleStop
 from scissordyn.component.beam import Beam as Beam
 from scissordyn.component.bushing import Bushing as Bushing
@@ -23,12 +24,16 @@ from scissordyn.component.declaration import component as component
 from scissordyn.component.element import element as element
 from scissordyn.component.flexible_bar import FlexibleBar as FlexibleBar
 from scissordyn.component.force import Force as Force
+from scissordyn.component.gas_spring import GasSpring as GasSpring
 from scissordyn.component.latch import Latch as Latch
 from scissordyn.component.motor import Motor as Motor
+from scissordyn.component.nonlinear_spring import NonlinearSpring as NonlinearSpring
 from scissordyn.component.port import Output as Output
 from scissordyn.component.rod import Rod as Rod
 from scissordyn.component.roller import Roller as Roller
 from scissordyn.component.spring import Spring as Spring
+from scissordyn.component.stroke_load import StrokeLoad as StrokeLoad
+from scissordyn.component.tabulated_motor import TabulatedMotor as TabulatedMotor
 from scissordyn.component.tape_spring import TapeSpring as TapeSpring
 from scissordyn.component.time_function import (
     ConstantSpeed as ConstantSpeed,

@@ -77,7 +77,12 @@ class InputError(ScissordynError, ValueError):
 OTHER_WORDS = {
     "joint": "revolute hinge pin pivot bearing",
     "guide": "prismatic slider slide translational track",
-    "spring": "damper dashpot spring_damper shock gas_spring",
+    "spring": "damper dashpot spring_damper shock",
+    "gas_spring": "gas_strut strut lift_support air_spring",
+    "nonlinear_spring": "spring_curve progressive_spring",
+    "stroke_load": "cutting_force press_force load_curve force_table gas_pressure",
+    "angle_load": "cogging gas_torque torque_table",
+    "tabulated_motor": "torque_speed_curve motor_curve asynchronous_motor induction_motor engine",
     "torsion_spring": "torsional_spring rotational_spring rotary_spring rotational_damper torsional_damper",
     "actuator": "servo controller",
     "force": "load",

@@ -75,6 +75,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "state scale": ": an error of {error:.2g} {unit}, which the tolerance allows in its state '{state}', is {share:.2g} "
         "of its largest {force}; the scale of {scale:.2g} {unit} is too large, about {fitting:.1g} {unit} would fit",
         "off the rail": " runs off the end of bar '{bar}' at t = {time:.6g} s, which goes on straight in the model",
+        "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is held",
+        "beyond in a case": " leaves its curve or stroke by up to {beyond:.3g} {unit}, where its force is held",
         "impulse": " locks at t = {time:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest driving "
         "torques do not contain it",
         # bars that bend

@@ -19,6 +19,8 @@ HINGED = "one", "other"
 PARTS: tuple[Component, ...] = (
     sd.Spring("spring", *ENDS, stiffness=80.0, free_length=0.4, damping=3.0),
     sd.ConstantForceSpring("drum", *ENDS, tension=20.0, uncoiling_length=0.6, damping=2.0),
+    sd.NonlinearSpring("curve", *ENDS, ((0.05, -3.0), (0.3, 0.0), (0.6, 9.0), (1.0, 11.0)), damping=2.0),
+    sd.GasSpring("strut", *ENDS, 60.0, 0.9, 0.85, 1.6, 1.3, friction=4.0, friction_speed=0.1, damping=2.0),
     sd.Cable("cable", *ENDS, stiffness=500.0, free_length=0.4, damping=60.0),
     sd.TorsionSpring("hinge", *HINGED, stiffness=5.0, free_angle=0.3, damping=0.4),
     sd.TapeSpring("tape", *HINGED, 20.0, 2.0, 0.3, 0.8, 0.2, 0.1),

@@ -8,7 +8,7 @@ from scissordyn.errors import did_you_mean
 
 @pytest.mark.parametrize(
     ("word", "part"),
-    [("revolute", "joint"), ("gas_spring", "spring"), ("damper", "spring"), ("cylinder", "rod"), ("prismatic", "guide")],
+    [("revolute", "joint"), ("gas_strut", "gas_spring"), ("damper", "spring"), ("cylinder", "rod"), ("prismatic", "guide")],
 )
 def test_words_of_the_field(word: str, part: str) -> None:
     """Contract: a word of the field leads to the part that does it."""

@@ -12,6 +12,7 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
+from scissordyn.component.tabulated_motor import TabulatedMotor
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.run.configuration import read_configuration
 from scissordyn.run.options import AUTO, EQUALLY_SPACED
@@ -114,6 +115,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     for kind, variable, along, peak in (
         (Actuator, "control_torque", "actuator", "peak_control_torque"),
         (Motor, "motor_torque", "motor", "motor_peak_torque"),
+        (TabulatedMotor, "tabulated_motor_torque", "tabulated_motor", "tabulated_motor_peak_torque"),
     ):
         names = run[along].values.astype(str).tolist() if variable in run else []
         components: tuple[Any, ...] = mechanism.components

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.component.angle_load import AngleLoad
 from scissordyn.component.angle_stop import AngleStop
 from scissordyn.component.beam import Beam
 from scissordyn.component.bushing import Bushing
@@ -16,11 +17,15 @@ from scissordyn.component.constant_force_spring import ConstantForceSpring
 from scissordyn.component.declaration import Component
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.force import Force
+from scissordyn.component.gas_spring import GasSpring
 from scissordyn.component.latch import Latch
 from scissordyn.component.motor import Motor
+from scissordyn.component.nonlinear_spring import NonlinearSpring
 from scissordyn.component.rod import Rod
 from scissordyn.component.roller import Roller
 from scissordyn.component.spring import Spring
+from scissordyn.component.stroke_load import StrokeLoad
+from scissordyn.component.tabulated_motor import TabulatedMotor
 from scissordyn.component.tape_spring import TapeSpring
 from scissordyn.component.torque import Torque
 from scissordyn.component.torsion_spring import TorsionSpring
@@ -30,6 +35,8 @@ from scissordyn.component.travel_stop import TravelStop
 _CLASSES: tuple[Any, ...] = (
     Spring,
     ConstantForceSpring,
+    NonlinearSpring,
+    GasSpring,
     Cable,
     TorsionSpring,
     TapeSpring,
@@ -40,7 +47,10 @@ _CLASSES: tuple[Any, ...] = (
     Roller,
     Force,
     Torque,
+    StrokeLoad,
+    AngleLoad,
     Motor,
+    TabulatedMotor,
     Actuator,
     AngleStop,
     TravelStop,

@@ -262,6 +262,59 @@ def _motor(stroke: Stroke) -> Given:
     }
 
 
+def _list(values: Iterable[float], unit: str) -> str:
+    return ", ".join(f"{value:.4g}" for value in values) + f" {unit}"
+
+
+def _reach(stroke: Stroke) -> tuple[float, float]:
+    """The least and the largest distance from anchor to tip on the way, and a tenth more [m]."""
+    ends = sorted(stroke.distance(end) for end in (0, 1))
+    return 0.9 * ends[0], 1.1 * ends[1]
+
+
+def _nonlinear_spring(stroke: Stroke) -> Given:
+    low, high = _reach(stroke)
+    forces = (share * SHARE * stroke.weight for share in (0.0, 0.3, 1.0))
+    return {
+        **_line(stroke),
+        "curve": {"lengths": _list((low, 0.5 * (low + high), high), "m"), "forces": _list(forces, "N")},
+    }
+
+
+def _gas_spring(stroke: Stroke) -> Given:
+    low, high = _reach(stroke)
+    lengths = {"extended_length": f"{high:.4g} m", "stroke": f"{high - low:.4g} m"}
+    return {**_line(stroke), "force": _said(SHARE * stroke.weight, "N"), **lengths}
+
+
+def _stroke_load(stroke: Stroke) -> Given:
+    way = stroke.way(stroke.tip)
+    direction = math.atan2(way[1], way[0])
+    start = float(np.array([math.cos(direction), math.sin(direction)]) @ stroke.place(stroke.tip, 0))
+    length = float(np.linalg.norm(way))
+    travels = (start - 0.2 * length, start + 0.5 * length, start + 1.2 * length)
+    forces = (-share * SHARE * stroke.weight for share in (0.0, 1.0, 0.5))
+    curve = {"travels": _list(travels, "m"), "forces": _list(forces, "N")}
+    return {"point": ".".join(stroke.tip), "direction": _exact(direction, "rad"), "curve": curve}
+
+
+def _angle_load(stroke: Stroke) -> Given:
+    torques = (share * SHARE * stroke.weight * stroke.size for share in (0.0, 1.0, 0.0, -1.0, 0.0))
+    curve = {"angles": "0, 90, 180, 270, 360 deg", "torques": _list(torques, "N m")}
+    return {"body": stroke.mechanism.input_body, "curve": curve, "periodic": True}
+
+
+def _tabulated_motor(stroke: Stroke) -> Given:
+    torque = math.copysign(SHARE * stroke.weight * stroke.size, stroke.turn)
+    speed = 2.0 * stroke.turn / stroke.motion.duration
+    ends = sorted(((-2.0 * speed, torque), (0.0, torque), (0.8 * speed, 1.2 * torque), (speed, 0.0), (5.0 * speed, -torque)))
+    speeds, torques = zip(*ends, strict=True)
+    return {
+        "body": stroke.mechanism.input_body,
+        "curve": {"speeds": _list(speeds, "rad/s"), "torques": _list(torques, "N m")},
+    }
+
+
 def _bushing(stroke: Stroke) -> Given:
     hinge = stroke.hinge
     names = [body.name for body in stroke.mechanism.bodies]
@@ -280,6 +333,8 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
         "constant_force_spring",
         lambda stroke: {**_line(stroke), "tension": _said(SHARE * stroke.weight, "N")},
     ),
+    "nonlinear_spring": ("nonlinear_spring", _nonlinear_spring),
+    "gas_spring": ("gas_spring", _gas_spring),
     "cable": ("cable", _cable),
     "torsion_spring": (
         "torsion_spring",
@@ -303,7 +358,10 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
             "torque": _said(SHARE * stroke.weight * stroke.size, "N m"),
         },
     ),
+    "stroke_load": ("stroke_load", _stroke_load),
+    "angle_load": ("angle_load", _angle_load),
     "motor": ("motor", _motor),
+    "tabulated_motor": ("tabulated_motor", _tabulated_motor),
     "angle_stop": ("angle_stop", lambda stroke: {**stroke.pair, "angle": _exact(stroke.opening(1, BEYOND), "rad")}),
     "travel_stop": ("travel_stop", _travel_stop),
     "rod": ("rod", _rod),
@@ -311,7 +369,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 }
 """What can be asked for: the table of each, and its values for a structure and its move."""
 
-DRIVING = ("motor", "rod")
+DRIVING = ("motor", "tabulated_motor", "rod")
 """Parts that move the mechanism in place of a drive."""
 
 assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller"} <= set(FURTHER)

@@ -24,12 +24,14 @@ from scissordyn.run.advance.driver import make_system
 from scissordyn.run.advance.log import LOG, PEAK
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.dataset import results
+from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options
 from scissordyn.run.results import Variable, Variables
 from scissordyn.run.start.small_motion import Place, placed, towards
 from scissordyn.run.start.stiffness import At
 from scissordyn.units import Quantity, checked
+from scissordyn.warning import warning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +93,7 @@ def statics(
     variables |= _inputs(inputs, times)
     variables |= _envelope(variables, times)
     found.variables = variables
-    found.attrs.update(title=TITLE, warnings=json.dumps(_warnings(variables)))
+    found.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables)))
     return found.dataset()
 
 
@@ -185,10 +187,19 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
     }
 
 
-def _warnings(variables: Variables) -> list[str]:
-    """What is not determined, in words."""
+def _warnings(plan: Plan, variables: Variables) -> list[str]:
+    """Reactions that are not determined, and curves and strokes that are left, in words."""
+    warnings, times = [], variables["time"].values
+    for _, part, output in beyond_outputs(plan):
+        section = part.declaration.section
+        far = variables[f"{section}_beyond"].values[:, variables[section].values.tolist().index(part.name)]
+        worst = int(np.argmax(far))
+        if far[worst] > ROUNDED:
+            numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
+            warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
     lost = np.isnan(variables["reaction"].values).any(axis=(0, 2))
     names = variables["joint"].values[lost].tolist()
-    if not names:
-        return []
-    return [f"reactions of {in_words([repr(name) for name in names])} are not determined: there are more joints than needed"]
+    if names:
+        joints = in_words([repr(name) for name in names])
+        warnings.append(f"reactions of {joints} are not determined: there are more joints than needed")
+    return warnings

@@ -359,6 +359,7 @@ def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
     for kind, curve, peak in (
         ("actuator", "control_torque", "peak_control_torque"),
         ("motor", "motor_torque", "motor_peak_torque"),
+        ("tabulated_motor", "tabulated_motor_torque", "tabulated_motor_peak_torque"),
     ):
         if curve not in run or peak not in run:
             continue

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scissordyn.component.declaration import Component
+from scissordyn.component.port import Output
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.laws.validity import contact_failure, contact_warnings
@@ -61,6 +63,9 @@ AT_LIMIT = 1.0 - 1e-9
 RESTLESS = 0.05
 """Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning."""
 
+ROUNDED = 1e-9
+"""Of a place beyond the end of a curve: round-off [m, rad, rad/s]."""
+
 MOST_NAMES = 6
 """Joints that a warning names."""
 
@@ -84,6 +89,7 @@ def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWar
     warnings += _buckled(run)
     warnings += mode_warnings(plan, run)
     warnings += _off_the_rail(plan, run)
+    warnings += _beyond(plan, run)
     warnings += _undetermined(run)
     warnings += _saturated(plan, run)
     warnings += _gained(run)
@@ -147,6 +153,12 @@ class Extremes:
             outputs = plan.components[k].declaration.outputs_monitored
             largest = {output.name: self._outputs.get(k * RESULTS + output.first, 0.0) for output in outputs}
             warnings += film_peak_warnings(joint.name, oil, gap, largest)
+        for i, curved, output in beyond_outputs(plan):
+            far = self._outputs.get(i * RESULTS + output.first, 0.0)
+            if far > ROUNDED:
+                warnings.append(
+                    warning("beyond in a case", curved.name, curved.declaration.label, beyond=far, unit=output.unit)
+                )
         return list(dict.fromkeys(map(str, warnings)))
 
 
@@ -328,6 +340,28 @@ def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
         if off.any():
             when, bar = run["time"].values[int(np.argmax(off))], axis.bar.name.removesuffix("/beam")
             warnings.append(warning("off the rail", part.name, part.declaration.label, bar=bar, time=when))
+    return warnings
+
+
+def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
+    """The components that act by a curve or over a stroke, each with how far it is beyond it."""
+    return [
+        (i, part, output)
+        for i, part in enumerate(plan.components)
+        for output in part.declaration.outputs_monitored
+        if output.name == "beyond"
+    ]
+
+
+def _beyond(plan: Plan, run: Run) -> list[RunWarning]:
+    """What leaves its curve or its stroke."""
+    warnings = list[RunWarning]()
+    for _, part, output in beyond_outputs(plan):
+        section = part.declaration.section
+        at = run[section].values.tolist().index(part.name)
+        far, when = (float(_values(run, f"{section}_peak_beyond{more}")[at]) for more in ("", "_time"))
+        if far > ROUNDED:
+            warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=when))
     return warnings
 
 

@@ -1,0 +1,94 @@
+"""A torque over an angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.curve import check_covers, check_curve, curve_at, curve_numbers
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import GROUND, Point
+from scissordyn.component.port import HINGE, Output
+from scissordyn.component.stroke_load import ACTS, Acts, part_of
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.kernel import kernel
+from scissordyn.units import Pairs, Quantity, check_quantities
+
+CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle of the body against its base")
+
+FIRST = 4
+
+
+@kernel
+def force(angle, speed, factor, acts, transition, periodic, count, table):
+    """Torque [N m], and how far the angle is beyond the curve [rad]."""
+    place, knots = angle, int(count)
+    if periodic == 1.0:
+        start, end = table[FIRST], table[FIRST + 4 * (knots - 1)]
+        place = angle - (end - start) * math.floor((angle - start) / (end - start))
+    value, _, beyond = curve_at(place, table, FIRST, knots)
+    return factor * part_of(speed, acts, transition) * value, beyond
+
+
+@component(
+    port=HINGE,
+    force=force,
+    outputs=(Output("beyond", "rad", "how far the angle is beyond the curve", monitored=True),),
+    context=("factor",),
+    passive=False,
+    symbol="arc",
+    example={
+        "body": "crank",
+        "curve": {"angles": "0, 90, 180, 360 deg", "torques": "0, 1.5, 0, 0 N m"},
+        "periodic": True,
+    },
+)
+class AngleLoad:
+    """A torque on a body against its base over their angle: cutting, cogging, the gas torque of an engine.
+
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the torque stays, and there is a warning.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    curve : tuple of (float, float)
+        Angles of the body against its base [rad], increasing, turns counted, and torques [N m].
+    periodic : bool
+        Whether the curve repeats, with the range of its angles as period: 720 deg of a four-stroke engine.
+    acts : {"both", "forward", "backward"}
+        In both senses of the rotation, or in one.
+    transition : float
+        Speed over which a torque of one sense comes and goes, as (1 + tanh(w/w_0))/2 [rad/s].
+    time_function : TimeFunction, optional
+        A factor over time; 1 if not given.
+
+    References
+    ----------
+    Fritsch and Butland 1984, doi:10.1137/0905021
+    """
+
+    name: str
+    body: str
+    curve: Annotated[tuple[Point, ...], CURVE]
+    base: str = GROUND
+    periodic: bool = False
+    acts: Acts = "both"
+    transition: Annotated[
+        float, Quantity("rad/s", above=0.0, maximum=1e4, help="speed over which a one-way torque sets in")
+    ] = 1e-2
+    time_function: TimeFunction | None = None
+
+    def __post_init__(self) -> None:
+        label = f"angle load '{self.name}'"
+        check_quantities(self, label)
+        check_attachment(self)
+        check_curve(label, self.curve, CURVE, periodic=self.periodic)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """The sense, w_0 [rad/s], whether it repeats, how many knots, and these."""
+        if not self.periodic:
+            check_covers(f"angle load '{self.name}'", self.curve, start[0], "rad")
+        knots = curve_numbers(self.curve, periodic=self.periodic)
+        return float(ACTS.index(self.acts)), self.transition, float(self.periodic), float(len(self.curve)), *knots

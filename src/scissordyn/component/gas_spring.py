@@ -1,0 +1,118 @@
+"""A gas spring between two points."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.curve import check_covers
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import LINE, Output
+from scissordyn.errors import InputError
+from scissordyn.kernel import kernel
+from scissordyn.units import Quantity, check_quantities
+
+
+@kernel
+def force(length, rate, force, extended_length, stroke, gas_length, exponent, friction, friction_speed, damping):
+    """Tension [N], stored energy [J], dissipated power [W], how far the length is beyond the stroke [m]."""
+    pressed = extended_length - length
+    inside = min(stroke, max(0.0, pressed))
+    part = 1.0 - inside / gas_length
+    push = force * part ** (-exponent)
+    if exponent == 1.0:
+        energy = -force * gas_length * math.log(part)
+    else:
+        energy = force * gas_length * (part ** (1.0 - exponent) - 1.0) / (exponent - 1.0)
+    energy += push * (pressed - inside)
+    resisting = friction * math.tanh(rate / friction_speed) + damping * rate
+    return resisting - push, energy, resisting * rate, max(-pressed, pressed - stroke)
+
+
+@component(
+    port=LINE,
+    force=force,
+    outputs=(Output("beyond", "m", "how far the length is beyond the stroke", monitored=True),),
+    symbol="spring",
+    example={
+        "start": "rod.end",
+        "end": "ground.O",
+        "force": "300 N",
+        "extended_length": "1.8 m",
+        "stroke": "0.9 m",
+        "progression": 1.4,
+        "friction": "20 N",
+    },
+)
+class GasSpring:
+    r"""A gas spring or gas strut: gas in a closed cylinder pushes the ends apart.
+
+    .. math:: F = F_1\left(1 - \frac{s}{\ell}\right)^{-n} - F_r\tanh\frac{\dot l}{v_r} - d\,\dot l,\qquad s = l_1 - l,\qquad
+        \ell = \frac{h}{1 - 1/k}
+
+    s is how far the spring of the length l is pressed in, of its stroke h. The length of its gas follows from the progression
+    k, the force pressed in over the force extended that catalogues give, measured slowly (n = 1). In a motion faster than the
+    exchange of heat n is up to 1.4. Beyond the stroke the force stays, and there is a warning; stops are other components.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; the body may be "ground".
+    force : float
+        F_1, extended [N].
+    extended_length : float
+        l_1 [m].
+    stroke : float
+        h [m].
+    progression : float
+        k.
+    exponent : float
+        n: 1 isothermal, 1.4 adiabatic.
+    friction : float
+        F_r, of the seal [N].
+    friction_speed : float
+        v_r, over which friction changes its sign [m/s].
+    damping : float
+        d [N s/m].
+
+    References
+    ----------
+    Holman 1988, Thermodynamics, 4th edition, McGraw-Hill (polytropic processes)
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    force: Annotated[float, Quantity("N", above=0.0, maximum=1e9, help="of the extended spring")]
+    extended_length: Annotated[float, Quantity("m", above=0.0, maximum=1e4, help="length of the extended spring")]
+    stroke: Annotated[float, Quantity("m", above=0.0, maximum=1e4, help="how far it can be pressed in")]
+    progression: Annotated[
+        float, Quantity("1", above=1.0, maximum=1e3, help="force pressed in over force extended, slowly")
+    ] = 1.3
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=1.7, help="1 isothermal, 1.4 adiabatic")] = 1.0
+    friction: Annotated[float, Quantity("N", minimum=0.0, maximum=1e9, help="of the seal")] = 0.0
+    friction_speed: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")] = (
+        1e-3
+    )
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"gas spring '{self.name}'")
+        check_attachment(self)
+        if self.stroke >= self.extended_length:
+            raise InputError(
+                f"gas spring '{self.name}': a stroke of {self.stroke:g} m of a length of {self.extended_length:g} m",
+                "a stroke below the extended length",
+            )
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """F_1 [N], l_1, h and the length of the gas [m], n, F_r [N], v_r [m/s], d [N s/m]."""
+        ends = ((self.extended_length - self.stroke, 0.0), (self.extended_length, 0.0))
+        check_covers(f"gas spring '{self.name}'", ends, start[0], "m")
+        gas_length = self.stroke / (1.0 - 1.0 / self.progression)
+        return (
+            *(self.force, self.extended_length, self.stroke, gas_length),
+            *(self.exponent, self.friction, self.friction_speed, self.damping),
+        )

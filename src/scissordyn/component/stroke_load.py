@@ -1,0 +1,100 @@
+"""A force over the stroke of a point."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from scissordyn.component.curve import check_covers, check_curve, curve_at, curve_numbers
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import BodyPoint, Point
+from scissordyn.component.port import TRAVEL, Output
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.kernel import kernel
+from scissordyn.units import Pairs, Quantity, check_quantities
+
+CURVE = Pairs(("travels", "forces"), ("m", "N"), help="the force over the coordinate of the point along the direction")
+
+FIRST = 3
+
+ACTS = ("both", "forward", "backward")
+
+Acts = Literal["both", "forward", "backward"]
+
+
+@kernel
+def part_of(speed, acts, transition):
+    """Part of a load that acts at a speed: all, or what is for one sense of the motion."""
+    if acts == 0.0:
+        return 1.0
+    sense = 1.0 if acts == 1.0 else -1.0
+    return 0.5 * (1.0 + math.tanh(sense * speed / transition))
+
+
+@kernel
+def force(travel, speed, factor, acts, transition, count, table):
+    """Force along the direction [N], and how far the point is beyond the curve [m]."""
+    value, _, beyond = curve_at(travel, table, FIRST, int(count))
+    return factor * part_of(speed, acts, transition) * value, beyond
+
+
+@component(
+    port=TRAVEL,
+    force=force,
+    outputs=(Output("beyond", "m", "how far the point is beyond the curve", monitored=True),),
+    context=("factor",),
+    passive=False,
+    symbol="travel",
+    example={
+        "point": "slider.centre",
+        "direction": "90 deg",
+        "curve": {"travels": "0, 0.3, 0.6 m", "forces": "-20, -40, 0 N"},
+        "acts": "forward",
+    },
+)
+class StrokeLoad:
+    """A force on a point along a direction, over its coordinate in that direction: cutting, pressing, gas pressure.
+
+    Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
+
+    Parameters
+    ----------
+    name : str
+    point : (str, str)
+        Body and point.
+    direction : float
+        In which the force is positive and the coordinate of the point counts, in the ground's frame [rad].
+    curve : tuple of (float, float)
+        Coordinates of the point along the direction [m], increasing, and forces [N].
+    acts : {"both", "forward", "backward"}
+        In both senses of the motion, or in one.
+    transition : float
+        Speed over which a force of one sense comes and goes, as (1 + tanh(v/v_0))/2 [m/s].
+    time_function : TimeFunction, optional
+        A factor over time; 1 if not given.
+
+    References
+    ----------
+    Fritsch and Butland 1984, doi:10.1137/0905021
+    """
+
+    name: str
+    point: BodyPoint
+    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of force and coordinate")]
+    curve: Annotated[tuple[Point, ...], CURVE]
+    acts: Acts = "both"
+    transition: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="speed over which a one-way force sets in")] = (
+        1e-3
+    )
+    time_function: TimeFunction | None = None
+
+    def __post_init__(self) -> None:
+        label = f"stroke load '{self.name}'"
+        check_quantities(self, label)
+        check_attachment(self)
+        check_curve(label, self.curve, CURVE)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """The sense, v_0 [m/s], how many knots, and these."""
+        check_covers(f"stroke load '{self.name}'", self.curve, start[0], "m")
+        return float(ACTS.index(self.acts)), self.transition, float(len(self.curve)), *curve_numbers(self.curve)

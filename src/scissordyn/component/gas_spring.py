@@ -34,7 +34,7 @@ def force(length, rate, force, extended_length, stroke, gas_length, exponent, fr
     port=LINE,
     force=force,
     outputs=(Output("beyond", "m", "how far the length is beyond the stroke", monitored=True),),
-    symbol="spring",
+    symbol="gas",
     example={
         "start": "rod.end",
         "end": "ground.O",

@@ -42,6 +42,14 @@ _STRAIGHT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 _DIAMOND = around(0.5, np.array([[-0.4, 0.0], [0.0, 0.3], [0.4, 0.0], [0.0, -0.3], [-0.4, 0.0]]))
 _EYE = arc(0.25, 0.0, 360.0)
 _REEL = (around(0.0, arc(0.7, 0.0, 360.0)), around(0.0, 0.65 * spiral()), np.array([[0.0, 0.0, 0.7], [1.0, 0.0, 0.0]]))
+_CYLINDER = np.array(
+    [
+        [0.05, 0.0, 0.0],
+        *([part, 0.0, aside] for part, aside in ((0.05, 0.3), (0.6, 0.3), (0.6, -0.3), (0.05, -0.3))),
+        [0.05, 0.0, 0.0],
+    ]
+)
+_PISTON = np.array([[0.4, 0.0, 0.3], [0.4, 0.0, -0.3], [0.4, 0.0, 0.0], [1.0, 0.0, 0.0]])
 
 LINE = Port(
     name="line",
@@ -60,6 +68,7 @@ LINE = Port(
         "cable": (_STRAIGHT, around(0.0, _EYE), around(1.0, _EYE)),
         "coil": _REEL,
         "rod": (_STRAIGHT,),
+        "gas": (np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0]]), _CYLINDER, _PISTON),
     },
     attachments=attachments,
     start=start,

@@ -162,7 +162,7 @@ def test_interrupted_before_anything_was_computed(
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("scissordyn.cli.run.read_case", stop)
+    monkeypatch.setattr("scissordyn.config.file.read_case", stop)
     assert status_of(["run", str(PAPER), "-o", "run.nc"]) == 130
     assert capsys.readouterr().err == "scissordyn: interrupted\n"
     assert not list(folder.iterdir())

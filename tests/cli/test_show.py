@@ -15,7 +15,8 @@ from reference.paper_case import paper_case
 from scissordyn.cli.compare import change
 from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
-from scissordyn.cli.show import TextConsole, column, show_answer, show_events, show_summary
+from scissordyn.cli.show import column, show_answer, show_events, show_summary
+from scissordyn.cli.terminal import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.run.store import load
 from scissordyn.units import prefix, short
@@ -200,7 +201,8 @@ def test_names_can_be_typed_from_a_narrow_table(
     command: list[str], names: set[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Contract: names and defaults, which are copied into case files, are not cut where the terminal has 60 columns."""
-    monkeypatch.setattr("scissordyn.cli.show.console", lambda: TextConsole(highlight=False, width=60))
+    for module in ("terminal", "catalogue"):
+        monkeypatch.setattr(f"scissordyn.cli.{module}.console", lambda: TextConsole(highlight=False, width=60))
     assert status_of(command) == 0
     lines = capsys.readouterr().out.splitlines()
     assert all(len(line) <= 60 for line in lines)

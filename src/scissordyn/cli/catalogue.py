@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from scissordyn.cli.output import DONE, UNFINISHED, check_folder, check_picture
-from scissordyn.cli.show import console, print_table, say
+from scissordyn.cli.terminal import console, print_table, say
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.units import short

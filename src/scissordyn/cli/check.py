@@ -15,7 +15,7 @@ from typer import Option
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 from scissordyn.cli.output import print_json
-from scissordyn.cli.show import say
+from scissordyn.cli.terminal import say
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case

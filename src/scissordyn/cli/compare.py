@@ -14,7 +14,7 @@ from typer import Argument, Option
 from scissordyn.cli.option import PictureFormat, SavedRun
 from scissordyn.cli.output import check_folder
 from scissordyn.cli.read import read_run
-from scissordyn.cli.show import print_table, say
+from scissordyn.cli.terminal import print_table, say
 from scissordyn.config.quantity import written
 from scissordyn.model.walk import declared
 from scissordyn.run.answer.joints import clearance_joints

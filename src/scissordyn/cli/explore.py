@@ -78,7 +78,7 @@ def import_drawing(
     quiet: Quiet = False,
 ) -> int:
     from scissordyn.cli.read import typed
-    from scissordyn.cli.show import say
+    from scissordyn.cli.terminal import say
     from scissordyn.config.case_text import BEGINNING
     from scissordyn.config.file import write_case
     from scissordyn.config.quantity import read_quantity

@@ -76,7 +76,7 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
 
 def _show(verdicts: tuple[Verdict, ...]) -> None:
     """Print the answers as a table."""
-    from scissordyn.cli.show import print_table, say
+    from scissordyn.cli.terminal import print_table, say
 
     rows = []
     for verdict in verdicts:
@@ -96,7 +96,7 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
 
 def _show_changes(changes: tuple[Change, ...]) -> None:
     """Print what each change of bars and joint does, a line each."""
-    from scissordyn.cli.show import say
+    from scissordyn.cli.terminal import say
     from scissordyn_paper.open_question import COMPARED, MANOEUVRES
 
     for manoeuvre, title in MANOEUVRES.items():

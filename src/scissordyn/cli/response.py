@@ -24,7 +24,7 @@ from scissordyn.cli.output import (
     check_run,
 )
 from scissordyn.cli.read import typed, value_of
-from scissordyn.cli.show import say
+from scissordyn.cli.terminal import say
 from scissordyn.config.file import read_case
 from scissordyn.config.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.errors import InputError, command, did_you_mean, printable

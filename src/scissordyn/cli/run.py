@@ -20,19 +20,14 @@ from scissordyn.cli.output import (
     print_json,
     progress_bar,
 )
-from scissordyn.cli.show import console, run_record, show_answer, show_events, show_summary
-from scissordyn.config.file import read_case
 from scissordyn.errors import InputError, printable
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.plan import plan
-from scissordyn.run.advance.checkpoint import Checkpoint
-from scissordyn.run.configuration import read_configuration
-from scissordyn.run.results import Results
-from scissordyn.run.simulate import refined, replayed, results_of, simulate
-from scissordyn.run.start.demand import check_samples
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the help of a command loads no libraries
     import xarray as xr
+
+    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.run.advance.checkpoint import Checkpoint
+    from scissordyn.run.results import Results
 
 PATIENCE = 20.0
 """Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
@@ -62,6 +57,9 @@ def run(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
+    from scissordyn.cli.show import run_record, show_answer, show_events, show_summary
+    from scissordyn.cli.terminal import console
+
     _check_outputs(case, output, plot, film)
     keeper = None if checkpoint is None else _checkpoint(checkpoint, output, case)
     changes = [*(change or ()), *["run.trust=true"] * trust, *([] if samples is None else [f"run.samples={samples}"])]
@@ -126,6 +124,7 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     from scissordyn.plot.animation import animate
     from scissordyn.plot.report import draw_all
     from scissordyn.run.advance.interrupt import pass_on
+    from scissordyn.run.simulate import simulate
 
     run, files = _refined(result.dataset(), mechanism), []
     if plot is not None:
@@ -155,6 +154,7 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     """The checkpoint beside the file of the result."""
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.table import located
+    from scissordyn.run.advance.checkpoint import Checkpoint
     from scissordyn.units import quantities
 
     sample = "-o run.nc --checkpoint '60 s'"
@@ -169,6 +169,11 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
 
 def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, drawn: bool) -> tuple[Mechanism, Results]:
     """The case's run; the further samples of "auto", which are for curves, only if it is saved or drawn."""
+    from scissordyn.config.file import read_case
+    from scissordyn.plan.plan import plan
+    from scissordyn.run.simulate import results_of
+    from scissordyn.run.start.demand import check_samples
+
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
@@ -176,6 +181,8 @@ def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, dra
 
 
 def _again(path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None) -> tuple[Mechanism, Results]:
+    from scissordyn.run.configuration import read_configuration
+    from scissordyn.run.simulate import replayed
     from scissordyn.run.store import load
 
     if changes:
@@ -192,7 +199,9 @@ def _again(path: Path, changes: list[str], allow_code: list[Path], keeper: Check
 
 def _refined(result: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     """The run with the instants of its contacts, for its pictures, where that takes no long time and nobody chose samples."""
+    from scissordyn.run.configuration import read_configuration
     from scissordyn.run.options import EQUALLY_SPACED
+    from scissordyn.run.simulate import refined
 
     options, seconds = read_configuration(result).options, json.loads(result.attrs["statistics"])["seconds"]
     chosen = options is None or options.samples != EQUALLY_SPACED

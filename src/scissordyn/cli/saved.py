@@ -10,7 +10,7 @@ from typer import Argument, Option
 from scissordyn.cli.option import BarQuantity, Changes, Magnified, OwnCode, PictureFormat, SavedRun
 from scissordyn.cli.output import check_file, check_folder, check_movie
 from scissordyn.cli.read import mechanism_of, read_run, typed
-from scissordyn.cli.show import say
+from scissordyn.cli.terminal import say
 from scissordyn.errors import InputError
 
 LONGEST = 3600.0

@@ -14,7 +14,7 @@ from typer import Option
 from scissordyn.cli.option import CaseFile, Changes
 from scissordyn.cli.output import check_file, check_picture
 from scissordyn.cli.read import typed
-from scissordyn.cli.show import say
+from scissordyn.cli.terminal import say
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.units import short

@@ -25,7 +25,7 @@ from scissordyn.cli.output import (
     check_run,
     check_store_name,
 )
-from scissordyn.cli.show import console, print_table, say, show_answer, show_events, show_summary
+from scissordyn.cli.terminal import console, print_table, say
 from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, counted, short
 
@@ -355,6 +355,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     if case is None or not 0 <= case < result.store.cases:
         what = "'study replay' without a case" if case is None else f"case {case}"
         raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(file, 0))
+    from scissordyn.cli.show import show_answer, show_events, show_summary
     from scissordyn.run.store import save
 
     if output is not None:

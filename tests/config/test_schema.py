@@ -16,7 +16,7 @@ from scissordyn.config.part import PARTS
 from scissordyn.config.quantity import SI_UNITS, unit_factor
 from scissordyn.config.schema import schema
 from scissordyn.config.structure import STRUCTURES
-from scissordyn.config.study import StudyTable
+from scissordyn.config.study import StudyText
 from scissordyn.config.table import instance
 from scissordyn.config.template import template
 from scissordyn.config.unit_pattern import quantity_pattern
@@ -222,7 +222,7 @@ def test_wrong_studies_are_refused(of_studies, key, value):
         tree[key] = value
     assert list(of_studies.iter_errors(tree))
     with pytest.raises(InputError):
-        instance(StudyTable, tree, {"folder": ROOT})
+        instance(StudyText, tree, {"folder": ROOT})
 
 
 UNITS = "m mm inch ft s ms min kg g t rad deg ° turn rpm Hz N kN lbf Pa MPa bar J kW degC K".split()  # noqa: SIM905

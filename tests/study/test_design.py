@@ -19,9 +19,9 @@ from scissordyn.study.ask.distribution import (
     Uniform,
     Variation,
     from_plain,
-    to_plain,
 )
 from scissordyn.study.ask.factor import Factor, Sampling
+from scissordyn.study.ask.plain import to_plain
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])

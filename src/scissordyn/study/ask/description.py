@@ -6,7 +6,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +22,15 @@ from scissordyn.run.answer.measure import MEASURES, parts_of
 from scissordyn.run.configuration import read_mechanism
 from scissordyn.run.options import Options
 from scissordyn.run.start.demand import check_cases
-from scissordyn.study.ask.accurate import Accurate, mechanism_text, read_options
+from scissordyn.study.ask.accurate import Accurate
 from scissordyn.study.ask.design import Design, design_size, design_values, sobol_dimensions
+from scissordyn.study.ask.distribution import Variation
+from scissordyn.study.ask.distribution import from_plain as read_variation
 from scissordyn.study.ask.factor import Factor as Factor
 from scissordyn.study.ask.factor import Sampling as Sampling
-from scissordyn.study.ask.factor import plain_factor, read_factor
 from scissordyn.study.ask.goal import Optimisation
 from scissordyn.study.ask.part_unit import check_unit
+from scissordyn.study.ask.plain import from_plain, to_plain
 from scissordyn.study.ask.requirement import Requirement, Response
 from scissordyn.study.ask.variant import check_variants, own_values
 
@@ -263,23 +265,7 @@ class Study:
 
     def to_plain(self) -> dict[str, Any]:
         """The study as plain data for JSON."""
-        return {
-            "mechanism": mechanism_text(self.mechanism),
-            "options": self.options.keywords,
-            "factors": [plain_factor(factor) for factor in self.factors],
-            "design": {"kind": self.design.kind, "points": self.design.points, "seed": self.design.seed},
-            "measures": list(self.measures),
-            "own_measures": [measure.to_plain() for measure in self.own_measures],
-            "uncertain": [plain_factor(factor) for factor in self.uncertain],
-            "sampling": vars(self.sampling).copy(),
-            "members": self.members,
-            "perturbation": self.perturbation,
-            "requirements": [vars(requirement).copy() for requirement in self.requirements],
-            "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
-            "responses": [vars(response).copy() for response in self.responses],
-            **({} if self.accurate is None else {"accurate": self.accurate.to_plain()}),
-            **({"variants": [mechanism_text(variant) for variant in self.variants]} if self.variants else {}),
-        }
+        return {field.name: to_plain(getattr(self, field.name)) for field in fields(self)}
 
     @classmethod
     def from_plain(
@@ -295,56 +281,22 @@ class Study:
         Functions of the user are in allowed files, which must not have changed, or given as measures. One that is only read
         keeps its mechanism as the text of its case file, and executes nothing of the user's.
         """
-        mechanism, *variants = (
-            text if reading else read_mechanism(text, allow_code) for text in (plain["mechanism"], *plain.get("variants", ()))
+        functions = {measure.name: measure for measure in own_measures}
+
+        def measure(entry: Mapping[str, Any]) -> OwnMeasure:
+            return functions.get(entry["name"]) or _read_measure(entry, allow_code, reading)
+
+        study: Study = from_plain(
+            cls,
+            plain,
+            {
+                Mechanism: (lambda text: text) if reading else (lambda text: read_mechanism(text, allow_code)),
+                Options: lambda options: Options(**{name: value for name, value in options.items() if name != "kind"}),
+                OwnMeasure: measure,
+                Variation: read_variation,
+            },
         )
-        functions = {measures.name: measures for measures in own_measures}
-        measures = []
-        for entry in plain["own_measures"]:
-            if "motor" in entry:
-                measures.append(OwnMeasure(entry["name"], MotorCurve(**entry["motor"]), entry["of"], entry["units"]))
-                continue
-            if entry["name"] in functions:
-                measures.append(functions[entry["name"]])
-                continue
-            if reading:
-                measures.append(OwnMeasure(**{**entry, "function": _not_read}))
-                continue
-            if not entry["function"]:
-                raise InputError(
-                    f"the study's measure '{entry['name']}' is a Python function of no file",
-                    "the function, from Python",
-                    f"sd.open_study('study.db', measures={{'{entry['name']}': function}})",
-                )
-            path = Path(entry["function"].rpartition(":")[0])
-            if path.resolve() not in {Path(file).resolve() for file in allow_code}:
-                raise InputError(
-                    f"the study's measure '{entry['name']}' is a function of yours",
-                    "its file, allowed",
-                    command("--allow-code", path),
-                )
-            if path.is_file() and file_digest(path) != entry["digest"]:
-                raise InputError(
-                    f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db"
-                )
-            measures.append(OwnMeasure(**entry))
-        return cls(
-            mechanism,
-            read_options(plain["options"]),
-            tuple(read_factor(entry) for entry in plain["factors"]),
-            Design(**plain["design"]),
-            tuple(plain["measures"]),
-            tuple(measures),
-            tuple(read_factor(entry) for entry in plain["uncertain"]),
-            Sampling(**plain["sampling"]),
-            plain["members"],
-            plain["perturbation"],
-            tuple(Requirement(**entry) for entry in plain["requirements"]),
-            None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
-            tuple(Response(**entry) for entry in plain.get("responses", ())),
-            Accurate.from_plain(plain["accurate"], allow_code=allow_code, reading=reading) if "accurate" in plain else None,
-            tuple(variants),
-        )
+        return study
 
     def fingerprint(self) -> dict[str, str]:
         """Digests of all that the numbers depend on, by what they are of; equal digests mean equal numbers."""
@@ -367,6 +319,23 @@ class Study:
         return {
             name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()
         }
+
+
+def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading: bool) -> OwnMeasure:
+    if "motor" in entry:
+        return OwnMeasure(entry["name"], MotorCurve(**entry["motor"]), entry["of"], entry["units"])
+    if reading:
+        return OwnMeasure(**{**entry, "function": _not_read})
+    what = f"the study's measure '{entry['name']}'"
+    if not entry["function"]:
+        sample = f"sd.open_study('study.db', measures={{'{entry['name']}': function}})"
+        raise InputError(f"{what} is a Python function of no file", "the function, from Python", sample)
+    path = Path(entry["function"].rpartition(":")[0])
+    if path.resolve() not in {Path(file).resolve() for file in allow_code}:
+        raise InputError(f"{what} is a function of yours", "its file, allowed", command("--allow-code", path))
+    if path.is_file() and file_digest(path) != entry["digest"]:
+        raise InputError(f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.db")
+    return OwnMeasure(**entry)
 
 
 def check_part(mechanism: Mechanism, response: Response) -> None:

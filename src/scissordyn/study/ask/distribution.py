@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -414,13 +413,8 @@ VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({each.kind: each for each
 """Variations by kind."""
 
 
-def to_plain(variation: Any) -> dict[str, Any]:
-    """A variation as plain data for JSON."""
-    return {"kind": variation.kind, **{f.name: getattr(variation, f.name) for f in dataclasses.fields(variation)}}
-
-
 def from_plain(plain: Mapping[str, Any]) -> Any:
-    """The variation that `to_plain` wrote."""
+    """The variation of plain data."""
     fields = dict(plain)
     kind = str(fields.pop("kind", ""))
     if kind not in VARIATIONS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.study.ask.design import check_seed
-from scissordyn.study.ask.distribution import Names, Variation, from_plain, to_plain
+from scissordyn.study.ask.distribution import Names, Variation
 
 
 @dataclass(frozen=True)
@@ -81,16 +80,3 @@ class Sampling:
         check_seed(whole_number("seed", self.seed, 0))
         if not self.common and self.kind == "latin-hypercube":
             raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
-
-
-def plain_factor(factor: Factor) -> dict[str, Any]:
-    """A number that varies as plain data for JSON."""
-    plain = {"address": factor.path, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
-    plain |= {"si": factor.si} if factor.si else {}
-    return {**plain, "of": factor.of, "relative": factor.relative} if factor.of else plain
-
-
-def read_factor(plain: Mapping[str, Any]) -> Factor:
-    """What `plain_factor` wrote."""
-    others = {name: value for name, value in plain.items() if name not in ("address", "variation")}
-    return Factor(plain["address"], from_plain(plain["variation"]), **others)

@@ -7,7 +7,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -81,15 +80,6 @@ class Optimisation:
 
     def design(self, generations: int, factors: int) -> Design:
         return Design("adaptive", generations * self.size(factors))
-
-    def to_plain(self) -> dict[str, Any]:
-        """As plain data for JSON."""
-        return dataclasses.asdict(self)
-
-    @classmethod
-    def from_plain(cls, plain: Mapping[str, Any]) -> Optimisation:
-        """What `to_plain` wrote."""
-        return cls(**{**plain, "goals": tuple(Goal(**goal) for goal in plain["goals"])})
 
 
 def read_goal(text: str, own: Mapping[str, str] | None = None, parameters: Sequence[str] = ()) -> Goal:

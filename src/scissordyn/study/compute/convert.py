@@ -14,6 +14,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.extra import library
 from scissordyn.run.answer.measure import COMPONENT_UNIT
+from scissordyn.study.ask.plain import to_plain
 from scissordyn.study.compute.store import PENDING, TIMES, Store
 from scissordyn.study.compute.table import Array, Columns
 
@@ -35,7 +36,7 @@ def convert(folder: Path, target: Path) -> tuple[Store, list[int]]:
     notes = {
         "study": plain,
         "fingerprint": attrs["fingerprint"],
-        "columns": columns.to_plain(),
+        "columns": to_plain(columns),
         "block": block,
         "cases": cases,
     }

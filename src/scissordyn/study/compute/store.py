@@ -18,6 +18,7 @@ from scissordyn.errors import InputError, ScissordynError, command
 from scissordyn.run.engine import STATES
 from scissordyn.study.ask.description import OwnMeasure, Study
 from scissordyn.study.ask.design import Design
+from scissordyn.study.ask.plain import from_plain, to_plain
 from scissordyn.study.compute import table
 
 PENDING, COMPLETE, FAILED = range(len(STATES))
@@ -106,7 +107,7 @@ class Store:
         notes = {
             "study": study.to_plain(),
             "fingerprint": study.fingerprint(),
-            "columns": columns.to_plain(),
+            "columns": to_plain(columns),
             "block": block,
             "cases": study.cases,
         }
@@ -222,7 +223,7 @@ class Store:
 
     def _rows(self) -> table.Rows:
         """The rows of all cases that are as they were written; those that are missing from a block are damaged, too."""
-        columns, cases, block = table.Columns.from_plain(self._value("columns")), self.cases, self.block
+        columns, cases, block = from_plain(table.Columns, self._value("columns")), self.cases, self.block
         with self._reading() as connection:
             rows = table.read(connection, columns, cases)
             written = _blocks(connection)
@@ -267,7 +268,7 @@ class Store:
         Values are by the names of the arrays, texts are cause and warnings; times are seconds, seconds of integration and
         cases, which are added to what is noted.
         """
-        block, columns = int(cases[0]) // self.block, table.Columns.from_plain(self._value("columns"))
+        block, columns = int(cases[0]) // self.block, from_plain(table.Columns, self._value("columns"))
         ends = block * self.block, (block + 1) * self.block - 1
         with self.alone(), self._transaction() as connection:
             table.insert(connection, columns, cases, status, texts, columns.matrix(values, cases.size))
@@ -344,7 +345,7 @@ class Store:
         notes = {name: self._value(name) for name in names}
         with self._reading() as connection:
             written = _blocks(connection)
-        columns = table.Columns.from_plain(notes["columns"])
+        columns = from_plain(table.Columns, notes["columns"])
         with self._made_anew(instead=True) as connection:
             table.create(connection, columns)
             for name, value in notes.items():
@@ -364,7 +365,7 @@ class Store:
         Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
         """
         rows, cases, plain = self._rows(), self.cases, self._value("study")
-        columns = table.Columns.from_plain(self._value("columns"))
+        columns = from_plain(table.Columns, self._value("columns"))
         variables: dict[str, Any] = {}
         for array, values in columns.split(rows.matrix):
             every = np.full((cases, *array.shape), np.nan)

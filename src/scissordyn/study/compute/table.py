@@ -6,7 +6,7 @@ import json
 import sqlite3
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from hashlib import blake2b
 from itertools import product
 from typing import Any
@@ -51,18 +51,6 @@ class Columns:
 
     arrays: tuple[Array, ...]
     labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
-
-    @classmethod
-    def from_plain(cls, plain: Mapping[str, Any]) -> Columns:
-        arrays = (
-            Array(array["name"], tuple(array["dims"]), tuple(array["shape"]), array["attrs"], tuple(array["columns"]))
-            for array in plain["arrays"]
-        )
-        labels = {name: (tuple(dims), tuple(texts)) for name, (dims, texts) in plain["labels"].items()}
-        return cls(tuple(arrays), labels)
-
-    def to_plain(self) -> dict[str, Any]:
-        return asdict(self)
 
     @staticmethod
     def titles(name: str, dims: Sequence[str], labels: Mapping[str, Any], taken: set[str]) -> tuple[str, ...]:

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scissordyn.cli.motor import motor as command
 
 import scissordyn as sd
+from scissordyn.cli.response import motor as command
 from scissordyn.config.motor import read_motor
 from scissordyn.config.study import read_study
 from study.test_study import UNTIL, arm

@@ -187,7 +187,7 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
 def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
     """Contract: a speed that was written in rpm is shown in rpm, and no number depends on that."""
     vary = {"A.clearance": "0.1..0.4 mm, 2 values", "drive.speed": "100, 200 rpm"}
-    described = study_of(StudyText(case=folder / "array.toml", vary=vary, measures=("peak_force",)))
+    described = study_of(StudyText(case=str(folder / "array.toml"), vary=vary, measures=("peak_force",)))
     bare = tuple(dataclasses.replace(factor, unit="", scale=1.0) for factor in described.factors)
     assert dataclasses.replace(described, factors=bare).fingerprint() == described.fingerprint()
     store = execute(described, folder / "a.db", block=4)

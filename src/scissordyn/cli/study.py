@@ -196,7 +196,7 @@ def sweep(
 
     check_store_name(output)
     text = StudyText(
-        case=case,
+        case=str(case),
         set=tuple(change or ()),
         vary=addressed(vary, "--vary"),
         uncertain=addressed(uncertain, "--uncertain"),

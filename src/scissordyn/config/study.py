@@ -143,7 +143,7 @@ class ScreenTable(Table):
 class StudyText(Table):
     """A whole study file, or the same in Python with what its texts stand for."""
 
-    case: Annotated[str | Path, About("the case file that is varied", examples=["case.toml"])]
+    case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
     set: Annotated[Sequence[str], TEXTS, About("changes of the case")] = ()
     vary: Annotated[Mapping[str, Any], ADDRESSES, About("numbers and names to vary, by parameter")] = MappingProxyType({})
     uncertain: Annotated[Mapping[str, Any], ADDRESSES, About("uncertain ones, by parameter")] = MappingProxyType({})
@@ -170,7 +170,7 @@ def read_study(path: Path) -> StudyText:
         raise in_file(error, path, text, tree, tree) from None
     if table.optimise and not table.optimise["goals"]:
         raise InputError(f"{path}, [optimise]: goals = []", "a list of goals", 'goals = ["minimise peak_force"]')
-    table.case, table.measures = path.parent / table.case, [_beside(path, str(name)) for name in table.measures]
+    table.case, table.measures = str(path.parent / table.case), [_beside(path, str(name)) for name in table.measures]
     return table
 
 

@@ -47,7 +47,7 @@ def test_allowed_values_are_drawn_where_curves_come_near() -> None:
     """Contract: the limit that is reached is a line, at the sides that are; one that is far off is none."""
     for run, near in ((held(5.0, 1e-6), True), (held(1e4, 1.0), False)):
         chosen = Chosen(run, summary_of(run), "", "slider")
-        scales, data = chosen.scaled(run)
+        scales, (data,) = chosen.scaled([run])
         lines = chosen.levels(data, scales)
         limit = 5.0 * scales["torque"].factor
         assert set(lines["torque"]) == ({limit, -limit} if near else set())

@@ -31,7 +31,7 @@ def test_curves_of_the_page_reach_their_peaks(samples: int) -> None:
     """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
-    scales, data = Chosen(run, summary_of(run), "slider pin", "slider").scaled(run)
+    scales, (data,) = Chosen(run, summary_of(run), "slider pin", "slider").scaled([run])
     assert data["force"].max() == pytest.approx(scales["force"].factor * float(run["peak_force"].max()), rel=1e-12)
     assert np.abs(data["torque 1"]).max() == pytest.approx(
         scales["torque"].factor * float(run["peak_drive_torque"][0]), rel=1e-12

@@ -126,7 +126,7 @@ def differences(cases: Sequence[Case]) -> list[str]:
     ]
     texts = []
     for fields in numbers:
-        parts = [f"{fields[key].label} {fields[key].text}" for key in differing if key in fields]
+        parts = [f"{fields[key].label} {fields[key].shown}" for key in differing if key in fields]
         more = len(parts) - MOST_NUMBERS
         texts.append(", ".join(parts[:MOST_NUMBERS]) + (f" and {more} more" if more > 0 else "") or "the same numbers")
     return texts

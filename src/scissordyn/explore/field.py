@@ -30,7 +30,7 @@ from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.section import MATERIALS, SECTIONS
 from scissordyn.model.walk import Route, declared
 from scissordyn.run.options import Options
-from scissordyn.units import Quantity
+from scissordyn.units import Quantity, short
 
 STARRED = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
 """Names of fields that have a slider at first, in the tables of `STARRED_IN`."""
@@ -69,6 +69,9 @@ INNER: Mapping[str, type[Table]] = {
     "time_function": TimeFunctionTable,
     "reference": DriveTable,
 }
+
+LONG = 14
+"""Letters of a text that has room in the form."""
 
 NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
 
@@ -120,6 +123,14 @@ class Field:
         """The unit in which it is written; "" without one."""
         return re.sub(rf"^{NUMBER}(?:,{NUMBER})*", "", self.text)
 
+    @property
+    def shown(self) -> str:
+        """Its text; of one with many digits the first ones."""
+        if len(self.text) <= LONG or len(self.value) != 1:
+            return self.text
+        value = self.value[0]
+        return short(value, "m") if self.quantity.unit == "m" else f"{value:.5g} {self.quantity.unit}".removesuffix(" 1")
+
     def plain(self) -> dict[str, Any]:
         """The field for the form."""
         span = self.range
@@ -130,6 +141,7 @@ class Field:
             "group": self.group,
             "name": self.name.replace("_", " "),
             "text": self.text,
+            "shown": self.shown,
             "help": self.quantity.help,
             "allowed": self.choices
             or (self.quantity.allowed if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]"),

@@ -138,22 +138,25 @@ class Chosen:
         present = (name for lines in LINES.values() for name in lines if name in values and np.isfinite(values[name]).any())
         return every, {name: values[name] for name in present}
 
-    def scaled(self, run: xr.Dataset, scales: dict[str, Scale] | None = None) -> tuple[dict[str, Scale], Columns]:
-        """Scales by the names of figures and "time", and the columns with them, "time" among them.
+    def scaled(self, runs: Sequence[xr.Dataset]) -> tuple[dict[str, Scale], list[Columns]]:
+        """Scales by the names of figures and "time", and the columns of each run with them, "time" among them.
 
-        The scales suit the columns if none are given. Of a long run only those points are there that a line of pixels needs.
+        The scales suit all runs. Of a long run only those points are there that a line of pixels needs.
         """
-        time, raw = self.columns(run)
-        kept = thinned(time.size, list(raw.values()))
-        if scales is None:
-            scales = {"time": engineering("s", run["time"].values)}
-            for name, (unit, _) in FIGURES.items():
-                angular = name == "output" and "slider_position" not in run
-                scales[name] = DEGREES if angular else engineering(unit, *(raw[line] for line in LINES[name] if line in raw))
-        data = {"time": scales["time"].factor * time[kept]}
-        for name, lines in LINES.items():
-            data |= {line: scales[name].factor * raw[line][kept] for line in lines if line in raw}
-        return scales, data
+        raw = [self.columns(run) for run in runs]
+        scales = {"time": engineering("s", runs[0]["time"].values)}
+        for name, (unit, _) in FIGURES.items():
+            angular = name == "output" and "slider_position" not in runs[0]
+            shown = [columns[line] for _, columns in raw for line in LINES[name] if line in columns]
+            scales[name] = DEGREES if angular else engineering(unit, *shown)
+        drawn = []
+        for time, columns in raw:
+            kept = thinned(time.size, list(columns.values()))
+            data = {"time": scales["time"].factor * time[kept]}
+            for name, lines in LINES.items():
+                data |= {line: scales[name].factor * columns[line][kept] for line in lines if line in columns}
+            drawn.append(data)
+        return scales, drawn
 
     def levels(self, data: Columns, scales: Mapping[str, Scale]) -> dict[str, list[float]]:
         """What is allowed in the figures of torques and of the tracked point, where their curves come near it."""
@@ -191,8 +194,7 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
     "figures" over time, "orbit" (None without one), "factor" from seconds to the time axis, "until" and "horizon" on it.
     """
     chosen = Chosen(run, summary, joint, output)
-    scales, data = chosen.scaled(run)
-    before = [chosen.scaled(pin, scales)[1] for pin in reversed(pins)]
+    scales, (data, *before) = chosen.scaled([run, *reversed(pins)])
     time, horizon, levels = scales["time"], predictability_horizon(run), chosen.levels(data, scales)
     drawn = []
     for name, lines in LINES.items():

@@ -28,9 +28,9 @@ export function form(root, send) {
     star.setAttribute("aria-pressed", String(starred)); star.setAttribute("aria-label", `slider for ${field.name}`);
     star.title = field.slider ? "a slider for this number" : "";
     star.onclick = () => { stars.has(field.key) ? stars.delete(field.key) : stars.add(field.key); build(); };
-    input.type = "text"; input.value = field.text; input.id = `sd-${starred ? "star-" : ""}${field.key}`; input.spellcheck = false;
+    input.type = "text"; input.value = field.shown; input.id = `sd-${starred ? "star-" : ""}${field.key}`; input.spellcheck = false;
     label.textContent = starred && field.group ? `${field.group}: ${field.name}` : field.name; label.htmlFor = input.id;
-    label.title = input.title = `${field.help}${field.help ? "; " : ""}${field.allowed}`;
+    label.title = input.title = [field.shown === field.text ? "" : field.text, field.help, field.allowed].filter(Boolean).join("; ");
     const error = document.createElement("div");
     error.className = "sd-error"; error.setAttribute("role", "alert"); error.id = `${input.id}-error`;
     input.setAttribute("aria-describedby", error.id);
@@ -78,10 +78,11 @@ export function form(root, send) {
     for (const [key, several] of rows) for (const { box, input, range, error, field } of several) {
       box.dataset.text = field.text;  // as the case has it
       const wrong = key in errors, active = document.activeElement;
-      if (wrong) input.value = typed[key]; else if (!range || active !== range) input.value = field.text;
+      if (wrong) input.value = typed[key]; else if (!range || active !== range) input.value = field.shown;
       input.setAttribute("aria-invalid", String(wrong));
       error.textContent = wrong ? errors[key] : "";
       if (wrong && box.closest("details")) box.closest("details").open = true;
+      if (wrong && active === input) error.scrollIntoView({ block: "nearest" });
       if (range && active !== range && field.slider) range.value = position(field.slider, field.slider.value);
     }
   }

@@ -9,6 +9,8 @@ const LETTER = "system-ui, sans-serif";
 const SMALL = 80;            // side of the drawing of a bearing from which on there is room for its force [pixel]
 const HIGH = 15;             // of a name [pixel]
 const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
+const TONES = { ink: "#222222", back: "#ffffff", faint: "#767676", fill: "#e4e4e4", blue: "#0072B2", green: "#009E73",
+  contact: "#D55E00", free: "#56B4E9", part: "#CC79A7", trail: "#E69F00" };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const LARGER = [1, 2, 5, 10, 20, 50, 100];  // magnifications of deflections
 
@@ -52,12 +54,8 @@ function render({ model, el }) {
 
   // ---- colours: from the page's theme, with defaults for notebooks
   function recolor() {
-    const style = getComputedStyle(root);
-    const of = (name, other) => style.getPropertyValue(name).trim() || other;
-    colors = { ink: of("--sd-ink", "#222222"), back: of("--sd-back", "#ffffff"), faint: of("--sd-faint", "#767676"),
-      fill: of("--sd-fill", "#e4e4e4"), blue: of("--sd-blue", "#0072B2"), green: of("--sd-green", "#009E73"),
-      contact: of("--sd-contact", "#D55E00"), free: of("--sd-free", "#56B4E9"), part: of("--sd-part", "#CC79A7"),
-      trail: of("--sd-trail", "#E69F00") };
+    const style = getComputedStyle(root), of = ([name, other]) => [name, style.getPropertyValue(`--sd-${name}`).trim() || other];
+    colors = Object.fromEntries(Object.entries(TONES).map(of));
   }
 
   // ---- geometry
@@ -150,16 +148,17 @@ function render({ model, el }) {
     if (fill) { context.fillStyle = fill; context.fill(); }
     if (stroke) { context.strokeStyle = stroke; context.lineWidth = width; context.stroke(); }
   }
-  function text(words, x, y, color, align = "center", size = 12) {
+  function text(words, x, y, color, align = "center", size = 12, most = undefined) {
     context.font = `${size}px ${LETTER}`; context.textAlign = align; context.textBaseline = "middle";
-    context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y);
-    context.fillStyle = color; context.fillText(words, x, y);
+    context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y, most);
+    context.fillStyle = color; context.fillText(words, x, y, most);
   }
   // the name of a point of the drawing, moved into the drawing where it would leave it; that of a point outside is not drawn
   function name(words, x, y, dx, dy, color, align = "center") {
     const { main, height } = box(); if (x < 0 || x > main || y < 0 || y > height) return;
     context.font = `12px ${LETTER}`;
-    const wide = context.measureText(words).width, left = within(x + dx - (align === "left" ? 0 : wide / 2), wide, main);
+    const wide = context.measureText(words).width, wished = x + dx - (align === "left" ? 0 : wide / 2), left = within(wished, wide, main);
+    if (Math.abs(left - wished) > 8) dy = dy > 0 ? 22 : -22;  // beside it there is no room
     const top = within(y + dy - HIGH / 2, HIGH, height);
     named.push({ words, left, top, right: left + wide, bottom: top + HIGH });
     const nx = Math.max(left, Math.min(x, left + wide)), ny = Math.max(top, Math.min(y, top + HIGH)), part = 6 / Math.hypot(nx - x, ny - y);
@@ -168,11 +167,14 @@ function render({ model, el }) {
     if (part < 0.7) context.stroke();  // a thin line to a point further off
     text(words, left, top + HIGH / 2, color, "left");
   }
+  function drawPath(points, first, last, X, Y, width) {
+    context.beginPath();
+    for (let k = first; k <= last; k++) { const [x, y] = at(points, k, 0, 1); context.lineTo(X(x), Y(y)); }
+    context.strokeStyle = colors.trail; context.lineWidth = width; context.stroke();
+  }
   function drawTracks(source, frame, X, Y) {
     for (const track of source.tracks) {
-      context.beginPath();
-      for (let k = 0; k <= frame; k++) { const [x, y] = at(track.points, k, 0, 1); k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y)); }
-      context.strokeStyle = colors.trail; context.lineWidth = 1.2; context.stroke();
+      drawPath(track.points, 0, frame, X, Y, 1.2);
       const [x, y] = at(track.points, frame, 0, 1);
       disc(X(x), Y(y), 3, colors.trail); name(track.name, X(x), Y(y), 8, -9, colors.trail, "left");
     }
@@ -214,12 +216,7 @@ function render({ model, el }) {
     disc(cx, cy, (1 + GAP) * r, colors.back, joint.name === model.get("selected") ? colors.trail : colors.ink, 1.4);
     const [x, y] = at(joint.journal, frame, 0, 1);
     disc(cx + r * x, cy - r * y, r, colors.fill, color, 2.4);
-    context.beginPath();
-    for (let j = Math.max(0, frame - TRAIL); j <= frame; j++) {
-      const [u, v] = at(joint.journal, j, 0, 1);
-      j === Math.max(0, frame - TRAIL) ? context.moveTo(cx + r * u, cy - r * v) : context.lineTo(cx + r * u, cy - r * v);
-    }
-    context.strokeStyle = colors.trail; context.lineWidth = 1.3; context.stroke();
+    drawPath(joint.journal, Math.max(0, frame - TRAIL), frame, u => cx + r * u, v => cy - r * v, 1.3);
     disc(cx, cy, 1.5, colors.ink);
   }
   function drawChannel(channel, frame, cx, cy, r, color) {
@@ -250,9 +247,11 @@ function render({ model, el }) {
       const touched = joint.block ? touches(joint, frame) : joint.touched[frame], color = touched ? colors.contact : colors.free;
       const small = cell < SMALL, up = small ? 6 : 12;  // small ones say their force by their colour alone
       (joint.block ? drawChannel : drawBearing)(joint, frame, cx, cy - up, (small ? 0.22 : 0.25) * cell, color);
-      const size = joint.name.length > cell / 7.5 ? 10 : 12, room = Math.max(6, Math.floor(cell / (0.6 * size)));
-      const name = joint.name.length > room ? `${joint.name.slice(0, room - 1)}…` : joint.name;
-      text(name, cx, cy + cell / 2 - (small ? 7 : 18), colors.ink, "center", size);
+      let size = 12, words = joint.name;
+      const wide = () => { context.font = `${size}px ${LETTER}`; return context.measureText(words).width; };
+      while (size > 9 && wide() > cell - 3) size--;
+      while (words.length > 6 && wide() > 1.15 * cell) words = `${words.slice(0, -2)}…`;  // a little is condensed
+      text(words, cx, cy + cell / 2 - (small ? 7 : 18), colors.ink, "center", size, cell - 3);
       if (!small) text(touched ? newtons(joint.force[frame]) : "free", cx, cy + cell / 2 - 5, touched ? colors.contact : colors.faint);
     });
     const gains = [...new Set(source.insets.map(joint => Number(joint.gain.toPrecision(2))))];
@@ -263,10 +262,8 @@ function render({ model, el }) {
     wanted = false;
     const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     if (!width || !height) return;
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
-      if (!camera.own) fit();
-    }
+    const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (canvas.width !== wide || canvas.height !== high) { [canvas.width, canvas.height] = [wide, high]; if (!camera.own) fit(); }
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = colors.back; context.fillRect(0, 0, width, height);
     if (!scene) { text("computing the first run", width / 2, height / 2, colors.faint); return; }
@@ -321,7 +318,12 @@ function render({ model, el }) {
   function goto(t) { if (scene) go(Math.round(t / (scene.time[frames() - 1] || 1) * (frames() - 1))); }
 
   // ---- pointer
-  function where(event) { const r = canvas.getBoundingClientRect(); return [event.clientX - r.left, event.clientY - r.top]; }
+  const where = ({ clientX, clientY }) => { const r = canvas.getBoundingClientRect(); return [clientX - r.left, clientY - r.top]; };
+  // the handle of the length of a bar
+  function grip(shape, frame, X, Y) {
+    const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
+    return [X(0.65 * a[0] + 0.35 * b[0]), Y(0.65 * a[1] + 0.35 * b[1])];
+  }
   function hit(px, py) {
     if (!scene) return null;
     const { main, cell, columns } = box(), source = shown(), frame = frameOf(), [X, Y] = onto();
@@ -335,14 +337,12 @@ function render({ model, el }) {
       const [x, y] = [X(each.at[0]), Y(each.at[1])], far = Math.hypot(px - x, py - y);
       if (far < REACH && (!best || far < best.far || (each.loose && far < best.far + 3))) best = { kind: "pin", name: each.name, x, y, far };
     }
-    if (best) return best;
     for (const shape of source.shapes) {
-      if (shape.kind !== "bar" || shape.count !== 2 || !movable) continue;
-      const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
-      const x = X(0.65 * a[0] + 0.35 * b[0]), y = Y(0.65 * a[1] + 0.35 * b[1]);
+      if (best || shape.kind !== "bar" || shape.count !== 2 || !movable) continue;
+      const [x, y] = grip(shape, frame, X, Y);
       if (Math.hypot(px - x, py - y) < REACH) return { kind: "length", name: shape.name, x, y };
     }
-    return null;
+    return best;
   }
   function select(name) { model.set("selected", name); model.save_changes(); redraw(); }
   // the next clearance joint or guide, as they stand beside the drawing
@@ -397,8 +397,7 @@ function render({ model, el }) {
     if (!hold) return;
     if (hold.moved && (hold.kind === "pin" || hold.kind === "length")) tell("end");
     else if (!hold.moved && (hold.kind === "pin" || hold.kind === "inset")) {
-      const again = model.get("selected") === hold.name && camera.follow;
-      const seen = followedPlace();
+      const again = model.get("selected") === hold.name && camera.follow, seen = followedPlace();
       camera.follow = !again; camera.own = true;
       if (again && seen) [camera.x, camera.y] = seen;
       select(hold.name);
@@ -429,22 +428,16 @@ function render({ model, el }) {
     note.textContent = magnify.value === "1" ? "" : "Deflections are being magnified.";
   });
   bars.addEventListener("change", redraw); scrub.addEventListener("input", () => go(Number(scrub.value)));
-  canvas.addEventListener("keydown", event => {
-    const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (event.key === " ") { event.preventDefault(); play(!playing); }
-    else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
-    else if (event.key === "ArrowUp" || event.key === "ArrowDown") { event.preventDefault(); turn(event.key === "ArrowUp" ? -1 : 1); }
-  });
+  const keys = { " ": () => play(!playing), ArrowLeft: () => go(Math.floor(now) - 1), ArrowRight: () => go(Math.floor(now) + 1),
+    ArrowUp: () => turn(-1), ArrowDown: () => turn(1) };
+  canvas.addEventListener("keydown", event => { if (keys[event.key]) { event.preventDefault(); keys[event.key](); } });
 
   root.frame = go;
   // where joints and the handles of lengths are on the screen, for tests and other scripts
   root.handles = () => {
     const source = shown(), frame = frameOf(), [X, Y] = onto(), found = {};
     if (!source) return found;
-    for (const shape of source.shapes) if (shape.kind === "bar" && shape.count === 2) {
-      const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
-      found[`length ${shape.name}`] = [X(0.65 * a[0] + 0.35 * b[0]), Y(0.65 * a[1] + 0.35 * b[1])];
-    }
+    for (const shape of source.shapes) if (shape.kind === "bar" && shape.count === 2) found[`length ${shape.name}`] = grip(shape, frame, X, Y);
     for (const each of places(source, frame)) found[each.name] = [X(each.at[0]), Y(each.at[1])];
     return found;
   };

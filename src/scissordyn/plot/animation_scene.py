@@ -24,8 +24,8 @@ from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols
-from scissordyn.run.answer.joints import joint_force
 from scissordyn.run.answer.placement import Placement
+from scissordyn.run.results import along
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,6 +113,7 @@ class Scene:
         region: np.ndarray | Corners | None = None,
         longer: float = REGION,
         looks: int = LOOKS,
+        alone: bool = False,
     ) -> np.ndarray:
         """Where the names of the magnified joints stand, see `label_place.asides`; outlines are closed.
 
@@ -127,7 +128,8 @@ class Scene:
         places = np.concatenate([nothing, *(joint.place[:, None] for joint in named)], axis=1)
         others = np.concatenate([self.pins, *(joint.place[:, None] for joint in self.magnified[len(named) :])], axis=1)
         low, high = (self.low, self.high) if region is None else region
-        return asides([joint.name for joint in named], places, lines, others, (low, high), longer=longer, looks=looks)
+        names = [joint.name for joint in named]
+        return asides(names, places, lines, others, (low, high), longer=longer, looks=looks, alone=alone)
 
 
 def _parts(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
@@ -254,18 +256,19 @@ def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Sha
 def _clearance_joint(
     run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str
 ) -> ClearanceJoint:
-    joint, here = mechanism.joint(name), run[["clearance", "eccentricity", "in_contact"]].sel(joint=name)
+    joint, read = mechanism.joint(name), run.variables
+    k = read["joint"].values.tolist().index(name)
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
-    clearance = float(here["clearance"])
-    eccentricity = GAP / clearance * placement.vectors(here["eccentricity"].transpose("time", "axis").values)
+    clearance = float(read["clearance"].values[k])
+    eccentricity = GAP / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
     last = int(frames[-1]) + 1
     fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
     # a contact may be shorter than a frame: each frame covers all samples since the one before
     begins = np.concatenate([[0], frames[:-1] + 1])
-    force = joint_force(run, name)[:last]
-    touching = here["in_contact"].values[:last]
-    touched, largest = frame_contacts(run, name, run["time"].values[frames])
+    force = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k])[:last]
+    touching = along(read["in_contact"], "joint", "time")[k, :last]
+    touched, largest = frame_contacts(run, name, read["time"].values[frames])
     return ClearanceJoint(
         name=name,
         place=placement.place(joint.bearing),

@@ -49,7 +49,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
 
 def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:
     """A scene for the canvas."""
-    largest = largest_forces(run) if scene.channels else {}
+    largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > MOST_NAMES
     data = {
         "run": number,
         "note": note,
@@ -76,7 +76,7 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "joints": [_joint(joint) for joint in scene.clearance_joints],
         # a click on a channel shows the curves of its corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": np.round(scene.asides(looks=LOOKS if len(scene.magnified) <= MOST_NAMES else 1), 1).tolist(),
+        "asides": np.round(scene.asides(looks=1 if alone else LOOKS, alone=alone), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,

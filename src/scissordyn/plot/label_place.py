@@ -48,8 +48,11 @@ def asides(
     *,
     longer: float = REGION,
     looks: int = LOOKS,
+    alone: bool = False,
 ) -> np.ndarray:
     """Where the middles of names are, relative to their joints, at instants that are equally spread over a film.
+
+    `alone`: whether one name is shown at a time.
 
     Shapes: `joints` (frames, names, 2) [m], `lines` (frames, points, 2) [m], `others` (frames, joints, 2) [m]; returns
     (instants, names, 2) [pt].
@@ -68,7 +71,9 @@ def asides(
         tries, distance = _tried(half)
         cost = FAR * np.tile(distance, (len(chosen), 1))
         for here, points, before, paid in zip(places, ink, chosen_places, cost, strict=True):
-            paid += _hidden(here, k, tries, half, points, edges) + _covered(here, k, tries, half, before, halves)
+            paid += _hidden(here, k, tries, half, points, edges)
+            if not alone:
+                paid += _covered(here, k, tries, half, before, halves)
         chosen_places[:, k] = tries[_calmest(cost, JUMP * len(chosen))]
     return chosen_places
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -52,6 +54,18 @@ LATENCY = """run => {
   return drawn && drawn.run > run && drawn.at > released ? drawn.at - released : null;
 }"""
 
+ARRIVALS = """window.arrived = [];
+const Socket = window.WebSocket;
+window.WebSocket = class extends Socket {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener("message", event => {
+      if (event.data.byteLength > 20000) window.arrived.push(performance.now());
+    });
+  }
+};"""
+"""When messages with runs are there."""
+
 DRAWN = "() => document.querySelector('#sd-canvas canvas[data-drawn]') && window.scissordyn"
 """Whether the mechanism is drawn, as it is declared."""
 
@@ -79,7 +93,9 @@ def measure(quick: bool = False) -> str:
     with chromium() as browser, tempfile.TemporaryDirectory() as folder:
         started = [_opening(browser, CASE) for _ in range(turns)]
         with served(CASE) as url:
-            tab = Tab(browser, url)
+            tab = Tab(browser, "")
+            tab.page.add_init_script(ARRIVALS)
+            tab.open(url)
             weight = tab.page.evaluate(WEIGHT)
             latencies = _latencies(tab, runs, "drive speed")
             opened = [_page(browser, url) for _ in range(turns)]
@@ -102,14 +118,26 @@ def measure(quick: bool = False) -> str:
             tab.close()
         examples = [*sorted(CASE.parent.glob("*.toml"))[: 2 if quick else None], Path(folder) / "array.toml"]
         slowest = max((_opening(browser, case, whole=False)[0], case.stem) for case in examples)
-    latency = statistics.median(latencies)
+        server = [_server(path, 1 + runs // 2) for path in (CASE, Path(folder) / "twenty.toml")]
+    latency, arrival = (statistics.median(column) for column in zip(*latencies, strict=True))
+    totals = [total for total, _ in latencies]
     drawing, curves = (statistics.median(column) for column in zip(*opened, strict=True))
     first_drawing, first_curves = (statistics.median(column) for column in zip(*started, strict=True))
     rows = [
         [
             f"slider released to new curves on the screen, median of {len(latencies)}",
-            f"{1e3 * latency:.0f} ms ({1e3 * min(latencies):.0f} to {1e3 * max(latencies):.0f})",
+            f"{1e3 * latency:.0f} ms ({1e3 * min(totals):.0f} to {1e3 * max(totals):.0f})",
             f"{1e3 * CURVES:.0f} ms: {_verdict(latency, CURVES)}",
+        ],
+        [
+            "of it until the message of the run is there, and until it is drawn",
+            f"{1e3 * arrival:.0f} and {1e3 * (latency - arrival):.0f} ms",
+            "",
+        ],
+        [
+            "processor time of the server for one change, the run in it; of twenty units",
+            " and ".join(f"{1e3 * used:.0f} ms" for used in server),
+            "",
         ],
         [
             "the same of twenty units, beyond the computation of the accurate run: ideal and coarse runs can precede it",
@@ -190,8 +218,8 @@ def _verdict(found: float, target: float) -> str:
     return "met" if found <= target else "missed"
 
 
-def _latencies(tab: Any, runs: int, slider: str) -> list[float]:
-    """Times between the release of a slider and the frame that shows the new curves [s]."""
+def _latencies(tab: Any, runs: int, slider: str) -> list[tuple[float, float]]:
+    """Times between the release of a slider and the frame that shows the new curves, and the message that has them [s]."""
     times = []
     for turn in range(runs + 3):
         before = tab.run
@@ -199,8 +227,40 @@ def _latencies(tab: Any, runs: int, slider: str) -> list[float]:
         lasting = tab.page.wait_for_function(LATENCY, arg=before, timeout=300_000).json_value()
         tab.ready(before)
         if turn >= 3:  # the first runs warm up
-            times.append(1e-3 * lasting)
+            arrived, released = tab.page.evaluate("() => [window.arrived, window.scissordyn.released]")
+            times.append((1e-3 * lasting, 1e-3 * (next(at for at in arrived if at > released) - released)))
     return times
+
+
+def _server(path: Path, runs: int) -> float:
+    """Processor time of the server for one change of a number, its run in it; a median [s]."""
+    from scissordyn.explore.case import open_case
+    from scissordyn.explore.message import packed
+    from scissordyn.explore.page import Page
+    from scissordyn.explore.session import Session
+
+    case, shown = open_case(path), threading.Event()
+    used: list[float] = []
+
+    def send(message: Any) -> None:
+        packed(message)
+        if "scene" in message and not message["bar"]["note"]:
+            shown.set()
+        if "scene" in message:
+            threading.Timer(1e-3, lambda: page.hear(json.dumps({"type": "drawn", "run": message["run"]}))).start()
+
+    page = Page(Session(case, lambda what: None), send)
+    page.begin()
+    shown.wait(300.0)
+    for turn in range(runs):
+        time.sleep(1.5)  # the run has been computed once more for its curves
+        shown.clear()
+        began = time.process_time()
+        page.hear(json.dumps({"type": "change", "key": "drive.speed", "text": f"{151 + turn} rpm"}))
+        shown.wait(300.0)
+        used.append(time.process_time() - began)
+    page.close()
+    return statistics.median(used)
 
 
 def _beyond(tab: Any, runs: int) -> float:

@@ -70,6 +70,9 @@ INNER: Mapping[str, type[Table]] = {
     "reference": DriveTable,
 }
 
+PAIRS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
+"""Keys of two numbers, with their units."""
+
 LONG = 14
 """Letters of a text that has room in the form."""
 
@@ -194,16 +197,14 @@ def _of_table(
         value = given.get(key, None if known.required else known.default)
         quantity = known.quantity
         if isinstance(value, str | int) and (table, key) in CHOICES:
-            yield _text(here, group, key, str(value), known.help, CHOICES[table, key])
+            yield _choice(here, group, str(value), known.help, CHOICES[table, key])
         elif quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
-            field = _number(here, group, key, value, quantity, starred=star and key in STARRED)
-            if field is not None:
-                yield field
+            yield from _field(here, group, key, value, quantity, star=star)
         elif key == "points" and isinstance(value, Mapping):
             for name, point in value.items():
-                yield from _point((*here, name), f"{group}", f"point {name}", point, "m", known.help)
-        elif isinstance(value, str) and key in ("position", "centre", "through", "velocity", "coupler_point"):
-            yield from _point(here, group, key, value, "m/s" if key == "velocity" else "m", known.help)
+                yield from _field((*here, name), group, f"point {name}", point, Quantity("m", help=known.help), count=2)
+        elif isinstance(value, str) and key in PAIRS:
+            yield from _field(here, group, key, value, Quantity(PAIRS[key], help=known.help), count=2)
         elif key in BY_KIND or key == "controller":
             yield from _of_law(key, value, given, here, group, code, star=star)
         elif key in INNER and isinstance(value, Mapping):
@@ -233,43 +234,33 @@ def _of_law(
 def _of_dataclass(
     kind: Any, given: Mapping[str, Any], place: Route, group: str, *, star: bool, law: str = ""
 ) -> Iterator[Field]:
-    for each in declared(kind).values():
-        value = given.get(each.name, None if each.default is dataclasses.MISSING else each.default)
-        if isinstance(value, str) and (kind, each.name) in CHOICES:
-            yield _text((*place, each.name), group, each.name, value, "by its name", CHOICES[kind, each.name])
-        elif each.quantity is not None and not isinstance(value, tuple | list | Mapping):
-            starred = star and each.name in STARRED
-            field = _number((*place, each.name), group, each.name, value, each.quantity, starred=starred)
-            if field is not None:
-                yield dataclasses.replace(field, law=law)
+    for name, known in declared(kind).items():
+        value = given.get(name, None if known.default is dataclasses.MISSING else known.default)
+        if isinstance(value, str) and (kind, name) in CHOICES:
+            yield _choice((*place, name), group, value, "by its name", CHOICES[kind, name])
+        elif known.quantity is not None:
+            yield from _field((*place, name), group, name, value, known.quantity, star=star, law=law)
 
 
-def _number(place: Route, group: str, name: str, value: Any, quantity: Quantity, *, starred: bool) -> Field | None:
-    """A field of one number, written or by default; None if it is something else."""
-    if value is None or isinstance(value, bool):
-        return None
+def _choice(place: Route, group: str, value: str, help: str, choices: str) -> Field:
+    return Field(place, group, str(place[-1]), value, (), Quantity("", help=help), choices=choices)
+
+
+def _field(
+    place: Route, group: str, name: str, value: Any, quantity: Quantity, *, star: bool = False, law: str = "", count: int = 1
+) -> Iterator[Field]:
+    """The field of one number, written or by default, or of two; none of anything else."""
     if isinstance(value, str):
         try:
-            number = read_quantity(value, quantity)
+            numbers = read_numbers(value, quantity.unit) if count > 1 else (read_quantity(value, quantity),)
         except InputError:  # of a unit that depends on other keys; the reader of the case knows it
-            return None
+            return
         if quantity.unit == "K":  # degrees Celsius have no factor, which sliders need
-            value = written(number, "K")
-        return Field(place, group, name, value, (number,), quantity, starred)
-    if not isinstance(value, int | float):
-        return None
-    text = repr(value) if quantity.unit == "1" else written(float(value), quantity.unit)
-    return Field(place, group, name, text, (float(value),), quantity, starred)
-
-
-def _text(place: Route, group: str, name: str, value: str, help: str, choices: str) -> Field:
-    """A field of a text, or of a number of parts."""
-    return Field(place, group, name, value, (), Quantity("", help=help), choices=choices)
-
-
-def _point(place: Route, group: str, name: str, text: Any, unit: str, help: str) -> Iterator[Field]:
-    """A field of two numbers."""
-    if isinstance(text, str):
-        numbers = read_numbers(text, unit)
-        if len(numbers) == 2:
-            yield Field(place, group, name, text, numbers, Quantity(unit, help=help))
+            value = written(numbers[0], "K")
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        numbers = (float(value),)
+        value = repr(value) if quantity.unit == "1" else written(float(value), quantity.unit)
+    else:
+        return
+    if len(numbers) == count:
+        yield Field(place, group, name, value, numbers, quantity, star and name in STARRED, law)

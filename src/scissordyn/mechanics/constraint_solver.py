@@ -9,6 +9,7 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.constraint_part import part_slope, part_value
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
 _band_factorize, _band_solve = band.factorize, band.solve
@@ -52,8 +53,11 @@ def move_drives(t, S):
         k, which = M.timed[i], M.timed_function[i]
         motion_at(t, which, S)
         unit, f = M.timed_unit[i], W.function_value
-        # a distance l(t): value l^2/2 and its derivatives by time
         l, v, a, j = unit * f[0], unit * f[1], unit * f[2], unit * f[3]
+        if M.timed_linear[i] == 1:
+            W.value[0, k], W.value[1, k], W.value[2, k], W.value[3, k] = l, v, a, j
+            continue
+        # a distance l(t): value l^2/2 and its derivatives by time
         W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v
         W.value[2, k], W.value[3, k] = v * v + l * a, 3.0 * v * a + l * j
 
@@ -118,9 +122,10 @@ def clear_row(k, S):
 def factorize_constraints(S):
     """Write the gradients of the constraints and factorize Phi Phi^T; returns a singular row or -1."""
     M, W = S.model, S.work
-    # gradients: Phi = sum w d^T rows (R4)
+    # gradients: Phi = sum w d^T rows (R4), or with the slopes of other functions of d
     for p in range(M.part_constraint.size):
-        dx, dy = W.part_weight[p] * W.direction[p, 0], W.part_weight[p] * W.direction[p, 1]
+        sx, sy = part_slope(M.part_reference[p], W.direction[p, 0], W.direction[p, 1])
+        dx, dy = W.part_weight[p] * sx, W.part_weight[p] * sy
         for i in range(M.part_start[p], M.part_start[p + 1]):
             W.gradient[i] = dx * M.constraint_row[0, i] + dy * M.constraint_row[1, i]
     # Phi Phi^T, over the pairs of constraints that share columns
@@ -183,7 +188,8 @@ def velocity_errors(S):
     # rate of (R4): sum w d . d', less that of the value
     for p in range(M.part_constraint.size):
         ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
-        W.work[M.part_constraint[p]] += W.part_weight[p] * (W.direction[p, 0] * ux + W.direction[p, 1] * uy)
+        sx, sy = part_slope(M.part_reference[p], W.direction[p, 0], W.direction[p, 1])
+        W.work[M.part_constraint[p]] += W.part_weight[p] * (sx * ux + sy * uy)
         fastest = max(fastest, abs(ux) + abs(uy))
     return fastest
 
@@ -204,8 +210,7 @@ def project(t, y, S):
         for k in range(m):
             W.work[k] = -W.value[0, k]
         for p in range(M.part_constraint.size):
-            dx, dy = W.direction[p, 0], W.direction[p, 1]
-            W.work[M.part_constraint[p]] += 0.5 * W.part_weight[p] * (dx * dx + dy * dy)
+            W.work[M.part_constraint[p]] += W.part_weight[p] * part_value(p, S)
         for k in range(m):
             worst = max(worst, abs(W.work[k]))
         if not worst > DRIFT or factorize_constraints(S) >= 0:

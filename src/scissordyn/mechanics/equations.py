@@ -1,6 +1,7 @@
 """Equations of motion in natural coordinates with unit mass matrix.
 
-With d = rows X the maps of the quadratic constraints sum(w |d|^2/2) = value, X = (x, b(t)), Phi = sum(w d^T rows):
+With d = rows X the maps of the quadratic constraints sum(w |d|^2/2) = value, X = (x, b(t)), Phi = sum(w d^T rows), and likewise
+for other functions of d (`constraint_part`):
 
     x'' + Phi^T lambda = f - M_xb b'',    sum(w (d . d'' + |d'|^2)) = value''.
 
@@ -14,6 +15,7 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.actuator import recorded_signal
 from scissordyn.mechanics.component import add_component, linearise_component
+from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 from scissordyn.mechanics.constraint_solver import (
     expand,
     factorize_constraints,
@@ -67,7 +69,8 @@ def accelerate(t, y, S, dy):
             W.multiplier[k] = math.nan if singular else -W.value[2, k]
         for p in range(M.part_constraint.size):
             ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
-            W.multiplier[M.part_constraint[p]] += W.part_weight[p] * (ux * ux + uy * uy)
+            hx, hy = part_curvature(M.part_reference[p], W.direction[p, 0], W.direction[p, 1], ux, uy)
+            W.multiplier[M.part_constraint[p]] += W.part_weight[p] * (hx * ux + hy * uy)
         # and Phi times the accelerations without constraints
         for k in range(W.multiplier.size):
             total = W.multiplier[k]
@@ -157,18 +160,17 @@ def linearise_constraints(S, dt):
                 fy += ry * W.basis[2, column]
                 gx += rx * W.basis[3, column]
                 gy += ry * W.basis[3, column]
-        k, weight = M.part_constraint[p], W.part_weight[p]
+        k, weight, kind = M.part_constraint[p], W.part_weight[p], M.part_reference[p]
+        dx, dy, ux, uy = W.direction[p, 0], W.direction[p, 1], W.direction_rate[p, 0], W.direction_rate[p, 1]
+        hx, hy = part_curvature(kind, dx, dy, ex, ey)
         for i in range(M.part_start[p], M.part_start[p + 1]):
             column = M.constraint_column[i]
             if column < n:
-                dt[n + column] -= W.multiplier[k] * weight * (M.constraint_row[0, i] * ex + M.constraint_row[1, i] * ey)
-        W.work[k] += weight * (
-            ex * W.direction_acceleration[p, 0]
-            + ey * W.direction_acceleration[p, 1]
-            + 2.0 * (W.direction_rate[p, 0] * fx + W.direction_rate[p, 1] * fy)
-            + W.direction[p, 0] * gx
-            + W.direction[p, 1] * gy
-        )
+                dt[n + column] -= W.multiplier[k] * weight * (M.constraint_row[0, i] * hx + M.constraint_row[1, i] * hy)
+        sx, sy = part_slope(kind, dx, dy)
+        hx, hy = part_curvature(kind, dx, dy, ux, uy)
+        bx, by = part_bend(kind, dx, dy, ux, uy, W.direction_acceleration[p, 0], W.direction_acceleration[p, 1])
+        W.work[k] += weight * (ex * bx + ey * by + 2.0 * (hx * fx + hy * fy) + sx * gx + sy * gy)
     # as in (R6), with dt in the place of f
     for k in range(m):
         for i in range(M.constraint_start[k], M.constraint_start[k + 1]):

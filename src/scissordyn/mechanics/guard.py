@@ -6,6 +6,7 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.component import component_gap, switch_loss
+from scissordyn.mechanics.constraint_part import part_slope
 from scissordyn.mechanics.constraint_solver import (
     expand,
     expand_element,
@@ -146,7 +147,8 @@ def impulsive_work(S):
         W.work[k] = 0.0
     # Phi Phi^T P = -Phi jump
     for p in range(M.part_constraint.size):
-        along = W.direction[p, 0] * W.direction_acceleration[p, 0] + W.direction[p, 1] * W.direction_acceleration[p, 1]
+        sx, sy = part_slope(M.part_reference[p], W.direction[p, 0], W.direction[p, 1])
+        along = sx * W.direction_acceleration[p, 0] + sy * W.direction_acceleration[p, 1]
         W.work[M.part_constraint[p]] -= W.part_weight[p] * along
     factorize_constraints(S)
     solve_constraints(S, W.work[: W.multiplier.size])

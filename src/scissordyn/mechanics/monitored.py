@@ -32,10 +32,12 @@ DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
     COMPONENT_OUTPUT,
     JOINT_FORCE,
     CONTACT_FORCE,
-) = range(9)
+    COUPLING_FORCE,
+) = range(10)
 """Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index; that of a component's output is
 the component times `RESULTS` and its place among the results, that of an oiled joint's force the contact times the number of
-components and the place of its film among them; `CONTACT_FORCE` is normal force and friction of a contact."""
+components and the place of its film among them; `CONTACT_FORCE` is normal force and friction of a contact, `COUPLING_FORCE` the
+multiplier of a constraint."""
 
 OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE
 """Kinds that one contact alone determines."""
@@ -200,6 +202,8 @@ def write_row(t, row, S, out):
         size = abs(drive_torque(which, S))
     elif kind == COMPONENT_FORCE:
         size = component_size(which, S)
+    elif kind == COUPLING_FORCE:
+        size = abs(W.multiplier[which])
     elif kind == TRACK_DEVIATION:
         size = track_deviation(t, which, S)
     elif kind == COMPONENT_OUTPUT:

@@ -9,6 +9,7 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
+from scissordyn.mechanics.constraint_part import part_value
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
@@ -186,8 +187,7 @@ def largest_length_error(S):
     for k in range(W.multiplier.size):
         W.work[k] = -W.value[0, k]
     for p in range(M.part_constraint.size):
-        d = W.direction[p]
-        W.work[M.part_constraint[p]] += 0.5 * W.part_weight[p] * (d[0] * d[0] + d[1] * d[1])
+        W.work[M.part_constraint[p]] += W.part_weight[p] * part_value(p, S)
     worst = 0.0
     for k in range(W.multiplier.size):
         worst = max(worst, abs(W.work[k]))

@@ -1,8 +1,8 @@
 """Angles with their turns: counted from one step to the next.
 
 An angle is known from the directions of bodies up to full turns. `State.reference` holds the angles at the end of the last
-step, of each family of parallel bodies and of each component that reads an angle; within a step an angle is the one nearest to
-that.
+step, of each family of parallel bodies, of each component that reads an angle and of each angle in a constraint; within a step
+an angle is the one nearest to that.
 """
 
 from __future__ import annotations
@@ -58,4 +58,11 @@ def count_turns(S):
             _, _, ax, ay, bx, by, _, _, px, py, qx, qy = map_values(contacts + i, S)
             reference[M.reference_of[i]] = relative_angle(i, S, ax, ay, bx, by)
             fastest = max(fastest, abs((ax * py - ay * px) - (bx * qy - by * qx)))
+    for p in range(M.part_reference.size):
+        if M.part_reference[p] >= 0:
+            dx = dy = 0.0
+            for i in range(M.part_start[p], M.part_start[p + 1]):
+                dx += M.constraint_row[0, i] * S.work.X[M.constraint_column[i]]
+                dy += M.constraint_row[1, i] * S.work.X[M.constraint_column[i]]
+            reference[M.part_reference[p]] = counted_angle(dy, dx, reference[M.part_reference[p]])
     return fastest

@@ -14,6 +14,7 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 
 _band_factorize, _band_solve = band.factorize, band.solve
 
@@ -57,12 +58,14 @@ def factorize(hg, S):
 @kernel
 def constraint_row(p, hg, S):
     """The weights that part p of a constraint has on the changes of its map."""
-    W = S.work
+    W, kind = S.work, S.model.part_reference[p]
+    dx, dy, ux, uy = W.frozen_direction[p, 0], W.frozen_direction[p, 1], W.frozen_rate[p, 0], W.frozen_rate[p, 1]
+    sx, sy = part_slope(kind, dx, dy)
+    hx, hy = part_curvature(kind, dx, dy, ux, uy)
+    bx, by = part_bend(kind, dx, dy, ux, uy, W.direction_acceleration[p, 0], W.direction_acceleration[p, 1])
     # (R4) twice differentiated: accelerations change by 1, rates by hg, positions by hg^2
     weight = W.part_weight[p]
-    wx = weight * (W.frozen_direction[p, 0] + hg * (2.0 * W.frozen_rate[p, 0] + hg * W.direction_acceleration[p, 0]))
-    wy = weight * (W.frozen_direction[p, 1] + hg * (2.0 * W.frozen_rate[p, 1] + hg * W.direction_acceleration[p, 1]))
-    return wx, wy
+    return weight * (sx + hg * (2.0 * hx + hg * bx)), weight * (sy + hg * (2.0 * hy + hg * by))
 
 
 @kernel
@@ -110,6 +113,7 @@ def add_constraints(hg, S):
             if a >= n:
                 continue
             row, rx, ry = place[a], M.constraint_row[0, i], M.constraint_row[1, i]
+            hx, hy = part_curvature(M.part_reference[p], W.frozen_direction[p, 0], W.frozen_direction[p, 1], rx, ry)
             if constraint >= 0:
                 matrix[row, constraint - row + lower] += W.row_factor[a] * W.frozen_gradient[i]
                 matrix[constraint, row - constraint + lower] += (wx * rx + wy * ry) * W.unknown_factor[a]
@@ -117,7 +121,7 @@ def add_constraints(hg, S):
                 b = M.constraint_column[j]
                 if b < n:
                     at = place[b] - row + lower
-                    change = W.row_factor[a] * (value * (rx * M.constraint_row[0, j] + ry * M.constraint_row[1, j]))
+                    change = W.row_factor[a] * (value * (hx * M.constraint_row[0, j] + hy * M.constraint_row[1, j]))
                     matrix[row, at] += change * W.unknown_factor[b]
                     if paired:
                         W.aside[row, at] += change * W.given_factor[b]
@@ -233,12 +237,15 @@ def load_constraints(r, S):
                 dx += M.constraint_row[0, i] * r[column]
                 dy += M.constraint_row[1, i] * r[column]
         # what r_x changes at fixed rates: Phi^T lambda, and the constraint twice differentiated
-        value = hg * W.frozen_multiplier[k] * weight
+        value, kind, qx, qy = hg * W.frozen_multiplier[k] * weight, M.part_reference[p], W.frozen_direction[p, 0], W.frozen_direction[p, 1]
+        hx, hy = part_curvature(kind, qx, qy, dx, dy)
         for i in range(M.part_start[p], M.part_start[p + 1]):
             column = M.constraint_column[i]
             if column < n:
-                W.load[column] -= value * (M.constraint_row[0, i] * dx + M.constraint_row[1, i] * dy)
-        bend = weight * (dx * W.direction_acceleration[p, 0] + dy * W.direction_acceleration[p, 1])
+                W.load[column] -= value * (M.constraint_row[0, i] * hx + M.constraint_row[1, i] * hy)
+        ux, uy = W.frozen_rate[p, 0], W.frozen_rate[p, 1]
+        bx, by = part_bend(kind, qx, qy, ux, uy, W.direction_acceleration[p, 0], W.direction_acceleration[p, 1])
+        bend = weight * (dx * bx + dy * by)
         change = hg * (along - hg * bend)
         if place[n + k] >= 0:
             W.work[place[n + k]] += change

@@ -62,9 +62,11 @@ class Model(NamedTuple):
     part_start: I1  # (parts+1,) maps of the quadratic constraints
     part_constraint: I1  # (parts,)
     part_full: F1  # (parts,) weights of constraints that are active
+    part_reference: I1  # (parts,) what it is of its map, see `constraint_part`
     timed: I1  # constraints whose value follows a time function
     timed_function: I1  # which one
-    timed_unit: F1  # one over the length that the constraint's maps are divided by [1/m]
+    timed_unit: F1  # one over the length that the constraint's maps are divided by [1/m], or over the scale of a coupling
+    timed_linear: I1  # 1 where the value is the time function, not half its square
     latch: I2  # (latches, 3) constraint, first part, component
     constraint_start: I1  # (m+1,) entries of all parts of each constraint
     constraint_column: I1
@@ -149,7 +151,7 @@ class MechanismState(NamedTuple):
 
     mode: I1  # (guards,) 0 open, 1 in contact, locked or taut
     memory: F1  # (guards,) rate of its value when its mode became 1, see `rate_in_range`; NaN: a latch that could not lock
-    reference: F1  # angles of rotations, then of components, at the end of the last step
+    reference: F1  # angles of rotations, then of components and in constraints, at the end of the last step
     history: F2  # (steps, 2 + signals * coefficients) of the steps made: start, size, each signal's polynomial in -1 .. 1
     history_length: I1  # (1,)
     initial_history: F1  # (signals,) before the start

@@ -22,7 +22,7 @@ from scissordyn.mechanics.system import (
 
 
 def initial_state(model: Model, angles: np.ndarray) -> MechanismState:
-    """Everything open, and angles of rotations, then of components, as placed."""
+    """Everything open, and angles of rotations, then of components and in constraints, as placed."""
     guards, signals = model.guard_component.size, int(np.max(model.recorder, initial=-1)) + 1
     return MechanismState(
         mode=np.zeros(guards, np.int64),

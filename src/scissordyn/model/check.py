@@ -14,6 +14,7 @@ from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import check_place
+from scissordyn.model.coupling import CoordinateDrive, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Revolute
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ def check_parts(mechanism: Mechanism) -> None:
     _check_moments(mechanism, points)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
+    for part in (*mechanism.couplings, *mechanism.coordinate_drives):
+        _check_coordinates(points, rotating, part)
     _check_tracks(mechanism, points)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
@@ -82,6 +85,20 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
                 "an inertia, a point mass held at its mass centre only, or a block whose guide keeps its angle",
                 f"inertia of body '{name}', for instance {fixed[name].mass * apart**2:.3g} kg m^2",
             )
+
+
+def _check_coordinates(points: Mapping[str, Mapping[str, Point]], rotating: set[str], part: Coupling | CoordinateDrive) -> None:
+    label = f"{'coupling' if isinstance(part, Coupling) else 'drive'} '{part.name}'"
+    for _, coordinate in part.terms:
+        if isinstance(coordinate, RelativeAngle):
+            for body in coordinate.bodies:
+                _check_rotates(points, rotating, label, body)
+        elif isinstance(coordinate, Slide):
+            _check_point(points, label, coordinate.point)
+            _check_rotates(points, rotating, label, coordinate.base)
+        else:
+            _check_point(points, label, coordinate.start)
+            _check_point(points, label, coordinate.end)
 
 
 def _check_tracks(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
@@ -129,7 +146,11 @@ def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
 
 
 def _check_names(mechanism: Mechanism) -> None:
-    connections = [part.name for parts in (mechanism.welds, mechanism.rods, mechanism.latches) for part in parts]
+    connections = [
+        part.name
+        for parts in (mechanism.welds, mechanism.rods, mechanism.latches, mechanism.couplings, mechanism.coordinate_drives)
+        for part in parts
+    ]
     for what, names in (
         ("body", [body.name for body in mechanism.bodies]),
         ("joint", [*mechanism.joint_names, *connections]),

@@ -23,6 +23,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
+from scissordyn.model.coupling import CoordinateDrive, Coupling
 from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute
@@ -51,7 +52,8 @@ class Mechanism:
     bodies : tuple of Body
     joints : tuple of Revolute
     guides : tuple of Guide
-    drives : tuple of Drive
+    drives : tuple of Drive or CoordinateDrive
+        Those of coordinates join `coordinate_drives`.
     welds : tuple of Weld
         Rigid connections.
     components : tuple of Component
@@ -72,6 +74,10 @@ class Mechanism:
     latches : tuple of Latch
     tracks : tuple of Track
         Points whose motion is recorded.
+    couplings : tuple of Coupling
+        Linear relations between two angles, slides or distances.
+    coordinate_drives : tuple of CoordinateDrive
+        Prescribed angles between bodies, slides and distances.
     source : str
         Who describes it, as "Flores, Ambrosio 2004, doi:10.1016/...", several apart by semicolons; `citations` looks there.
     """
@@ -90,9 +96,14 @@ class Mechanism:
     rods: tuple[Rod, ...] = ()
     latches: tuple[Latch, ...] = ()
     tracks: tuple[Track, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    coordinate_drives: tuple[CoordinateDrive, ...] = ()
     source: str = ""
 
     def __post_init__(self) -> None:
+        if own := tuple(drive for drive in self.drives if isinstance(drive, CoordinateDrive)):
+            object.__setattr__(self, "coordinate_drives", (*self.coordinate_drives, *own))
+            object.__setattr__(self, "drives", tuple(drive for drive in self.drives if not isinstance(drive, CoordinateDrive)))
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")

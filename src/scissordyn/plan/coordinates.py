@@ -38,19 +38,28 @@ class PointMap:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A quadratic constraint: the sum of weight |map|^2 / 2 is `value`.
+    """A constraint: the sum of weight |map|^2 / 2, or of weight times another function of the map, is `value`.
 
-    The maps have no unit and are of the order of one: those with a length are divided by `scale`.
+    The maps have no unit and are of the order of one: those with a length are divided by `scale`. The weights and the value of a
+    coupling are.
     """
 
     parts: tuple[tuple[float, PointMap], ...]  # Weights and maps
     value: float  # At t = 0
     scale: float = 1.0  # Length that the maps are divided by [m]; 1 for directions
-    name: str = ""  # Of the rod or latch that the constraint represents
-    motion: TimeFunction | None = None  # Distance that a rod prescribes over time [m]
+    name: str = ""  # Of the rod, latch or coupling that the constraint represents
+    motion: TimeFunction | None = None  # Distance that a rod prescribes over time [m], or coordinate of a drive
+    start: float = 0.0  # Where a motion starts of which only the speed is given
+    kinds: tuple[int, ...] = ()  # What the parts are, see `mechanics.constraint_part`; half squares by default
+    turning: tuple[tuple[str, float], ...] = ()  # Bodies whose angles parts are, and where their turns are counted from [rad]
     latch: bool = False  # Whether the constraint is active only once the latch has locked
     subject: str = ""  # What it keeps, for messages: bodies of unit length, a guide, a rod or a latch
     bodies: tuple[str, ...] = ()  # Whose motion it restricts
+
+    @property
+    def linear(self) -> bool:
+        """Whether its value is its time function, and not half the square of that."""
+        return bool(self.kinds)
 
     @property
     def columns(self) -> np.ndarray:

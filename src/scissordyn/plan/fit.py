@@ -8,7 +8,7 @@ from scissordyn.model.hard_contact import contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
-ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches")
+ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
 """Fields of a mechanism that all enter the tables."""
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
+from scissordyn.mechanics.rotation import TURN
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 
 LARGE = 250_000
@@ -26,7 +28,7 @@ TRIES = 6
 
 
 class Gradients:
-    """Quadratic constraints and vectors that are to be held, with their gradients by x."""
+    """Constraints and vectors that are to be held, with their gradients by x."""
 
     def __init__(self, free: int, basis: int, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
         self.free, self.count = free, len(constraints)
@@ -35,6 +37,12 @@ class Gradients:
         self.weight = np.array([weight for _, weight, _ in parts], float)
         self.value = np.array([constraint.value for constraint in constraints], float)
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
+        self.linear = np.array([constraint.linear for constraint in constraints], bool)
+        kinds = [kind for each in constraints for kind in each.kinds or (HALF_SQUARE,) * len(each.parts)]
+        self.turns = np.array([kind == ANGLE for kind in kinds], bool)
+        self.lengths = np.array([kind == LENGTH for kind in kinds], bool)
+        self.other = bool(np.any(self.turns | self.lengths))
+        self.reference = np.array([angle for constraint in constraints for _, angle in constraint.turning], float)
         width = free + basis
         dense = 2 * max(len(parts), len(held)) * width <= LARGE
         self.maps = matrix_of([part for _, _, part in parts], width, dense)
@@ -46,20 +54,38 @@ class Gradients:
     def residual(self, full: np.ndarray) -> np.ndarray:
         """Errors of the constraints at [x; b]."""
         d = np.asarray(self.maps @ full).reshape(-1, 2)
-        values: np.ndarray = np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
+        parts = 0.5 * np.sum(d * d, axis=1)
+        if self.other:
+            parts[self.lengths] = np.hypot(*d[self.lengths].T)
+            beyond = np.arctan2(d[self.turns, 1], d[self.turns, 0]) - self.reference
+            parts[self.turns] = self.reference + beyond - TURN * np.floor(beyond / TURN + 0.5)
+        values: np.ndarray = np.bincount(self.owner, self.weight * parts, self.count) - self.value
         return values
+
+    def count_turns(self, references: np.ndarray) -> None:
+        """Count the turns of angles from the last of these references, those of `MechanismState`."""
+        self.reference = references[references.size - self.reference.size :].copy()
+
+    def slopes(self, d: np.ndarray) -> np.ndarray:
+        """Derivative of each part by its map, at maps of shape (parts, 2); the maps themselves for half squares."""
+        if not self.other:
+            return d
+        s, square = d.copy(), np.sum(d * d, axis=1)[:, None]
+        s[self.lengths] = (d / np.sqrt(square))[self.lengths]
+        s[self.turns] = (np.stack([-d[:, 1], d[:, 0]], axis=1) / square)[self.turns]
+        return s
 
     def rounding(self, full: np.ndarray) -> np.ndarray:
         """What a rounding of the coordinates at [x; b] moves the constraints by, then the held vectors."""
         size = np.finfo(float).eps * np.abs(full)
         moved = np.asarray(abs(self.maps) @ size).reshape(-1, 2)
-        d = np.abs(np.asarray(self.maps @ full)).reshape(-1, 2)
+        d = np.abs(self.slopes(np.asarray(self.maps @ full).reshape(-1, 2)))
         constraints = np.bincount(self.owner, np.abs(self.weight) * np.sum(d * moved, axis=1), self.count)
         return np.concatenate([constraints, np.asarray(abs(self.held) @ size)])
 
     def jacobian(self, full: np.ndarray) -> Any:
         """Gradients of the constraints by [x; b], then the held maps; a full or a sparse matrix."""
-        d = self.weight[:, None] * np.asarray(self.maps @ full).reshape(-1, 2)
+        d = self.weight[:, None] * self.slopes(np.asarray(self.maps @ full).reshape(-1, 2))
         if isinstance(self.maps, np.ndarray):
             rows = np.zeros((self.count, self.maps.shape[1]))
             np.add.at(rows, self.owner, np.sum(d[:, :, None] * self.maps.reshape(*d.shape, self.maps.shape[1]), axis=1))
@@ -73,9 +99,9 @@ class Gradients:
 
     def scale(self, full: np.ndarray) -> np.ndarray:
         """How long the gradient of each constraint by x could be at [x; b]."""
-        d = np.asarray(self.maps @ full).reshape(-1, 2)
+        d = self.slopes(np.asarray(self.maps @ full).reshape(-1, 2))
         # a rod that shrinks to nothing loses its gradient: what it was at the start counts
-        size = np.maximum(np.hypot(*d.T), np.sqrt(2.0 * np.abs(self.value[self.owner])))
+        size = np.maximum(np.hypot(*d.T), np.where(self.linear, 0.0, np.sqrt(2.0 * np.abs(self.value)))[self.owner])
         return np.bincount(self.owner, np.abs(self.weight) * size * np.hypot(*self.size.T), self.count)
 
     def unit(self, full: np.ndarray) -> Any:

@@ -23,6 +23,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
+from scissordyn.plan.coupling import coupling_constraints
 from scissordyn.plan.elimination import NOTHING_LEFT, Elimination, add, scaled
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
@@ -86,9 +87,9 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
     except np.linalg.LinAlgError:
         raise _lost_inertia(mechanism) from None
     bare = Coordinates(natural, free, basis, matrix, mass, size)
-    constraints = order_constraints(free, quadratic_constraints(mechanism, bare, elimination))
-    angles = _angles_of_drives(mechanism, natural)
-    coordinates = independent(bare.with_constraints(constraints), angles)
+    constraints, angles = quadratic_constraints(mechanism, bare, elimination), _angles_of_drives(mechanism, natural)
+    constraints += coupling_constraints(mechanism, bare.with_constraints(tuple(constraints)), angles)
+    coordinates = independent(bare.with_constraints(order_constraints(free, constraints)), angles)
     if elimination.nothing_left == NOTHING_LEFT:
         return coordinates
     b = basis_of(angles)

@@ -14,10 +14,12 @@ from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
 from scissordyn.component.port import AXIS, TRAVEL, Attachment
 from scissordyn.laws.friction.none import NoFriction
+from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     COMPONENT_OUTPUT,
     CONTACT_FORCE,
+    COUPLING_FORCE,
     DRIVE_TORQUE,
     FRICTION_RATIO,
     INDENTATION,
@@ -110,7 +112,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         rotation_row=rotation_row,
         state_start=offsets(states),
         elastic_state=_elastic_states(n, contacts, offsets(states)),
-        monitor=_monitors(mechanism),
+        monitor=_monitors(mechanism, coordinates.constraints),
         track_start=track_start,
         track_column=track_column,
         track_row=track_row,
@@ -193,20 +195,33 @@ def _integers(values: Iterable[int]) -> np.ndarray:
     return np.array(list(values), np.int64)
 
 
+def _part_references(constraints: tuple[Constraint, ...], first: int) -> np.ndarray:
+    """What each part is of its map; angles are numbered from `first` on."""
+    references = list[int]()
+    for constraint in constraints:
+        for kind in constraint.kinds or (HALF_SQUARE,) * len(constraint.parts):
+            references.append(first if kind == ANGLE else kind)
+            first += kind == ANGLE
+    return _integers(references)
+
+
 def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
-    """The part of a model that describes its quadratic constraints."""
+    """The part of a model that describes its constraints."""
     constraints = coordinates.constraints
     parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
     part_start, column, row = _stacked([part for _, _, part in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
+    references = len(coordinates.families) + sum(part.declaration.port.angle is not None for part in acting(mechanism))
     return {
         "part_start": part_start,
         "part_constraint": _integers(k for k, _, _ in parts),
         "part_full": np.array([weight for _, weight, _ in parts], float),
+        "part_reference": _part_references(constraints, references),
         "timed": _integers(timed),
         "timed_function": _integers(first + k for k in range(len(timed))),
         "timed_unit": np.array([1.0 / constraints[k].scale for k in timed], float),
+        "timed_linear": _integers(constraints[k].linear for k in timed),
         "latch": _latches(mechanism, constraints),
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
         "constraint_column": column,
@@ -265,12 +280,12 @@ def _travel(component: Any) -> tuple[float, float]:
     return (math.cos(component.direction), math.sin(component.direction)) if along else (0.0, 0.0)
 
 
-def _monitors(mechanism: Mechanism) -> np.ndarray:
+def _monitors(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:
     """What is monitored throughout, by kind and index.
 
     Torques of drives, forces of components, pressure times velocity in clearance joints, indentations, friction of laws with
     internal states over its limit, deviations of tracked points, outputs of components that are declared as monitored, forces
-    of oiled joints and of contacts with friction.
+    of oiled joints, of contacts with friction and of couplings.
     """
     rows = [(DRIVE_TORQUE, d) for d in range(len(mechanism.drives))]
     rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
@@ -289,6 +304,7 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
         for f, (joint, _, _) in enumerate(mechanism.lubricated)
     ]
     rows += [(CONTACT_FORCE, j) for j, contact in enumerate(mechanism.contacts) if _rubs(contact)]
+    rows += [(COUPLING_FORCE, k) for k, constraint in enumerate(constraints) if constraint.linear]
     return np.array(rows, np.int64).reshape(-1, 2)
 
 

@@ -29,7 +29,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).placed_angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []
-    listed += [(constraint.motion, 0.0) for constraint in coordinates.constraints if constraint.motion]
+    listed += [(constraint.motion, constraint.start) for constraint in coordinates.constraints if constraint.motion]
     rows = [function_rows(motion, start) for motion, start in listed]
 
     surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)

@@ -58,7 +58,7 @@ class Plan:
     model: Model = field(repr=False)  # What the kernels read of topology and lengths
     maps: BodyMaps = field(repr=False)  # Where the bodies are, and where force elements, rods and latches act on them
     balance: Balance = field(repr=False)  # Of forces and moments, for the reactions of ideal joints
-    # That turns are counted from: of families of parallel bodies, then of components [rad]
+    # That turns are counted from: of families of parallel bodies, then of components and in constraints [rad]
     angles: np.ndarray = field(repr=False)
     # What was last found with these tables, by what it was asked for: the assembly at the start, singular positions
     known: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -297,9 +297,10 @@ def _compiled(mechanism: Mechanism) -> Plan:
 
 
 def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:
-    """Angles of families of parallel bodies, then of components, as placed."""
+    """Angles of families of parallel bodies, then of components and in constraints, as placed."""
     angles = [mechanism.body(family.bodies[0]).placed_angle for family in coordinates.families]
     for i, component in enumerate(acting(mechanism)):
         if model.reference_of[i] >= 0:
             angles.append(start_coordinates(mechanism, component)[-1])
+    angles += [angle for constraint in coordinates.constraints for _, angle in constraint.turning]
     return np.array(angles, float)

@@ -132,7 +132,7 @@ def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Const
         w = combined((coordinates.place(guide.follower), unit), (coordinates.origin(guide.body), -unit))
         value = (across[0] * guide.through[0] + across[1] * guide.through[1]) * unit
         subject = f"guide '{guide.name}' of bodies '{guide.follower[0]}' and '{guide.body}'"
-        parts = _product(w, g)
+        parts = product(w, g)
         if any(_is_free(coordinates, part) for _, part in parts):
             bodies = guide.follower[0], guide.body
             constraints.append(Constraint(parts, value, scale=coordinates.size, subject=subject, bodies=bodies))
@@ -141,7 +141,7 @@ def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Const
     return constraints
 
 
-def _product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
+def product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
     """The scalar product w . g as weighted squares of w + g and w - g."""
     return (0.5, combined((w, 1.0), (g, 1.0))), (-0.5, combined((w, 1.0), (g, -1.0)))
 
@@ -183,7 +183,7 @@ def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]
         cos, sin = math.cos(latch.angle), math.sin(latch.angle)
         body, base = coordinates.direction(latch.body), coordinates.frame(latch.base)
         w = PointMap(body.columns, np.array([[cos, sin], [-sin, cos]]) @ body.rows)
-        parts = _product(w, PointMap(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
+        parts = product(w, PointMap(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
         if not any(_is_free(coordinates, part) for _, part in parts):
             raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
         constraints.append(

@@ -61,6 +61,8 @@ def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
     if not left:
         return coordinates
     for k in left:
+        if holding[k].linear:
+            raise InputError(f"{holding[k].subject} follows from other couplings and parts", "leave it out")
         if holding[k].name:
             raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
     names = tuple(holding[k].subject for k in left)
@@ -157,7 +159,9 @@ def _move(
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """A position some way off at which some of the constraints hold, drives and timed rods moved a little too, with its b."""
     b = basis_of(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
-    gradients.value[gradients.timed] *= 1.0 + MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
+    change = MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
+    values, linear = gradients.value[gradients.timed], gradients.linear[gradients.timed]
+    gradients.value[gradients.timed] = np.where(linear, values + change, values * (1.0 + change))
     rows = gradients.jacobian(np.append(x, b))[chosen][:, : x.size]
     step = random.standard_normal(x.size)
     step -= least_change(rows, rows @ step)

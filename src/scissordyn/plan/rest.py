@@ -7,9 +7,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from scissordyn.component.time_function import Polynomial, TimeFunction
+from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFunction
+from scissordyn.errors import InputError
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.time_function import function_at, function_rows
+from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -27,6 +29,7 @@ def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
         joints=tuple(_frictionless(joint) for joint in mechanism.joints),
         guides=tuple(_frictionless(guide) for guide in mechanism.guides),
         rods=tuple(dataclasses.replace(rod, motion=rod.motion and _constant(rod.motion, 0.0, time)) for rod in mechanism.rods),
+        coordinate_drives=tuple(dataclasses.replace(drive, motion=_still(drive, time)) for drive in mechanism.coordinate_drives),
     )
 
 
@@ -44,6 +47,16 @@ def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
     value = np.zeros(4)
     function_at(time, function_rows(motion, start), value)
     return Polynomial((float(value[0]),))
+
+
+def _still(drive: CoordinateDrive, time: float) -> TimeFunction:
+    """A constant coordinate; one of which only the speed is given begins where the bodies are placed."""
+    if not isinstance(drive.motion, ConstantSpeed):
+        return _constant(drive.motion, 0.0, time)
+    if time != 0.0:
+        what = f"drive '{drive.name}', of which only the speed is given, at t = {time:g} s"
+        raise InputError(what, "a motion that says where it is")
+    return ConstantSpeed(0.0)
 
 
 def _frictionless(joint: Joint) -> Joint:

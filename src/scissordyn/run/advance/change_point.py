@@ -56,7 +56,8 @@ def step_across(driver: Driver, until: float) -> bool:
     before, references = state.y.copy(), state.reference.copy()
     slope, power = _slope(driver, time, before)
     clock["longest"], clock["prepared"] = 0.5 * ahead, 0
-    half_square, change = driver.system.content.work.value[:2, driver.plan.model.timed]  # l^2/2 and l l' of rods
+    model = driver.plan.model
+    half_square, change = driver.system.content.work.value[:2, model.timed[model.timed_linear == 0]]  # l^2/2 and l l' of rods
     if np.any(2.0 * half_square + change * 2.0 * ahead < 0.0):  # a rod shrinks to nothing, there is nothing behind
         near[3], clock["longest"] = np.inf, ahead
         return True
@@ -131,6 +132,7 @@ def _slope(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.n
     constraints = [each for each, off in zip(driver.plan.coordinates.constraints, work.inactive, strict=True) if off == 0.0]
     active = np.flatnonzero(work.inactive == 0.0)
     gradients = Gradients(n, driver.plan.coordinates.basis, constraints)
+    gradients.count_turns(driver.state.reference)
     functions.rate(time, y, driver.system.address, np.zeros(y.size))
     gradients.value[:] = work.value[0, active]
     for _ in range(2):

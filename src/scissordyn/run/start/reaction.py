@@ -10,6 +10,7 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import make_system
+from scissordyn.run.answer.coupling import with_coupling_forces
 from scissordyn.run.start.distributed import with_distributed_mass
 
 
@@ -36,6 +37,6 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         memory=state.memory[None, :].copy(),
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
-    found = record(plan.maps, system, samples)
+    found = with_coupling_forces(plan, record(plan.maps, system, samples))
     joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, samples.time))
     return np.asarray(joints[0])

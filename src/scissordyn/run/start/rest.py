@@ -318,6 +318,9 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
             assert angle is not None
             body, base = angle(component)
             state.reference[model.reference_of[i]] += turned[body] - turned[base]
+    turning = [body for constraint in plan.coordinates.constraints for body, _ in constraint.turning]
+    for k, body in enumerate(turning, state.reference.size - len(turning)):
+        state.reference[k] += turned[body]
 
 
 def touch_closed(handle: Handle, state: np.ndarray) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import Start, natural_state
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.constraint_part import part_curvature
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 
@@ -84,6 +85,7 @@ def constraint_slopes(at: At, multiplier: np.ndarray) -> tuple[np.ndarray, np.nd
         k, columns = model.part_constraint[p], model.constraint_column[first:last]
         free = columns < n
         rows = model.constraint_row[:, first:last][:, free]
-        curved[np.ix_(columns[free], columns[free])] += multiplier[k] * work.part_weight[p] * rows.T @ rows
+        bent = np.stack(part_curvature(model.part_reference[p], *work.direction[p], *rows))
+        curved[np.ix_(columns[free], columns[free])] += multiplier[k] * work.part_weight[p] * rows.T @ bent
         gradients[k, columns[free]] += work.gradient[first:last][free]
     return gradients, curved

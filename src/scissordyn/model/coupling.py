@@ -1,0 +1,160 @@
+"""Linear relations between coordinates of a mechanism, and coordinates that are prescribed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.time_function import ConstantSpeed, TimeFunction
+from scissordyn.errors import InputError
+from scissordyn.units import Meaning, Quantity, check_quantities
+
+
+@dataclass(frozen=True)
+class RelativeAngle:
+    """The angle of a body against another one or the ground, counted with its turns [rad].
+
+    Parameters
+    ----------
+    body : str
+    base : str
+    """
+
+    body: str
+    base: str = GROUND
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"the angle of '{self.body}'")
+        if self.body == self.base:
+            raise InputError(f"the angle of '{self.body}' against itself", "two bodies, or a body and the ground")
+
+    unit = "rad"
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """Body and base."""
+        return self.body, self.base
+
+
+@dataclass(frozen=True)
+class Slide:
+    """How far a point is displaced along a direction, from the origin of the base [m].
+
+    Parameters
+    ----------
+    point : (str, str)
+        Body and point.
+    direction : float
+        In the frame of the base [rad].
+    base : str
+        A body, or the ground.
+    """
+
+    point: BodyPoint
+    direction: Annotated[float, Quantity("rad", help="direction of the slide in the frame of its base")] = 0.0
+    base: str = GROUND
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"the slide of '{'.'.join(self.point)}'")
+        if self.point[0] == self.base:
+            raise InputError(f"the slide of a point of '{self.base}' against itself", "a point of another body")
+
+    unit = "m"
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """Body of the point, and base."""
+        return self.point[0], self.base
+
+
+@dataclass(frozen=True)
+class Distance:
+    """The distance of two points, such as the length of a cylinder [m].
+
+    Parameters
+    ----------
+    start, end : (str, str)
+        Body and point; one body may be "ground".
+    """
+
+    start: BodyPoint
+    end: BodyPoint
+
+    def __post_init__(self) -> None:
+        check_quantities(self, "a distance")
+        if self.start[0] == self.end[0]:
+            raise InputError(f"the distance of two points of '{self.start[0]}'", "points of two bodies")
+
+    unit = "m"
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """Bodies of the end and of the start."""
+        return self.end[0], self.start[0]
+
+
+Coordinate = RelativeAngle | Slide | Distance
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Keeps output = ratio * input + offset: gears, belts, racks, screws, synchronised units.
+
+    It acts on both coordinates with forces or torques that do no work together. It is no tooth: what a mesh or a belt presses on
+    bearings beside its torque is not part of it.
+
+    Parameters
+    ----------
+    name : str
+    output, input : RelativeAngle, Slide or Distance
+    ratio : float
+        Of the output over the input; an angle over a distance is in rad/m. It is negative where both move in opposite senses.
+    offset : float, optional
+        Value of the output where the input is zero [rad or m]; as assembled at the start if not given.
+    """
+
+    name: str
+    output: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
+    input: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
+    ratio: float
+    offset: float | None = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"coupling '{self.name}'")
+        if self.ratio == 0.0:
+            raise InputError(f"coupling '{self.name}' with ratio = 0", "a ratio that is not zero", "ratio = -0.5")
+        if self.output == self.input:
+            raise InputError(f"coupling '{self.name}' of a coordinate with itself", "two different coordinates")
+
+    @property
+    def terms(self) -> tuple[tuple[float, Coordinate], ...]:
+        """Factors and coordinates whose sum it keeps."""
+        return (1.0, self.output), (-self.ratio, self.input)
+
+
+@dataclass(frozen=True)
+class CoordinateDrive:
+    """Prescribes a coordinate over time; the force or torque that does it follows.
+
+    Parameters
+    ----------
+    name : str
+    coordinate : RelativeAngle, Slide or Distance
+    motion : TimeFunction
+        Of the coordinate, in rad or m.
+    """
+
+    name: str
+    coordinate: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("forearm", "arm")')]
+    motion: Annotated[TimeFunction, Meaning("the coordinate over time", "ConstantSpeed(rpm(150))")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"drive '{self.name}'")
+        if isinstance(self.motion, ConstantSpeed) and self.coordinate.unit == "m":
+            raise InputError(f"drive '{self.name}': a ConstantSpeed of a distance", "another time function", "Polynomial((0.5, 0.1))")
+
+    @property
+    def terms(self) -> tuple[tuple[float, Coordinate], ...]:
+        """Factor and coordinate."""
+        return ((1.0, self.coordinate),)

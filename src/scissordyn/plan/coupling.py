@@ -1,0 +1,130 @@
+"""The constraints of couplings and of prescribed coordinates."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.place import GROUND
+from scissordyn.errors import InputError
+from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
+from scissordyn.mechanics.rotation import TURN
+from scissordyn.mechanics.time_function import function_start
+from scissordyn.model.coupling import Coordinate, CoordinateDrive, RelativeAngle, Slide
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
+from scissordyn.plan.quadratic_constraints import product
+from scissordyn.plan.redundancy import assembled_near_placed, basis_of
+
+
+def coupling_constraints(mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> list[Constraint]:
+    """The constraints of couplings and coordinate drives; `coordinates` have all others, `angles` are those of the drives."""
+    parts: tuple[Any, ...] = (*mechanism.couplings, *mechanism.coordinate_drives)
+    if not parts:
+        return []
+    start = _Start(mechanism, coordinates, angles)
+    return [start.constraint(part) for part in parts]
+
+
+class _Start:
+    """Angles and places of the bodies at the start: as given, or as assembled without couplings."""
+
+    def __init__(self, mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> None:
+        self.mechanism, self.coordinates = mechanism, coordinates
+        self.driven = {drive.body: angle for drive, angle in zip(mechanism.drives, angles.tolist(), strict=True)}
+        natural, placed = coordinates.natural, coordinates.placed[0].copy()
+        if any(body.position is None or (body.rotates and body.angle is None) for body in mechanism.bodies):
+            assembled = assembled_near_placed(coordinates, angles)
+            if assembled is not None:
+                for body in mechanism.bodies:
+                    name, p = body.name, natural.offsets[body.name]
+                    if body.position is None:
+                        placed[p : p + 2] = assembled[p : p + 2]
+                    if natural.rotates(name) and body.angle is None:
+                        placed[p + 2 : p + 4] = assembled[p + 2 : p + 4]
+        b = basis_of(angles)
+        for name, angle in self.driven.items():
+            if natural.rotates(name):
+                p = natural.offsets[name]
+                placed[p + 2 : p + 4] = math.cos(angle), math.sin(angle)
+        self.natural, self.full = placed, np.append(coordinates.nearest(b, placed), b)
+
+    def angle(self, body: str) -> float:
+        """Of a body, its turns counted from where it is placed or its drive begins [rad]."""
+        if body == GROUND:
+            return 0.0
+        near = self.driven.get(body, self.mechanism.body(body).placed_angle)
+        return near + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, TURN)
+
+    def value(self, coordinate: Coordinate) -> float:
+        """Of a coordinate [rad or m]."""
+        if isinstance(coordinate, RelativeAngle):
+            return self.angle(coordinate.body) - self.angle(coordinate.base)
+        if isinstance(coordinate, Slide):
+            way, along = self._slide(coordinate)
+            return float(way.at(self.full) @ along.at(self.full))
+        return float(np.hypot(*self._span(coordinate).at(self.full)))
+
+    def constraint(self, part: Any) -> Constraint:
+        """The constraint of a coupling or of a coordinate drive, its largest weight being one."""
+        drive, size = isinstance(part, CoordinateDrive), self.coordinates.size
+        subject = f"{'drive' if drive else 'coupling'} '{part.name}'"
+        scale = max(abs(factor) * (1.0 if coordinate.unit == "rad" else size) for factor, coordinate in part.terms)
+        turning: dict[str, float] = {}
+        lengths, squares = list[tuple[float, PointMap]](), list[tuple[float, PointMap]]()
+        for factor, coordinate in part.terms:
+            weight = factor * (1.0 if coordinate.unit == "rad" else size) / scale
+            if isinstance(coordinate, RelativeAngle):
+                for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
+                    turning[body] = turning.get(body, 0.0) + sign * weight
+            elif isinstance(coordinate, Slide):
+                way, along = self._slide(coordinate)
+                pair = product(combined((way, 1.0 / size)), along)
+                squares += [(weight * own, square) for own, square in pair]
+            else:
+                lengths.append((weight, combined((self._span(coordinate), 1.0 / size))))
+        turning = {body: weight for body, weight in turning.items() if weight and body != GROUND}
+        turns = [(weight, self.coordinates.direction(body)) for body, weight in turning.items()]
+        bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
+        if not any(np.any(point_map.columns < self.coordinates.free) for _, point_map in (*turns, *lengths, *squares)):
+            raise InputError(
+                f"{subject} of {'a coordinate' if drive else 'coordinates'} that cannot move or that drives prescribe already",
+                "bodies that can move against each other",
+            )
+        references = {body: self.angle(body) for body in turning}
+        here = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
+        value = here
+        if drive:
+            value = function_start(part.motion, here)
+            if references:  # a motion may begin some turns away from where the body is placed
+                references[part.coordinate.body] += TURN * round((value - here) / TURN)
+        elif part.offset is not None:
+            value = part.offset
+        return Constraint(
+            (*turns, *lengths, *squares),
+            value / scale,
+            scale=scale,
+            name=part.name,
+            motion=part.motion if drive else None,
+            start=here,
+            kinds=(ANGLE,) * len(turns) + (LENGTH,) * len(lengths) + (HALF_SQUARE,) * len(squares),
+            turning=tuple(references.items()),
+            subject=subject,
+            bodies=bodies,
+        )
+
+    def _slide(self, slide: Slide) -> tuple[PointMap, PointMap]:
+        """From the origin of its base to its point [m], and its direction."""
+        coordinates, cos, sin = self.coordinates, math.cos(slide.direction), math.sin(slide.direction)
+        frame = coordinates.frame(slide.base)
+        along = PointMap(frame.columns, np.array([[cos, -sin], [sin, cos]]) @ frame.rows)
+        point = coordinates.place(slide.point)
+        if slide.base == GROUND:
+            return point, along
+        return combined((point, 1.0), (coordinates.origin(slide.base), -1.0)), along
+
+    def _span(self, coordinate: Any) -> PointMap:
+        """From the start to the end of a distance [m]."""
+        return combined((self.coordinates.place(coordinate.end), 1.0), (self.coordinates.place(coordinate.start), -1.0))

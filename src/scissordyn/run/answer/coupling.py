@@ -1,0 +1,152 @@
+"""What couplings and coordinate drives transmit at the samples of a run: coordinates, forces on them, loads of their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scissordyn.component.place import GROUND
+from scissordyn.mechanics.monitored import COUPLING_FORCE
+from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.rotation import TURN
+from scissordyn.model.coupling import Coordinate, RelativeAngle, Slide
+from scissordyn.plan.coordinates import Constraint
+from scissordyn.plan.plan import Plan
+from scissordyn.run.results import Variable, Variables
+
+if TYPE_CHECKING:
+    from scissordyn.run.advance.trajectory import Trajectory
+
+
+class _Samples:
+    """Coordinates and their rates at the samples of a run."""
+
+    def __init__(self, plan: Plan, found: Record) -> None:
+        self.plan, self.found = plan, found
+        self.index = {body.name: k for k, body in enumerate(plan.bodies)}
+
+    def coordinate(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
+        """Values and rates, shape (samples,)."""
+        found = self.found
+        if isinstance(coordinate, RelativeAngle):
+            (angle, rate), (base, base_rate) = (
+                (np.zeros(len(found.X)), np.zeros(len(found.X)))
+                if body == GROUND
+                else (found.angle[:, self.index[body]], found.angular_velocity[:, self.index[body]])
+                for body in coordinate.bodies
+            )
+            return angle - base, rate - base_rate
+        if isinstance(coordinate, Slide):
+            across, across_rate, along, along_rate = self.slide(coordinate)
+            return np.sum(across * along, axis=1), np.sum(across_rate * along + across * along_rate, axis=1)
+        span, rate = self.span(coordinate)
+        length = np.hypot(*span.T)
+        return length, np.sum(span * rate, axis=1) / length
+
+    def slide(self, slide: Slide) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """From the origin of the base to the point, its rate, the direction and its rate, shape (samples, 2)."""
+        coordinates, (cos, sin) = self.plan.coordinates, (np.cos(slide.direction), np.sin(slide.direction))
+        rotation = np.array([[cos, sin], [-sin, cos]])
+        frame, point = coordinates.frame(slide.base), coordinates.place(slide.point)
+        maps, moving = [point, frame], (self.found.X, self.found.V)
+        way, along = ([each.at(part) for part in moving] for each in maps)
+        if slide.base != GROUND:
+            origin = coordinates.origin(slide.base)
+            way = [part - origin.at(base) for part, base in zip(way, moving, strict=True)]
+        return way[0], way[1], along[0] @ rotation, along[1] @ rotation
+
+    def span(self, coordinate: Any) -> tuple[np.ndarray, np.ndarray]:
+        """From the start to the end of a distance, and its rate, shape (samples, 2)."""
+        ends = [self.plan.coordinates.place(place) for place in (coordinate.end, coordinate.start)]
+        (end, start), (end_rate, start_rate) = ([each.at(part) for each in ends] for part in (self.found.X, self.found.V))
+        return end - start, end_rate - start_rate
+
+    def push(self, body: str, place: np.ndarray, force: np.ndarray, load: np.ndarray) -> None:
+        """Add forces at places of the fixed frame to the load of a body."""
+        if body != GROUND:
+            k = self.index[body]
+            x, y = (place - self.found.position[:, k]).T
+            load[:, k, :2] += force
+            load[:, k, 2] += x * force[:, 1] - y * force[:, 0]
+
+
+def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
+    """Couplings and coordinate drives, each with the number of its constraint and the constraint."""
+    numbers = {constraint.name: k for k, constraint in enumerate(plan.coordinates.constraints) if constraint.linear}
+    for part in (*plan.mechanism.couplings, *plan.mechanism.coordinate_drives):
+        k = numbers[part.name]
+        yield part, k, plan.coordinates.constraints[k]
+
+
+def with_coupling_forces(plan: Plan, found: Record) -> Record:
+    """The record with what couplings and coordinate drives exert in the loads of the bodies."""
+    if not plan.mechanism.couplings and not plan.mechanism.coordinate_drives:
+        return found
+    samples, load = _Samples(plan, found), found.load.copy()
+    for part, k, constraint in _driving(plan):
+        for factor, coordinate in part.terms:
+            force = -factor / constraint.scale * found.multiplier[:, k]
+            if isinstance(coordinate, RelativeAngle):
+                for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
+                    if body != GROUND:
+                        load[:, samples.index[body], 2] += sign * force
+                continue
+            if isinstance(coordinate, Slide):
+                end = start = plan.coordinates.place(coordinate.point).at(found.X)
+                unit = samples.slide(coordinate)[2]
+            else:
+                start, end = (plan.coordinates.place(place).at(found.X) for place in (coordinate.start, coordinate.end))
+                unit = (end - start) / np.hypot(*(end - start).T)[:, None]
+            for body, place, sign in zip(coordinate.bodies, (end, start), (1.0, -1.0), strict=True):
+                samples.push(body, place, sign * force[:, None] * unit, load)
+    return found._replace(load=load)
+
+
+def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    """Coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
+    samples, driving = _Samples(path.plan, found), list(_driving(plan))
+    peaks = {int(k): peak for k, peak in zip(path.monitored(COUPLING_FORCE), path.peaks(COUPLING_FORCE), strict=True)}
+    variables: Variables = {}
+    for dim, parts, label in (
+        ("coupling", plan.mechanism.couplings, "a coupling"),
+        ("coordinate_drive", plan.mechanism.coordinate_drives, "the drive of a coordinate"),
+    ):
+        if not parts:
+            continue
+        rows = [(part, k, constraint) for part, k, constraint in driving if part in parts]
+        along, terms = ("time", dim), [part.terms for part, _, _ in rows]
+        force = np.stack([-found.multiplier[:, k] / constraint.scale for _, k, constraint in rows], axis=1)
+        values, rates = (np.stack(part, axis=1) for part in zip(*(samples.coordinate(first[0][1]) for first in terms), strict=True))
+        variables[dim] = Variable((dim,), np.array([part.name for part in parts], str), {"long_name": dim.replace("_", " ")})
+        output = "output" if dim == "coupling" else "value"
+        if dim == "coordinate_drive":
+            for column, (_, _, constraint) in enumerate(rows):  # where a motion begins some turns away from the place of the body
+                if constraint.turning:
+                    values[:, column] += TURN * np.round((constraint.value * constraint.scale - values[:1, column]) / TURN)
+        else:
+            values_in = np.stack([samples.coordinate(first[1][1])[0] for first in terms], axis=1)
+            force_in = force * np.array([first[1][0] for first in terms])
+            variables[f"{dim}_input"] = _described(along, values_in, "rad or m", "input coordinate of a coupling")
+            variables[f"{dim}_input_force"] = _described(
+                along, force_in, "N m or N", "torque or force of a coupling on its input coordinate"
+            )
+            variables[f"{dim}_input_unit"] = _units(dim, [first[1][1].unit for first in terms])
+        variables[f"{dim}_{output}"] = _described(along, values, "rad or m", f"coordinate that {label} acts on")
+        variables[f"{dim}_force"] = _described(along, force, "N m or N", f"torque or force of {label} on that coordinate")
+        variables[f"{dim}_power"] = _described(along, force * rates, "W", f"power that {label} gives to that coordinate")
+        variables[f"{dim}_unit"] = _units(dim, [first[0][1].unit for first in terms])
+        largest = np.array([peaks[k]["largest"] / constraint.scale for _, k, constraint in rows])
+        when = np.array([peaks[k]["largest_time"] for _, k, _ in rows])
+        variables[f"peak_{dim}_force"] = _described((dim,), largest, "N m or N", f"largest torque or force of {label}")
+        variables[f"peak_{dim}_force_time"] = _described((dim,), when, "s", "when it is largest")
+    return variables
+
+
+def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
+    return Variable(dims, values, {"units": units, "long_name": long_name})
+
+
+def _units(dim: str, units: list[str]) -> Variable:
+    return Variable((dim,), np.array(units, str), {"long_name": "unit of the coordinate"})

@@ -81,6 +81,11 @@ from scissordyn.model.bending import with_bending as with_bending
 from scissordyn.model.body import Body as Body, bar as bar, point_mass as point_mass
 from scissordyn.model.clearance import Clearance as Clearance
 from scissordyn.model.connection import Weld as Weld
+from scissordyn.model.coupling import CoordinateDrive as CoordinateDrive
+from scissordyn.model.coupling import Coupling as Coupling
+from scissordyn.model.coupling import Distance as Distance
+from scissordyn.model.coupling import RelativeAngle as RelativeAngle
+from scissordyn.model.coupling import Slide as Slide
 from scissordyn.model.drive import Drive as Drive
 from scissordyn.model.guide_clearance import GuideClearance as GuideClearance
 from scissordyn.model.joint import Guide as Guide, Revolute as Revolute

@@ -20,6 +20,7 @@ from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
+from scissordyn.model.coupling import CoordinateDrive, Coupling
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
@@ -76,6 +77,8 @@ class _CaseTable(Table):
     guide: Sequence[Annotated[Guide, PARTS["guide"].reader]] = ()
     weld: Sequence[Annotated[Weld, PARTS["weld"].reader]] = ()
     track: Sequence[Annotated[Track, PARTS["track"].reader]] = ()
+    coupling: Sequence[Annotated[Coupling, PARTS["coupling"].reader]] = ()
+    coordinate_drive: Sequence[Annotated[CoordinateDrive, PARTS["coordinate_drive"].reader]] = ()
     payload: Annotated[
         Sequence[Annotated[Any, PayloadTable.reader()]], About("a mass fixed to a body; one table for each")
     ] = ()

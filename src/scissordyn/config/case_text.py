@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from scissordyn.component.place import BodyPoint, Point
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.component.time_function import (
     ConstantSpeed,
     Cycloidal,
@@ -22,6 +22,7 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.code import Code, RecordedCode
+from scissordyn.config.coupling import ratio_unit
 from scissordyn.config.part import COMPONENT_SECTIONS, BodyTable
 from scissordyn.config.quantity import exact
 from scissordyn.config.shape import Context
@@ -33,6 +34,7 @@ from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
 from scissordyn.model.body import Body, bar
+from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, Slide
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
@@ -128,6 +130,8 @@ def _tables(mechanism: Mechanism, code: Code) -> list[str]:
     lines += _list("track", (_track(track, code) for track in mechanism.tracks))
     lines += _list("rod", (_fields(part, code) for part in mechanism.rods))
     lines += _list("latch", (_fields(part, code) for part in mechanism.latches))
+    lines += _list("coupling", (_coupling(part, code) for part in mechanism.couplings))
+    lines += _list("coordinate_drive", (_coordinate_drive(part, code) for part in mechanism.coordinate_drives))
     lines += _components(mechanism, code)
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
     names = [joint.name for joint in mechanism.joints]
@@ -160,6 +164,27 @@ def _components(mechanism: Mechanism, code: Code) -> list[str]:
             others.append({"type": _string(code.of_class(part, f"component '{part.name}'")), **entries})
     lines = [line for section in place for line in _list(section, listed.get(section, []))]
     return lines + _list("component", others)
+
+
+def _coupling(part: Coupling, code: Code) -> Entries:
+    entries = {"name": _string(part.name), "output": _coordinate(part.output, code), "input": _coordinate(part.input, code)}
+    entries["ratio"] = _quantity((part.ratio,), ratio_unit(part.output, part.input))
+    return entries if part.offset is None else entries | {"offset": _quantity((part.offset,), part.output.unit)}
+
+
+def _coordinate_drive(part: CoordinateDrive, code: Code) -> Entries:
+    motion = _inline(_time_function(part.motion, part.coordinate.unit))
+    return {"name": _string(part.name), "coordinate": _coordinate(part.coordinate, code), "motion": motion}
+
+
+def _coordinate(part: Coordinate, code: Code) -> str:
+    if isinstance(part, Distance):
+        return _inline({"distance": f"[{_body_point(part.start, code)}, {_body_point(part.end, code)}]"})
+    if isinstance(part, Slide):
+        entries = {"slide": _body_point(part.point, code), "direction": _quantity((part.direction,), "rad")}
+    else:
+        entries = {"angle": _string(part.body)}
+    return _inline(entries if part.base == GROUND else entries | {"base": _string(part.base)})
 
 
 def _list(section: str, tables: Iterable[Entries]) -> list[str]:

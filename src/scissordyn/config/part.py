@@ -9,14 +9,15 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from scissordyn.annotation import MismatchError, body_point
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
+from scissordyn.config.body_point import BODY_POINT
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.control import CONTROLLER
+from scissordyn.config.coupling import COORDINATE_DRIVE, COUPLING
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.shape import About, Context, Reader, Shape, reader
 from scissordyn.config.table import Hints, Table, filler, located, table_of, toml
@@ -26,6 +27,7 @@ from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, bar
 from scissordyn.model.connection import Weld
+from scissordyn.model.coupling import CoordinateDrive, Coupling
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
@@ -64,19 +66,6 @@ def _read_points(given: Any, context: Context) -> dict[str, Point]:
             points[name] = read(place, context)
     return points
 
-
-@reader(lambda: {"type": "string", "pattern": r"^.+\..+$"})
-def _read_body_point(given: Any, context: Context) -> BodyPoint:
-    if isinstance(given, list) and len(given) == 2 and all(isinstance(name, str) for name in given):  # a name with a dot
-        return given[0], given[1]
-    try:
-        return body_point(given if isinstance(given, str) else "")
-    except MismatchError:
-        raise InputError("not a point of a body", 'text "BODY.POINT", where the body may be ground', '"crank.end"') from None
-
-
-BODY_POINT = _read_body_point
-"""For ``Annotated[BodyPoint, BODY_POINT]``: a key whose value is "body.point"."""
 
 _BODY = quantities(Body)
 
@@ -372,6 +361,25 @@ PARTS: Mapping[str, Part] = {
         Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"
     ),
     "track": _part(Track, "tracks", "a point whose motion is recorded", lambda: _TRACK, name="tip", body="rod", point="end"),
+    "coupling": _part(
+        Coupling,
+        "couplings",
+        "a linear relation of two angles, slides or distances",
+        lambda: COUPLING,
+        name="mesh",
+        output={"angle": "wheel"},
+        input={"angle": "crank"},
+        ratio=-0.5,
+    ),
+    "coordinate_drive": _part(
+        CoordinateDrive,
+        "coordinate_drives",
+        "a prescribed angle between bodies, slide or distance",
+        lambda: COORDINATE_DRIVE,
+        name="elbow",
+        coordinate={"angle": "rod", "base": "crank"},
+        motion={"cycloidal": {"start": "0 deg", "end": "60 deg", "duration": "2 s"}},
+    ),
     **{
         section: _component_part(kind)
         for section, kind in COMPONENTS.items()

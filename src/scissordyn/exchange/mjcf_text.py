@@ -52,9 +52,9 @@ class _Placed:
 def mjcf(mechanism: Mechanism) -> Model:
     """The mechanism with ideal joints, as it is assembled at its start."""
     ideal = mechanism.ideal()
-    if ideal.rods or ideal.latches:
-        names = [part.name for part in ideal.rods] + [part.name for part in ideal.latches]
-        raise InputError(f"'{names[0]}' in MJCF", "joints, guides and welds; no rods and latches")
+    refused = (*ideal.rods, *ideal.latches, *ideal.couplings, *ideal.coordinate_drives)
+    if refused:
+        raise InputError(f"'{refused[0].name}' in MJCF", "joints, guides and welds; no rods, latches and couplings")
     placed = _placed(ideal)
     loops = _spanned(ideal, placed)
     notes = [f"{type(part).__name__} '{part.name}': left out" for part in ideal.components]

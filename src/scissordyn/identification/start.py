@@ -26,6 +26,7 @@ def check_autonomous(mechanism: Mechanism) -> None:
     """Raise `InputError` unless the motion can begin at any instant of a record: nothing is prescribed, nothing is loose."""
     reasons = [f"the drive of '{drive.body}'" for drive in mechanism.drives]
     reasons += [f"rod '{rod.name}'" for rod in mechanism.rods if rod.motion is not None]
+    reasons += [f"drive '{drive.name}'" for drive in mechanism.coordinate_drives]
     reasons += [f"'{part.name}'" for part in mechanism.components if getattr(part, "time_function", None) is not None]
     reasons += [f"the bending of '{part.name}'" for part in mechanism.components if part.declaration.port is AXIS]
     reasons += [f"clearance joint '{contact.name}'" for contact in mechanism.contacts]

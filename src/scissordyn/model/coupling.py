@@ -117,7 +117,7 @@ class Coupling:
     name: str
     output: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     input: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
-    ratio: float
+    ratio: Annotated[float, Quantity("1", help="ratio of output over input, in SI units")]
     offset: float | None = None
 
     def __post_init__(self) -> None:

@@ -52,9 +52,10 @@ class Cycles:
 def drive_period(mechanism: Mechanism) -> float:
     """The period of a mechanism's only periodic drive."""
     # a drive at constant speed is periodic, a growing distance is not
-    turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
+    driving = (*mechanism.drives, *mechanism.coordinate_drives)
+    turning = (drive.motion for drive in driving if isinstance(drive.motion, ConstantSpeed))
     periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    every = [*(drive.motion for drive in mechanism.drives), *(rod.motion for rod in mechanism.rods)]
+    every = [part.motion for part in (*mechanism.drives, *mechanism.rods, *mechanism.coordinate_drives)]
     periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
     if len(periods) != 1:
         raise InputError(

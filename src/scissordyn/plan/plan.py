@@ -213,6 +213,7 @@ class Plan:
     def motions(self) -> list[tuple[str, TimeFunction]]:
         """Prescribed angles and distances, each with its description."""
         angles = [(f"the drive of '{drive.body}'", drive.motion) for drive in self.drives]
+        angles += [(f"drive '{drive.name}'", drive.motion) for drive in self.mechanism.coordinate_drives]
         return angles + [(f"the length of rod '{rod.name}'", rod.motion) for rod in self.rods if rod.motion is not None]
 
     @property

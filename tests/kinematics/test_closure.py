@@ -103,7 +103,7 @@ def test_derivatives(mechanism: sd.Mechanism) -> None:
     by_differences = (closure.left_of(z + h * one) - closure.left_of(z - h * one)) / (2 * h)
     assert np.allclose(closure.product(z, one), by_differences, atol=1e-9)
     by_one = (closure.product(z + h * other, one) - closure.product(z - h * other, one)) / (2 * h)
-    assert np.allclose(closure.form(one, other), by_one, atol=1e-9)
+    assert np.allclose(closure.form(z, one, other), by_one, atol=1e-9)
     change = random.normal(size=closure.free.shape[1])
     assert np.allclose(closure.jacobian(z) @ change, closure.product(z, closure.free @ change), atol=1e-12)
 

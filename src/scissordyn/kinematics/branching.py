@@ -193,7 +193,8 @@ def _keep(closure: Closure, until: float, said: tuple[Said, ...]) -> None:
 def _equations(plan: Plan) -> int:
     """Number of quadratic closure equations of the ideal mechanism at most."""
     rotating = sum(body.rotates for body in plan.bodies)
-    return rotating + sum(guide.body != GROUND for guide in plan.guides) + len(plan.rods)
+    others = (*plan.rods, *plan.mechanism.couplings, *plan.mechanism.coordinate_drives)
+    return rotating + sum(guide.body != GROUND for guide in plan.guides) + len(others)
 
 
 def _not_looked_for(plan: Plan) -> str:
@@ -243,12 +244,17 @@ def _input_in_words(path: Path, place: float) -> str:
     inputs = path.closure.inputs
     if path.parameter == "time":
         values = inputs.at(place)
-        words = [f"'{name}' at {math.degrees(value):.6g} deg" for name, value in zip(inputs.bodies, values, strict=False)]
-        words += [f"'{name}' at {1e3 * value:.6g} mm" for name, value in zip(inputs.rods, values[len(words) :], strict=True)]
+        names = [*inputs.bodies, *inputs.timed]
+        words = [f"'{name}' at {_of_input(value, unit)}" for name, value, unit in zip(names, values, inputs.units, strict=True)]
         return f" ({', '.join(words)})"
-    if path.parameter == "length":
-        return f" (rod '{inputs.rods[0]}' at {1e3 * place:.6g} mm)"
-    return f" (drive of '{inputs.bodies[0]}' at {math.degrees(place):.6g} deg)"
+    driven = {rod.name: "rod" for rod in path.closure.plan.rods}
+    name = f"drive of '{inputs.bodies[0]}'" if inputs.bodies else f"{driven.get(inputs.timed[0], 'drive')} '{inputs.timed[0]}'"
+    return f" ({name} at {_of_input(place, inputs.units[0])})"
+
+
+def _of_input(value: float, unit: str) -> str:
+    """An input in words."""
+    return f"{math.degrees(value):.6g} deg" if unit == "rad" else f"{1e3 * value:.6g} mm"
 
 
 def _passed(closure: Closure, time: np.ndarray, z: np.ndarray) -> list[tuple[SingularPosition, np.ndarray]]:

@@ -1,12 +1,14 @@
 """The closure equations of a mechanism with ideal joints, in natural coordinates, parallelograms included.
 
-Linear constraints are eliminated, lengths, moving guides and rods remain (`plan.branches`).
+Linear constraints are eliminated, lengths, moving guides, rods and couplings remain (`plan.branches`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
+from scissordyn.mechanics.rotation import TURN
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
@@ -27,14 +29,19 @@ ALIKE = 1e-7
 
 
 class Inputs:
-    """The prescribed angles and distances of a mechanism over time."""
+    """The prescribed angles, distances and other coordinates of a mechanism over time."""
 
     def __init__(self, plan: Plan) -> None:
         self.bodies = [drive.body for drive in plan.drives]
-        timed = [(rod.name, rod.motion) for rod in plan.rods if rod.motion is not None]
-        self.rods = [name for name, _ in timed]
+        timed = [(rod.name, "m", rod.motion, 0.0) for rod in plan.rods if rod.motion is not None]
+        start = {constraint.name: constraint.start for constraint in plan.coordinates.constraints if constraint.linear}
+        timed += [
+            (drive.name, drive.coordinate.unit, drive.motion, start[drive.name]) for drive in plan.mechanism.coordinate_drives
+        ]
+        self.timed = [name for name, *_ in timed]  # Rods, then coordinate drives
+        self.units = ["rad"] * len(self.bodies) + [unit for _, unit, _, _ in timed]
         self._rows = [function_rows(drive.motion, plan.body(drive.body).placed_angle) for drive in plan.drives]
-        self._rows += [function_rows(motion, 0.0) for _, motion in timed]
+        self._rows += [function_rows(motion, first) for _, _, motion, first in timed]
         self._table = np.empty(0), np.empty((0, self.count))
 
     @property
@@ -43,7 +50,7 @@ class Inputs:
         return len(self._rows)
 
     def at(self, time: float) -> np.ndarray:
-        """Angles of the driven bodies [rad], then lengths of the timed rods [m]."""
+        """Angles of the driven bodies [rad], lengths of the timed rods [m], then coordinates of drives [rad or m]."""
         values, value = np.empty(self.count), np.zeros(4)
         for k, rows in enumerate(self._rows):
             function_at(time, rows, value)
@@ -66,21 +73,27 @@ class Closure:
     """The closure equations of a mechanism with ideal joints.
 
     Natural coordinates z are the origin of each body in units of the mechanism's size and, if it rotates, its direction vector.
-    Linear constraints give z = N y + P (1, cos th_1, sin th_1, ...); quadratic ones remain for y.
+    Linear constraints give z = N y + P (1, cos th_1, sin th_1, ...); quadratic ones and couplings remain for y. The last
+    entries of z are no unknowns: from where turns are counted of the angles in couplings.
     """
 
     def __init__(self, plan: Plan) -> None:
         tables = plan.branches
         self.plan, self.size, self.inputs = plan, plan.size, Inputs(plan)
-        self.first, self.total, self.natural = tables.natural.offsets, tables.natural.total, tables.natural
+        turning = [pair for constraint in tables.constraints for pair in constraint.turning]
+        self.turning, self.placed_turns = [body for body, _ in turning], np.array([angle for _, angle in turning], float)
+        self.first, self.total, self.natural = tables.natural.offsets, tables.natural.total + len(turning), tables.natural
         self.directions = np.array([self.first[body.name] + 2 for body in plan.bodies if self.natural.rotates(body.name)], int)
-        self.origins = origins(tables.natural)
-        self.stays, self.free, self.known = tables.stays, tables.free, tables.known
-        self.rows, self.constant, self.weight = tables.rows, tables.constant, tables.weight
+        self.origins = np.pad(origins(tables.natural), (0, len(turning)))
+        kinds = [kind for each in tables.constraints for kind in each.kinds or (HALF_SQUARE,) * len(each.parts)]
+        self.turns, self.lengths = (np.array([kind == wanted for kind in kinds], bool) for wanted in (ANGLE, LENGTH))
+        more = len(turning)
+        self.stays, self.free, self.known = tables.stays, *(np.pad(part, ((0, more), (0, 0))) for part in (tables.free, tables.known))
+        self.rows, self.constant, self.weight = np.pad(tables.rows, ((0, 0), (0, 0), (0, more))), tables.constant, tables.weight
         self.moving, self.begin, self.scale = tables.moving, tables.begin, tables.scale
         self.value = np.array([constraint.value for constraint in tables.constraints])
         timed = [k for k, constraint in enumerate(tables.constraints) if constraint.motion is not None]
-        self.timed = [(k, len(plan.drives) + i, tables.constraints[k].scale) for i, k in enumerate(timed)]
+        self.timed = [(k, len(plan.drives) + i, tables.constraints[k]) for i, k in enumerate(timed)]
         self.chosen = tables.varies
         """Constraints that are asked; `choose` leaves those out that follow from others."""
 
@@ -97,7 +110,7 @@ class Closure:
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Gradients of the chosen constraints by y at one z or many, each divided by how long it can be, (..., m, n)."""
-        directions = self.weight[:, None] * self.maps(z)
+        directions = self.weight[:, None] * self._slopes(self.maps(z))
         parts = directions[..., 0, None] * self.moving[:, 0] + directions[..., 1, None] * self.moving[:, 1]
         return np.asarray(self._sum(parts, -2)[..., self.chosen, :] / self.scale[self.chosen, None])
 
@@ -108,13 +121,51 @@ class Closure:
     def left_of(self, z: np.ndarray) -> np.ndarray:
         """Left sides of the chosen constraints at one z or many."""
         maps = self.maps(z)
-        return np.asarray((self._sum(0.5 * self.weight * np.sum(maps * maps, axis=-1), -1) / self.scale)[..., self.chosen])
+        parts = 0.5 * self.weight * np.sum(maps * maps, axis=-1)
+        if self._other:
+            parts[..., self.lengths] = self.weight[self.lengths] * np.hypot(*np.moveaxis(maps[..., self.lengths, :], -1, 0))
+            parts[..., self.turns] = self.weight[self.turns] * self._angles(z, maps)
+        return np.asarray((self._sum(parts, -1) / self.scale)[..., self.chosen])
+
+    @property
+    def _other(self) -> bool:
+        """Whether there are parts that are no half squares."""
+        return bool(np.any(self.turns | self.lengths))
+
+    def _angles(self, z: np.ndarray, maps: np.ndarray) -> np.ndarray:
+        """Angles in couplings, nearest to where z counts their turns from."""
+        last, (x, y) = z[..., self.natural.total :], np.moveaxis(maps[..., self.turns, :], -1, 0)
+        beyond = np.arctan2(y, x) - last
+        return np.asarray(last + beyond - TURN * np.floor(beyond / TURN + 0.5))
+
+    def _slopes(self, maps: np.ndarray) -> np.ndarray:
+        """Derivatives of the parts by their maps."""
+        if not self._other:
+            return maps
+        slopes, square = maps.copy(), np.sum(maps * maps, axis=-1)[..., None]
+        slopes[..., self.lengths, :] = (maps / np.sqrt(square))[..., self.lengths, :]
+        slopes[..., self.turns, :] = (np.stack([-maps[..., 1], maps[..., 0]], axis=-1) / square)[..., self.turns, :]
+        return slopes
+
+    def of_unknowns(self, driven: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """z from what the inputs determine and the unknowns of one near, whose turns are counted."""
+        z: np.ndarray = driven + near[..., self.stays] @ self.free.T
+        if self.turning:
+            z[..., self.natural.total :] = near[..., self.natural.total :]
+        return z
+
+    def _counted(self, z: np.ndarray) -> np.ndarray:
+        """The same position, turns counted from its angles."""
+        if self.turning:
+            z[..., self.natural.total :] = self._angles(z, self.maps(z))
+        return z
 
     def values_at(self, inputs: np.ndarray) -> np.ndarray:
         """What the left sides of the chosen constraints have to be for one set of inputs or many."""
         value = np.tile(self.value, (*inputs.shape[:-1], 1))
-        for k, which, unit in self.timed:
-            value[..., k] = 0.5 * (inputs[..., which] / unit) ** 2
+        for k, which, constraint in self.timed:
+            ratio = inputs[..., which] / constraint.scale
+            value[..., k] = ratio if constraint.linear else 0.5 * ratio**2
         return np.asarray((value / self.scale)[..., self.chosen])
 
     def known_at(self, inputs: np.ndarray) -> np.ndarray:
@@ -124,12 +175,19 @@ class Closure:
     def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
         """First derivative of the left sides at z in the direction of a change of z."""
         return np.asarray(
-            (self._sum(self.weight * np.sum(self.maps(z) * (self.rows @ change), axis=-1), 0) / self.scale)[self.chosen]
+            (self._sum(self.weight * np.sum(self._slopes(self.maps(z)) * (self.rows @ change), axis=-1), 0) / self.scale)[
+                self.chosen
+            ]
         )
 
-    def form(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Second derivative of the left sides in the directions of two changes of z."""
-        parts = self.weight * np.sum((self.rows @ one) * (self.rows @ other), axis=-1)
+    def form(self, z: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Second derivative of the left sides at z in the directions of two changes of z."""
+        bent = self.rows @ one
+        if self._other:
+            for p, d in enumerate(self.maps(z)):
+                kind = ANGLE if self.turns[p] else LENGTH if self.lengths[p] else HALF_SQUARE
+                bent[p] = part_curvature(kind, *d, *bent[p])
+        parts = self.weight * np.sum(bent * (self.rows @ other), axis=-1)
         return np.asarray((self._sum(parts, 0) / self.scale)[self.chosen])
 
     def _sum(self, parts: np.ndarray, axis: int) -> np.ndarray:
@@ -143,14 +201,13 @@ class Closure:
 
         Shapes: `guess` (nZ,); returns (nZ,).
         """
-        driven = self.known_at(inputs)
-        z: np.ndarray = driven + self.free @ guess[self.stays]
+        z = self.of_unknowns(self.known_at(inputs), guess)
         allowed = CLOSED + ROUNDINGS * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
             worst = np.max(np.abs(residual), initial=0.0)
             if worst < allowed:
-                return z
+                return self._counted(z)
             if not worst < 1e3:
                 return None
             z = z - self.free @ _least_change(self.jacobian(z), residual)
@@ -161,12 +218,12 @@ class Closure:
 
         As many constraints are chosen as there are unknowns.
         """
-        z: np.ndarray = self.known_at(inputs) + guess[:, self.stays] @ self.free.T
+        z = self.of_unknowns(self.known_at(inputs), guess)
         for _ in range(MOST_STEPS):
             residual = self.residual(z, inputs)
             worst = float(np.max(np.abs(residual), initial=0.0))
             if worst < NEARLY_CLOSED:
-                return z
+                return self._counted(z)
             if not worst < 1e3:
                 return None
             try:
@@ -177,7 +234,7 @@ class Closure:
 
     def placed(self) -> np.ndarray:
         """Natural coordinates of the bodies as they are placed."""
-        z = self.plan.coordinates.natural.placed()[0]
+        z = np.append(self.plan.coordinates.natural.placed()[0], self.placed_turns)
         z[self.origins] /= self.size
         return z
 
@@ -197,9 +254,13 @@ class Closure:
                 z[:, p + 2], z[:, p + 3] = cos, sin
         if self.natural.axes:
             for row in z:
-                self.natural.deflect_statically(row)
+                self.natural.deflect_statically(row[: self.natural.total])
         z[:, self.origins] /= self.size
-        return z
+        index = {body.name: k for k, body in enumerate(self.plan.bodies)}
+        for k, (body, first) in enumerate(zip(self.turning, self.placed_turns, strict=True)):
+            apart = TURN * round((first - self.plan.body(body).placed_angle) / TURN)  # where a motion begins some turns away
+            z[:, self.natural.total + k] = angle[:, index[body]] + apart
+        return self._counted(z)
 
     def choose(self, z: np.ndarray) -> None:
         """Leave out the constraints that follow from the others at a position that is nothing special."""

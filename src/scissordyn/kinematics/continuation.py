@@ -203,7 +203,7 @@ def _longest(closure: Closure, inputs: AtPlace, first: float, last: float) -> fl
     """The longest step along a leg."""
     places = np.linspace(first, last, 201)
     values = np.array([inputs(s) for s in places])
-    lengths = np.arange(values.shape[1]) >= len(closure.inputs.bodies)
+    lengths = np.array(closure.inputs.units) == "m"
     unit = np.where(lengths, np.max(np.abs(values), axis=0), 1.0)
     fastest = float(np.max(np.abs(np.diff(values, axis=0)) / unit)) / abs(places[1] - places[0])
     return min(abs(last - first) / 5.3, STEP / fastest if fastest > 0.0 else math.inf)

@@ -55,16 +55,16 @@ def drive_rate(path: Path, k: int) -> np.ndarray:
     """
     closure, z, place = path.closure, path.z[k], path.place[k]
     inputs = np.array([place])
-    turned = np.array([0.0, -np.sin(place), np.cos(place)]) if path.parameter == "angle" else np.zeros(1)
+    turned = np.array([0.0, -np.sin(place), np.cos(place)]) if closure.inputs.bodies else np.zeros(1)
     driven = closure.known @ turned
     wanted = np.zeros(closure.chosen.size)
-    if path.parameter == "length":
-        step = 1e-6 * place  # the values are quadratic in the length: a central difference has no error
+    if not closure.inputs.bodies:
+        step = 1e-6 * (place or 1.0)  # the values are linear or quadratic: a central difference has no error
         wanted = (closure.values_at(inputs + step) - closure.values_at(inputs - step)) / (2.0 * step)
     try:
         free = np.linalg.solve(closure.jacobian(z), wanted - closure.product(z, driven))
     except np.linalg.LinAlgError:
-        return np.full(closure.total, np.nan)
+        return np.full(closure.natural.total, np.nan)
     rate = driven + closure.free @ free
     rate[closure.origins] *= closure.size
-    return np.asarray(rate)
+    return np.asarray(rate[: closure.natural.total])

@@ -83,7 +83,7 @@ def start_of(closure: Closure) -> np.ndarray | None:
     near = start
     # where only the start is special, such as folded flat, nothing may be left out: ask a little further on
     for shift in (0.03, -0.03):
-        moved = closure.close(start, inputs + shift * np.where(np.arange(inputs.size) < len(closure.inputs.bodies), 1.0, 0.1))
+        moved = closure.close(start, inputs + shift * np.where(np.array(closure.inputs.units) == "rad", 1.0, 0.1))
         if moved is not None:
             near = moved
             break
@@ -102,10 +102,11 @@ def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | 
         return follow(closure, "time", inputs.at, start, 0.0, 0.0, until)
     values = inputs.over(grid(closure.plan, until))[:, 0]
     first, low, high = float(values[0]), float(values.min()), float(values.max())
-    if inputs.bodies:
+    turns = inputs.units[0] == "rad"
+    if turns:
         most = 2.0 * math.pi * MOST_TURNS
         low, high = max(low, first - most), min(high, first + most)
-    kind = "angle" if inputs.bodies else "length"
+    kind = "angle" if turns else "length"
     return follow(closure, kind, lambda value: np.array([value]), start, first, low, high)
 
 

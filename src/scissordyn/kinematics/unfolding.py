@@ -72,7 +72,7 @@ class Unfolding:
         closure, n = self.closure, self._y0.size
         driven, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
         y, g, last = guess[closure.stays].copy(), 0.0, np.inf
-        z: np.ndarray = driven + closure.free @ y
+        z = closure.of_unknowns(driven, guess)
         allowed = SOLVED * (10.0 + closure.total)
         border = np.zeros((n + 1, n + 1))
         border[:n, n], border[n, :n] = -self.u, self.v
@@ -90,7 +90,8 @@ class Unfolding:
             if not np.max(np.abs(change[:n])) < FURTHEST:
                 return None
             y, g, last = y - change[:n], g - float(change[n]), worst
-            z = driven + closure.free @ y
+            z[closure.stays] = y
+            z = closure.of_unknowns(driven, z)
         return None
 
     def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
@@ -112,8 +113,8 @@ class Unfolding:
         except np.linalg.LinAlgError:
             return None
         by_a, by_s = closure.free @ derivative[:n, 0], closure.free @ derivative[:n, 1] + moved
-        straight = -across @ closure.form(by_a, by_a), -across @ closure.form(by_a, by_s)
-        along = -across @ (closure.form(by_s, by_s) + closure.product(z, bent) - second @ value)
+        straight = -across @ closure.form(z, by_a, by_a), -across @ closure.form(z, by_a, by_s)
+        along = -across @ (closure.form(z, by_s, by_s) + closure.product(z, bent) - second @ value)
         curvature = np.array([[straight[0], straight[1]], [straight[1], along]])
         return Point(a, place, z, g, derivative[n], curvature)
 

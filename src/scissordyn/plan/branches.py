@@ -6,12 +6,13 @@ another branch meets it must be asked of the equations without that assumption. 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natural_coordinates
+from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.linear_constraints import eliminated, full, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
@@ -34,11 +35,11 @@ class Branches:
     begin: np.ndarray  # (m,) First part of each constraint
     scale: np.ndarray  # (m,) Length that the gradient of each constraint can have, 1 where it has none
     varies: np.ndarray  # Constraints that have a gradient
-    constraints: tuple[Constraint, ...]  # Unit lengths, moving guides and rods
+    constraints: tuple[Constraint, ...]  # Unit lengths, moving guides, rods and couplings
 
 
-def every_branch(mechanism: Mechanism) -> Branches:
-    """The closure equations of a mechanism with ideal joints."""
+def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
+    """The closure equations of a mechanism with ideal joints, whose coordinates say what couplings keep."""
     natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
     elimination, (start, columns, values) = eliminated(mechanism, natural, [])
     total = natural.total
@@ -49,6 +50,9 @@ def every_branch(mechanism: Mechanism) -> Branches:
     unit[:, :total] = np.diag(np.where(origins(natural), mechanism.size, 1.0))
     every = Coordinates(natural, total, 1, unit, None, mechanism.size)
     constraints = tuple(entry for entry in quadratic_constraints(mechanism, every) if not entry.latch)
+    kept = {constraint.name: constraint for constraint in coordinates.constraints if constraint.linear}
+    for coupling in (*mechanism.couplings, *mechanism.coordinate_drives):
+        constraints += (replace(kept[coupling.name], parts=coupling_parts(every, coupling).parts),)
     parts = [part for constraint in constraints for part in constraint.parts]
     rows = np.zeros((len(parts), 2, total + 1))
     for row, (_, entry) in zip(rows, parts, strict=True):

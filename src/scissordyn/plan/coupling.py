@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.mechanics.time_function import function_start
-from scissordyn.model.coupling import Coordinate, CoordinateDrive, RelativeAngle, Slide
+from scissordyn.model.coupling import Coordinate, CoordinateDrive, Distance, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
 from scissordyn.plan.quadratic_constraints import product
@@ -63,37 +64,21 @@ class _Start:
         if isinstance(coordinate, RelativeAngle):
             return self.angle(coordinate.body) - self.angle(coordinate.base)
         if isinstance(coordinate, Slide):
-            way, along = self._slide(coordinate)
+            way, along = _slide(self.coordinates, coordinate)
             return float(way.at(self.full) @ along.at(self.full))
-        return float(np.hypot(*self._span(coordinate).at(self.full)))
+        return float(np.hypot(*_span(self.coordinates, coordinate).at(self.full)))
 
     def constraint(self, part: Any) -> Constraint:
-        """The constraint of a coupling or of a coordinate drive, its largest weight being one."""
-        drive, size = isinstance(part, CoordinateDrive), self.coordinates.size
-        subject = f"{'drive' if drive else 'coupling'} '{part.name}'"
-        scale = max(abs(factor) * (1.0 if coordinate.unit == "rad" else size) for factor, coordinate in part.terms)
-        turning: dict[str, float] = {}
-        lengths, squares = list[tuple[float, PointMap]](), list[tuple[float, PointMap]]()
-        for factor, coordinate in part.terms:
-            weight = factor * (1.0 if coordinate.unit == "rad" else size) / scale
-            if isinstance(coordinate, RelativeAngle):
-                for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
-                    turning[body] = turning.get(body, 0.0) + sign * weight
-            elif isinstance(coordinate, Slide):
-                way, along = self._slide(coordinate)
-                pair = product(combined((way, 1.0 / size)), along)
-                squares += [(weight * own, square) for own, square in pair]
-            else:
-                lengths.append((weight, combined((self._span(coordinate), 1.0 / size))))
-        turning = {body: weight for body, weight in turning.items() if weight and body != GROUND}
-        turns = [(weight, self.coordinates.direction(body)) for body, weight in turning.items()]
+        """The constraint of a coupling or of a coordinate drive."""
+        drive, bare = isinstance(part, CoordinateDrive), coupling_parts(self.coordinates, part)
+        subject, scale = f"{'drive' if drive else 'coupling'} '{part.name}'", bare.scale
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
-        if not any(np.any(point_map.columns < self.coordinates.free) for _, point_map in (*turns, *lengths, *squares)):
+        if not any(np.any(point_map.columns < self.coordinates.free) for _, point_map in bare.parts):
             raise InputError(
                 f"{subject} of {'a coordinate' if drive else 'coordinates'} that cannot move or that drives prescribe already",
                 "bodies that can move against each other",
             )
-        references = {body: self.angle(body) for body in turning}
+        references = {body: self.angle(body) for body, _ in bare.turning}
         here = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
         value = here
         if drive:
@@ -102,29 +87,55 @@ class _Start:
                 references[part.coordinate.body] += TURN * round((value - here) / TURN)
         elif part.offset is not None:
             value = part.offset
-        return Constraint(
-            (*turns, *lengths, *squares),
-            value / scale,
-            scale=scale,
-            name=part.name,
+        return replace(
+            bare,
+            value=value / scale,
             motion=part.motion if drive else None,
             start=here,
-            kinds=(ANGLE,) * len(turns) + (LENGTH,) * len(lengths) + (HALF_SQUARE,) * len(squares),
             turning=tuple(references.items()),
             subject=subject,
             bodies=bodies,
         )
 
-    def _slide(self, slide: Slide) -> tuple[PointMap, PointMap]:
-        """From the origin of its base to its point [m], and its direction."""
-        coordinates, cos, sin = self.coordinates, math.cos(slide.direction), math.sin(slide.direction)
-        frame = coordinates.frame(slide.base)
-        along = PointMap(frame.columns, np.array([[cos, -sin], [sin, cos]]) @ frame.rows)
-        point = coordinates.place(slide.point)
-        if slide.base == GROUND:
-            return point, along
-        return combined((point, 1.0), (coordinates.origin(slide.base), -1.0)), along
 
-    def _span(self, coordinate: Any) -> PointMap:
-        """From the start to the end of a distance [m]."""
-        return combined((self.coordinates.place(coordinate.end), 1.0), (self.coordinates.place(coordinate.start), -1.0))
+def coupling_parts(coordinates: Coordinates, part: Any) -> Constraint:
+    """The maps and weights of a coupling or of a coordinate drive, the largest weight being one; its value is not set."""
+    size = coordinates.size
+    scale = max(abs(factor) * (1.0 if coordinate.unit == "rad" else size) for factor, coordinate in part.terms)
+    turning: dict[str, float] = {}
+    lengths, squares = list[tuple[float, PointMap]](), list[tuple[float, PointMap]]()
+    for factor, coordinate in part.terms:
+        weight = factor * (1.0 if coordinate.unit == "rad" else size) / scale
+        if isinstance(coordinate, RelativeAngle):
+            for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
+                turning[body] = turning.get(body, 0.0) + sign * weight
+        elif isinstance(coordinate, Slide):
+            way, along = _slide(coordinates, coordinate)
+            squares += [(weight * own, square) for own, square in product(combined((way, 1.0 / size)), along)]
+        else:
+            lengths.append((weight, combined((_span(coordinates, coordinate), 1.0 / size))))
+    turning = {body: weight for body, weight in turning.items() if weight and body != GROUND}
+    turns = [(weight, coordinates.direction(body)) for body, weight in turning.items()]
+    return Constraint(
+        (*turns, *lengths, *squares),
+        0.0,
+        scale=scale,
+        name=part.name,
+        kinds=(ANGLE,) * len(turns) + (LENGTH,) * len(lengths) + (HALF_SQUARE,) * len(squares),
+        turning=tuple((body, 0.0) for body in turning),
+    )
+
+
+def _slide(coordinates: Coordinates, slide: Slide) -> tuple[PointMap, PointMap]:
+    """From the origin of its base to its point [m], and its direction."""
+    cos, sin = math.cos(slide.direction), math.sin(slide.direction)
+    frame, point = coordinates.frame(slide.base), coordinates.place(slide.point)
+    along = PointMap(frame.columns, np.array([[cos, -sin], [sin, cos]]) @ frame.rows)
+    if slide.base == GROUND:
+        return point, along
+    return combined((point, 1.0), (coordinates.origin(slide.base), -1.0)), along
+
+
+def _span(coordinates: Coordinates, distance: Distance) -> PointMap:
+    """From its start to its end [m]."""
+    return combined((coordinates.place(distance.end), 1.0), (coordinates.place(distance.start), -1.0))

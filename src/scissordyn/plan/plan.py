@@ -92,7 +92,7 @@ class Plan:
     @cached_property
     def branches(self) -> Branches:
         """The closure equations of the ideal mechanism on every branch of its assembly."""
-        return every_branch(self.mechanism.ideal())
+        return every_branch(self.ideal.mechanism, self.ideal.coordinates)
 
     @property
     def bodies(self) -> tuple[Body, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.coupling_symbol import coupling_points
 from scissordyn.run.answer.placement import Placement
 
 MARGIN = 0.1
@@ -34,7 +35,7 @@ def outlines(placement: Placement) -> list[np.ndarray]:
 def corners_of(placement: Placement) -> Corners:
     """The region of a mechanism and of the points of the ground at all samples, with a margin."""
     fixed = placement.vectors(np.array([place for _, place in placement.mechanism.ground], float).reshape(-1, 2))
-    everything = np.concatenate([*(part.reshape(-1, 2) for part in outlines(placement)), fixed])
+    everything = np.concatenate([*(part.reshape(-1, 2) for part in outlines(placement)), fixed, coupling_points(placement)])
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = MARGIN * (float(np.max(high - low)) or 1.0)
     return low - margin, high + margin

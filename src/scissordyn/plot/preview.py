@@ -14,12 +14,14 @@ from scissordyn.component.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
+from scissordyn.plot.coupling_symbol import coupling_points
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.structure import draw_mechanism, fit_rings
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
+from scissordyn.plot.symbol import coupling_symbols
 from scissordyn.run.answer.placement import Placement
 from scissordyn.run.simulate import simulate
 
@@ -132,6 +134,7 @@ class _Drawing:
             [
                 *(self.points(body.name) for body in self.mechanism.bodies),
                 *(self.place(GROUND, name)[None] for name, _ in self.mechanism.ground),
+                coupling_points(self.placed),
             ]
         )
         low, high = everything.min(axis=0), everything.max(axis=0)
@@ -150,6 +153,9 @@ class _Drawing:
         labels += [Label(self._loose(joint), self.place(*end), VERMILION) for joint, end in loose]
         labels += [Label(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
         labels += [Label(part.name, self._of(part), PURPLE) for part in parts]
+        labels += [
+            Label(symbol.name, symbol.anchor[0], PURPLE) for symbol in coupling_symbols(mechanism, self.placed, 0.0)
+        ]
         bars = [body for body in mechanism.bodies if len(set(body.points.values())) > 1]
         for body in mechanism.bodies:
             color = (BLUE, GREEN)[bars.index(body) % 2] if body in bars else GREY

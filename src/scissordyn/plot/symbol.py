@@ -13,6 +13,7 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.coupling_symbol import coupling_strokes, drive_strokes
 from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
@@ -88,4 +89,12 @@ def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples
     for part in components:
         port, kind = part.declaration.port, part.declaration.symbol
         drawn.append(Symbol(part.name, kind, *port.drawn(part, port.symbols[kind], scene)))
-    return drawn
+    return drawn + coupling_symbols(mechanism, placement, size)
+
+
+def coupling_symbols(mechanism: Mechanism, placement: Placement, size: float) -> list[Symbol]:
+    """The symbols of couplings and coordinate drives."""
+    drawn = [Symbol(part.name, "coupling", *coupling_strokes(part, placement, size)) for part in mechanism.couplings]
+    return drawn + [
+        Symbol(drive.name, "drive", *drive_strokes(drive.coordinate, placement, size)) for drive in mechanism.coordinate_drives
+    ]

@@ -110,7 +110,7 @@ def motion_range(plan: Plan) -> tuple[float, float, str]:
     if start is None or closure.inputs.count != 1 or closure.mobility != 0:
         return math.nan, math.nan, ""
     first = float(closure.inputs.at(0.0)[0])
-    turns = bool(closure.inputs.bodies)
+    turns = closure.inputs.units == ["rad"]
     ends = (
         (first - 2.0 * math.pi, first + 2.0 * math.pi) if turns else (SHORT * plan.size, max(2.0 * first, FURTHEST * plan.size))
     )

@@ -99,10 +99,9 @@ def modes(
         one, place = _at(plan(at_rest(taken, time)), count, position, released_drive, place)
         found.append(one)
     along = xr.concat(found, xr.DataArray(asked, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override")
-    units = ["rad"] * len(inputs.bodies) + ["m"] * len(inputs.rods)
     return along.assign(
         input=(("time", "drive"), inputs.over(asked), {"long_name": "what the drive holds, in its unit"})
-    ).assign_coords(drive=[*inputs.bodies, *inputs.rods], unit=("drive", units))
+    ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
 
 
 def _at(still: Plan, count: int, position: Position, released_drive: bool, before: Place | None) -> tuple[xr.Dataset, Place]:

@@ -87,6 +87,7 @@ OTHER_WORDS = {
     "actuator": "servo controller",
     "force": "load",
     "torque": "moment",
+    "coupling": "gear gears gear_pair belt chain rack pinion rack_and_pinion screw lead_screw planetary mimic",
     "rod": "cylinder hydraulic_cylinder piston linear_actuator ram link distance",
     "clearance": "gap play",
     "body": "part segment",
@@ -113,7 +114,7 @@ OTHER_WORDS = {
 }
 """Words of the field, by what they are called here; a word stands for whichever of its lines a message allows first."""
 
-ABSENT_WORDS = ("gear", "gears", "belt", "chain", "cam", "rack", "screw")
+ABSENT_WORDS = ("cam", "wheel")
 """Parts that there are not, so that a similar name is no hint."""
 
 

@@ -117,7 +117,18 @@ HOSTS: Mapping[str, Any] = {
     "bodies": lambda part: [sd.Mechanism((part,))],
     **{
         name: lambda part, name=name: [dataclasses.replace(parts_only(), **{name: (part,)})]
-        for name in ("joints", "guides", "drives", "welds", "components", "rods", "latches", "tracks")
+        for name in (
+            "joints",
+            "guides",
+            "drives",
+            "welds",
+            "components",
+            "rods",
+            "latches",
+            "tracks",
+            "couplings",
+            "coordinate_drives",
+        )
     },
 }
 """For each list of parts of a mechanism, mechanisms with one such part."""

@@ -116,7 +116,8 @@ def check(
                 "clearance_joints": [joint.name for joint in mechanism.clearance_joints],
                 "free_coordinates": planned.coordinates.free,
                 "constraints": len(planned.coordinates.constraints),
-                "drives": [drive.body for drive in mechanism.drives],
+                "drives": [*(drive.body for drive in mechanism.drives), *(drive.name for drive in mechanism.coordinate_drives)],
+                "couplings": [coupling.name for coupling in mechanism.couplings],
                 "components": [part.name for part in components],
                 "until": until,
                 "span": None if span is None else span.plain(),
@@ -141,6 +142,8 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
         f"{len(mechanism.clearance_joints)} clearance joints, "
         f"{coordinates.free} free coordinates with {len(coordinates.constraints)} quadratic constraints.",
         *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
+        *(f"Drive {drive.name}: {_in_words(drive.motion)}." for drive in mechanism.coordinate_drives),
+        *(f"Coupling {coupling.name}." for coupling in mechanism.couplings),
         *(f"{part.declaration.label.capitalize()} {part.name}." for part in components),
         *_clearances("Joint", mechanism.joints),
         *_clearances("Guide", mechanism.guides),
@@ -367,12 +370,13 @@ def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
     """The stroke of the only drive and where it locks."""
     low, high, unit = (ideal.attrs[f"range_{name}"] for name in ("low", "high", "unit"))
     if not unit:
-        return [] if mechanism.drives else ["No drive prescribes the motion."]
+        return [] if mechanism.drives or mechanism.coordinate_drives else ["No drive prescribes the motion."]
     factor, sign = (180.0 / math.pi, "deg") if unit == "rad" else (1e3, "mm")
-    name = f"Drive of '{mechanism.drives[0].body}'" if unit == "rad" else "Driven rod"
+    name = f"Drive of '{mechanism.drives[0].body}'" if mechanism.drives else "Driven rod"
+    name = f"Drive '{mechanism.coordinate_drives[0].name}'" if mechanism.coordinate_drives else name
     locks = [f"{factor * place:.6g} {sign}" for place in (low, high) if math.isfinite(place)]
     stroke = ""
-    if unit == "rad":
+    if mechanism.drives:
         angle = np.degrees(ideal["angle"].sel(body=mechanism.drives[0].body).values)
         stroke = f" goes from {angle[0]:.6g} to {angle[-1]:.6g} deg and" if angle.size else ""
     nowhere = "locks nowhere within a revolution" if unit == "rad" else "locks at no length"
@@ -388,6 +392,12 @@ def _forces(ideal: xr.Dataset) -> list[str]:
         smallest = round(float(angle[i, k]), 6)  # zero at a change point, whatever round-off says
         joint = ideal["dyad"].values[k]
         lines.append(f"Smallest transmission angle: {smallest:.4g} deg at joint '{joint}', at {short(time[i], 's')}.")
+    for dim in ("coordinate_drive", "coupling"):
+        for place, name in enumerate(ideal[dim].values if dim in ideal else ()):
+            quantity, unit = ("torque", "N m") if ideal[f"{dim}_unit"].values[place] == "rad" else ("force", "N")
+            largest, instant = (float(ideal[part].values[place]) for part in (f"peak_{dim}_force", f"peak_{dim}_force_time"))
+            said = f"{short(largest, unit)} at {short(instant, 's')}"
+            lines.append(f"Largest {quantity} of '{name}' with ideal joints: {said}.")
     for name, unit, subject in (("drive_torque", "N m", "driving torque"), ("rod_force", "N", "force in a rod")):
         if name in ideal and ideal[name].size:
             values = np.abs(ideal[name].values.reshape(time.size, -1)).max(axis=1)

@@ -30,7 +30,9 @@ class CoordinateTable(Table):
     """An angle of a body, a slide of a point, or a distance of two points."""
 
     angle: Annotated[str | None, About("body whose angle it is, against the base")] = None
-    slide: Annotated[BodyPoint | None, BODY_POINT, About("point whose displacement along the direction it is, in the base")] = None
+    slide: Annotated[BodyPoint | None, BODY_POINT, About("point whose displacement along the direction it is, in the base")] = (
+        None
+    )
     distance: Annotated[tuple[BodyPoint, BodyPoint] | None, _read_points, About("two points")] = None
     base: Annotated[str, About("a body, or the ground")] = GROUND
     direction: Annotated[float | None, quantities(Slide)["direction"]] = None

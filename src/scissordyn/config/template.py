@@ -80,7 +80,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         text.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
     text += [
         _section(f"[[{name}]]", PARTS[name].table, further.get(name, {}), out=name not in further)
-        for name in ("weld", "track", *COMPONENT_SECTIONS, "component")
+        for name in ("weld", "track", "coupling", "coordinate_drive", *COMPONENT_SECTIONS, "component")
         if kind == "mechanism" or name in further
     ]
     text += [_section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOADS.items()]

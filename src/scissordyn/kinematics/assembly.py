@@ -107,9 +107,7 @@ def value_rates(system: System) -> np.ndarray:
     """Rates of the values of all constraints at t = 0."""
     model, numbers, work = system.model, system.parameters, system.work
     rates = np.zeros(work.value.shape[1])
-    for k, which, unit, linear in zip(
-        model.timed, model.timed_function, model.timed_unit, model.timed_linear, strict=True
-    ):
+    for k, which, unit, linear in zip(model.timed, model.timed_function, model.timed_unit, model.timed_linear, strict=True):
         function_at(0.0, numbers.motion[numbers.motion_start[which] : numbers.motion_start[which + 1]], work.function_value)
         rates[k] = unit * work.function_value[1]
         if not linear:

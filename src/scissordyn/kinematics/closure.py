@@ -88,7 +88,10 @@ class Closure:
         kinds = [kind for each in tables.constraints for kind in each.kinds or (HALF_SQUARE,) * len(each.parts)]
         self.turns, self.lengths = (np.array([kind == wanted for kind in kinds], bool) for wanted in (ANGLE, LENGTH))
         more = len(turning)
-        self.stays, self.free, self.known = tables.stays, *(np.pad(part, ((0, more), (0, 0))) for part in (tables.free, tables.known))
+        self.stays, self.free, self.known = (
+            tables.stays,
+            *(np.pad(part, ((0, more), (0, 0))) for part in (tables.free, tables.known)),
+        )
         self.rows, self.constant, self.weight = np.pad(tables.rows, ((0, 0), (0, 0), (0, more))), tables.constant, tables.weight
         self.moving, self.begin, self.scale = tables.moving, tables.begin, tables.scale
         self.value = np.array([constraint.value for constraint in tables.constraints])
@@ -148,7 +151,7 @@ class Closure:
         return slopes
 
     def of_unknowns(self, driven: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """z from what the inputs determine and the unknowns of one near, whose turns are counted."""
+        """Natural coordinates from what the inputs determine and the unknowns of one near, whose turns are counted."""
         z: np.ndarray = driven + near[..., self.stays] @ self.free.T
         if self.turning:
             z[..., self.natural.total :] = near[..., self.natural.total :]

@@ -1,7 +1,7 @@
 """The functions whose weighted sums are constraints, each of one map d = rows X: |d|^2/2, the angle of d, or its length.
 
-`Model.part_reference` says which: the entry of `State.reference` that the turns of an angle are counted from, or one of the codes
-below. With d and changes u of it as complex numbers the angle is Im log d, so that its derivatives are Im(u/d), -Im(u u/d^2) and
+`Model.part_reference` says which: the entry of `State.reference` that the turns of an angle are counted from, or a code below.
+With d and changes u of it as complex numbers the angle is Im log d, so that its derivatives are Im(u/d), -Im(u u/d^2) and
 2 Im(u u u/d^3). A linear form v -> Im(c v) has the components (Im c, Re c).
 """
 

@@ -237,7 +237,12 @@ def load_constraints(r, S):
                 dx += M.constraint_row[0, i] * r[column]
                 dy += M.constraint_row[1, i] * r[column]
         # what r_x changes at fixed rates: Phi^T lambda, and the constraint twice differentiated
-        value, kind, qx, qy = hg * W.frozen_multiplier[k] * weight, M.part_reference[p], W.frozen_direction[p, 0], W.frozen_direction[p, 1]
+        value, kind, qx, qy = (
+            hg * W.frozen_multiplier[k] * weight,
+            M.part_reference[p],
+            W.frozen_direction[p, 0],
+            W.frozen_direction[p, 1],
+        )
         hx, hy = part_curvature(kind, qx, qy, dx, dy)
         for i in range(M.part_start[p], M.part_start[p + 1]):
             column = M.constraint_column[i]

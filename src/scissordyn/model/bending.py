@@ -339,6 +339,17 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
             "guides": tuple(exchanged(part, f"guide '{part.name}'") for part in mechanism.guides),
             "welds": tuple(exchanged(part, f"weld '{part.name}'") for part in mechanism.welds),
             "rods": tuple(exchanged(part, f"rod '{part.name}'") for part in mechanism.rods),
+            "couplings": tuple(
+                dataclasses.replace(
+                    part,
+                    **{end: exchanged(getattr(part, end), f"coupling '{part.name}'", ("body",)) for end in ("output", "input")},
+                )
+                for part in mechanism.couplings
+            ),
+            "coordinate_drives": tuple(
+                dataclasses.replace(part, coordinate=exchanged(part.coordinate, f"drive '{part.name}'", ("body",)))
+                for part in mechanism.coordinate_drives
+            ),
             "latches": tuple(exchanged(part, f"latch '{part.name}'", ("body", "base")) for part in mechanism.latches),
             "components": (*components, *beams),
             "tracks": tuple(tracks),

@@ -101,8 +101,8 @@ Coordinate = RelativeAngle | Slide | Distance
 class Coupling:
     """Keeps output = ratio * input + offset: gears, belts, racks, screws, synchronised units.
 
-    It acts on both coordinates with forces or torques that do no work together. It is no tooth: what a mesh or a belt presses on
-    bearings beside its torque is not part of it.
+    It acts on both coordinates with forces or torques that do no work together. What a mesh or a belt presses on bearings
+    beside its torque is not part of it.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class Coupling:
     output: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     input: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     ratio: Annotated[float, Quantity("1", help="ratio of output over input, in SI units")]
-    offset: float | None = None
+    offset: Annotated[float | None, Quantity("1", help="output where the input is zero, in SI units")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"coupling '{self.name}'")
@@ -152,7 +152,9 @@ class CoordinateDrive:
     def __post_init__(self) -> None:
         check_quantities(self, f"drive '{self.name}'")
         if isinstance(self.motion, ConstantSpeed) and self.coordinate.unit == "m":
-            raise InputError(f"drive '{self.name}': a ConstantSpeed of a distance", "another time function", "Polynomial((0.5, 0.1))")
+            raise InputError(
+                f"drive '{self.name}': a ConstantSpeed of a distance", "another time function", "Polynomial((0.5, 0.1))"
+            )
 
     @property
     def terms(self) -> tuple[tuple[float, Coordinate], ...]:

@@ -34,8 +34,8 @@ from scissordyn.model.track import Track
 from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
-PLAN, LENT = "_plan", "_lent"
-"""Where the plan of a mechanism is kept, and the plan of the one that it was made from (plan/plan.py)."""
+PLAN, LENT, LOOSE = "_plan", "_lent", "_loose"
+"""Where the plan of a mechanism is kept, that of the one that it was made from (plan/plan.py), and whether that was loose."""
 
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity")]
@@ -52,8 +52,8 @@ class Mechanism:
     bodies : tuple of Body
     joints : tuple of Revolute
     guides : tuple of Guide
-    drives : tuple of Drive or CoordinateDrive
-        Those of coordinates join `coordinate_drives`.
+    drives : tuple of Drive
+        A `CoordinateDrive` in it joins `coordinate_drives`.
     welds : tuple of Weld
         Rigid connections.
     components : tuple of Component
@@ -75,9 +75,7 @@ class Mechanism:
     tracks : tuple of Track
         Points whose motion is recorded.
     couplings : tuple of Coupling
-        Linear relations between two angles, slides or distances.
     coordinate_drives : tuple of CoordinateDrive
-        Prescribed angles between bodies, slides and distances.
     source : str
         Who describes it, as "Flores, Ambrosio 2004, doi:10.1016/...", several apart by semicolons; `citations` looks there.
     """
@@ -132,12 +130,15 @@ class Mechanism:
 
     @cached_property
     def _ideal(self) -> Mechanism:
-        """The same mechanism with ideal joints and guides; itself if they are."""
         parts = {
             field: tuple(dataclasses.replace(part, clearance=None) if part.clearance is not None else part for part in parts)
             for field, parts in (("joints", self.joints), ("guides", self.guides))
         }
-        return self if parts == {"joints": self.joints, "guides": self.guides} else self.with_parts(parts, check=False)
+        if parts == {"joints": self.joints, "guides": self.guides}:
+            return self
+        ideal = self.with_parts(parts, check=False)
+        ideal.__dict__[LOOSE] = True
+        return ideal
 
     @cached_property
     def _bodies(self) -> dict[str, Body]:
@@ -297,7 +298,7 @@ class Mechanism:
 
     @checked
     def ideal(self, *joints: str) -> Mechanism:
-        """The same mechanism with ideal joints and guides, all of them if none is named."""
+        """The same mechanism with ideal joints and guides, all of them if none is named; itself if they are."""
         if not joints:
             return self._ideal
         guides = [guide for guide in self.guides if guide.name in joints]

@@ -25,10 +25,8 @@ DRIVE = "drive"
 INSIDE = {"joints": "clearance", "guides": "clearance", "drives": "motion", "coordinate_drives": "motion"}
 """The field of a part whose fields a parameter path goes on with."""
 
-KINDS = {
-    **{"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"},
-    **{"coupling": "couplings", "coordinate_drive": "coordinate_drives"},
-}
+KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
+KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
 """Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
 
 OF_LAWS = {"restitution": "damping"}

@@ -52,7 +52,8 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
     constraints = tuple(entry for entry in quadratic_constraints(mechanism, every) if not entry.latch)
     kept = {constraint.name: constraint for constraint in coordinates.constraints if constraint.linear}
     for coupling in (*mechanism.couplings, *mechanism.coordinate_drives):
-        constraints += (replace(kept[coupling.name], parts=coupling_parts(every, coupling).parts),)
+        if coupling.name in kept:
+            constraints += (replace(kept[coupling.name], parts=coupling_parts(every, coupling).parts),)
     parts = [part for constraint in constraints for part in constraint.parts]
     rows = np.zeros((len(parts), 2, total + 1))
     for row, (_, entry) in zip(rows, parts, strict=True):

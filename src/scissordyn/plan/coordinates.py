@@ -40,8 +40,8 @@ class PointMap:
 class Constraint:
     """A constraint: the sum of weight |map|^2 / 2, or of weight times another function of the map, is `value`.
 
-    The maps have no unit and are of the order of one: those with a length are divided by `scale`. The weights and the value of a
-    coupling are.
+    The maps have no unit and are of the order of one: those with a length are divided by `scale`. Of a coupling the weights
+    and the value are divided by it.
     """
 
     parts: tuple[tuple[float, PointMap], ...]  # Weights and maps

@@ -37,6 +37,7 @@ class Gradients:
         self.weight = np.array([weight for _, weight, _ in parts], float)
         self.value = np.array([constraint.value for constraint in constraints], float)
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
+        self.subjects = [constraint.subject for constraint in constraints]
         self.linear = np.array([constraint.linear for constraint in constraints], bool)
         kinds = [kind for each in constraints for kind in each.kinds or (HALF_SQUARE,) * len(each.parts)]
         self.turns = np.array([kind == ANGLE for kind in kinds], bool)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.plan.coordinates import Coordinates
-from scissordyn.plan.elimination import JUMPED
+from scissordyn.plan.coordinates import Constraint, Coordinates
+from scissordyn.plan.elimination import JUMPED, in_words
 from scissordyn.plan.gradients import SMALLEST, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 
@@ -33,12 +33,13 @@ LARGE = 60
 """More constraints than this are looked at by a sparse factorization first."""
 
 
-def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
+def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:
     """Coordinates without the constraints that follow from the others wherever the mechanism goes.
 
     At a position near the start, after a small random move of the drives too, the rank of the gradients tells which might
     follow; they are left out if they still hold after another such move that only the others guided. Where only the start is
-    special, such as folded flat, all constraints stay.
+    special, such as folded flat, all constraints stay. A coupling that follows from other parts is an error, unless `lenient`
+    says that clearances, which are left out, make it none.
 
     Shapes: `angles` (drives,) [rad].
     """
@@ -49,9 +50,10 @@ def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
     b = basis_of(angles)
     x = coordinates.nearest(b, coordinates.placed[0])
     if _beyond_doubt(gradients, np.append(x, b)):
+        _check_motion(coordinates, holding, lenient)
         return coordinates
-    # rods first: what is left out had better be a length, whose multiplier nobody asks for
-    order = np.argsort([not constraint.name for constraint in holding], kind="stable")
+    # rods first: what is left out had better be a length, whose multiplier nobody asks for; couplings are to be free of doubt
+    order = np.argsort([2 if constraint.linear else not constraint.name for constraint in holding], kind="stable")
     values, left = gradients.value.copy(), dict[int, float]()
     for dependent, follows, near in ((*EXACT, True), *((*level, False) for level in ROUNDED), (*EXACT, False)):
         gradients.value[:] = values  # the drives are where they start
@@ -59,16 +61,44 @@ def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
         if left:
             break
     if not left:
+        if not lenient:
+            _check_gradients(gradients, np.append(x, b), order)
+        _check_motion(coordinates, holding, lenient)
         return coordinates
     for k in left:
-        if holding[k].linear:
+        if holding[k].linear and not lenient:
             raise InputError(f"{holding[k].subject} follows from other couplings and parts", "leave it out")
-        if holding[k].name:
+        if holding[k].name and not holding[k].linear:
             raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
     names = tuple(holding[k].subject for k in left)
     stay = [constraint for k, constraint in enumerate(holding) if k not in left]
     stay += [constraint for constraint in coordinates.constraints if constraint.latch]
     return coordinates.with_constraints(order_constraints(coordinates.free, stay), names, max(left.values()))
+
+
+def _check_motion(coordinates: Coordinates, holding: list[Constraint], lenient: bool) -> None:
+    """Raise `InputError` where couplings leave no motion, and none is prescribed."""
+    couplings = [constraint.subject for constraint in holding if constraint.linear]
+    prescribed = coordinates.basis > 1 or any(constraint.motion for constraint in holding)
+    if couplings and not lenient and not prescribed and coordinates.free <= len(holding):
+        raise InputError(f"{in_words(couplings)} leave{'s' if len(couplings) == 1 else ''} no motion", "one coupling less")
+
+
+def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) -> None:
+    """Raise `InputError` for a coupling or drive whose gradient depends on those of other constraints wherever bodies are."""
+    if not np.any(gradients.linear):
+        return
+    random, aside = np.random.default_rng(1), full.copy()
+    step = random.standard_normal(gradients.free)
+    aside[: gradients.free] += MOVE * step / np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=SMALLEST)
+    unit = gradients.unit(aside)
+    _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT[0])
+    for k in left:
+        if gradients.linear[k]:
+            raise InputError(
+                f"{gradients.subjects[k]} contradicts other couplings, drives and joints, which leave it no motion",
+                "one of them less",
+            )
 
 
 def _redundant(

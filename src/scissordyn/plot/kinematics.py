@@ -84,7 +84,9 @@ def _transmission(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
 
 def _drive(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
     """Torques of the drives, or forces of the driven rods."""
-    for variable, name, unit in (("drive_torque", "drive", "N m"), ("rod_force", "rod", "N")):
+    coordinates = ideal["coordinate_drive_unit"].values if "coordinate_drive_unit" in ideal else ["m"]
+    of_coordinate = ("coordinate_drive_force", "coordinate_drive", "N m" if coordinates[0] == "rad" else "N")
+    for variable, name, unit in (("drive_torque", "drive", "N m"), of_coordinate, ("rod_force", "rod", "N")):
         if variable in ideal and ideal[variable].size:
             array = ideal[variable]
             names = [str(driven) for driven in ideal[name].values] if name in array.dims else [variable.replace("_", " ")]

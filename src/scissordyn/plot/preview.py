@@ -153,9 +153,7 @@ class _Drawing:
         labels += [Label(self._loose(joint), self.place(*end), VERMILION) for joint, end in loose]
         labels += [Label(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
         labels += [Label(part.name, self._of(part), PURPLE) for part in parts]
-        labels += [
-            Label(symbol.name, symbol.anchor[0], PURPLE) for symbol in coupling_symbols(mechanism, self.placed, 0.0)
-        ]
+        labels += [Label(symbol.name, symbol.anchor[0], PURPLE) for symbol in coupling_symbols(mechanism, self.placed, 0.0)]
         bars = [body for body in mechanism.bodies if len(set(body.points.values())) > 1]
         for body in mechanism.bodies:
             color = (BLUE, GREEN)[bars.index(body) % 2] if body in bars else GREY

@@ -76,8 +76,9 @@ def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
     """Couplings and coordinate drives, each with the number of its constraint and the constraint."""
     numbers = {constraint.name: k for k, constraint in enumerate(plan.coordinates.constraints) if constraint.linear}
     for part in (*plan.mechanism.couplings, *plan.mechanism.coordinate_drives):
-        k = numbers[part.name]
-        yield part, k, plan.coordinates.constraints[k]
+        if part.name in numbers:  # couplings of ideal joints may follow from these
+            k = numbers[part.name]
+            yield part, k, plan.coordinates.constraints[k]
 
 
 def with_coupling_forces(plan: Plan, found: Record) -> Record:
@@ -113,16 +114,22 @@ def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         ("coupling", plan.mechanism.couplings, "a coupling"),
         ("coordinate_drive", plan.mechanism.coordinate_drives, "the drive of a coordinate"),
     ):
-        if not parts:
-            continue
         rows = [(part, k, constraint) for part, k, constraint in driving if part in parts]
+        if not rows:
+            continue
         along, terms = ("time", dim), [part.terms for part, _, _ in rows]
         force = np.stack([-found.multiplier[:, k] / constraint.scale for _, k, constraint in rows], axis=1)
-        values, rates = (np.stack(part, axis=1) for part in zip(*(samples.coordinate(first[0][1]) for first in terms), strict=True))
-        variables[dim] = Variable((dim,), np.array([part.name for part in parts], str), {"long_name": dim.replace("_", " ")})
+        values, rates = (
+            np.stack(part, axis=1) for part in zip(*(samples.coordinate(first[0][1]) for first in terms), strict=True)
+        )
+        variables[dim] = Variable(
+            (dim,), np.array([part.name for part, _, _ in rows], str), {"long_name": dim.replace("_", " ")}
+        )
         output = "output" if dim == "coupling" else "value"
         if dim == "coordinate_drive":
-            for column, (_, _, constraint) in enumerate(rows):  # where a motion begins some turns away from the place of the body
+            for column, (_, _, constraint) in enumerate(
+                rows
+            ):  # where a motion begins some turns away from the place of the body
                 if constraint.turning:
                     values[:, column] += TURN * np.round((constraint.value * constraint.scale - values[:1, column]) / TURN)
         else:

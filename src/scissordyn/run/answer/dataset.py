@@ -140,7 +140,9 @@ def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
 
 def _reactions(plan: Plan, found: Record, time: np.ndarray) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
-    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, with_coupling_forces(plan, found), time))
+    joints, guided, _ = solve_reactions(
+        plan.balance, plan.gravity_vector, with_distributed_mass(plan, with_coupling_forces(plan, found), time)
+    )
     reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
     reaction[:, at] = found.wrench[:, : at.size, :2]

@@ -15,6 +15,7 @@ import numpy as np
 
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
+    COUPLING_FORCE,
     DRIVE_TORQUE,
     INDENTATION,
     JOINT_FORCE,
@@ -190,6 +191,20 @@ def _of_deviation(number: int, at_end: bool) -> Measure:
     return Measure("m", words + place, _TRACK, value, compares=True, sampled=True)
 
 
+def _of_couplings(dim: str) -> tuple[str, Measure]:
+    def value(ended: Ended) -> np.ndarray:
+        constraints = ended.plan.coordinates.constraints
+        numbers = [k for k, constraint in enumerate(constraints) if constraint.linear]
+        largest = {
+            constraints[k].name: peak / constraints[k].scale
+            for k, peak in zip(numbers, ended.peaks(COUPLING_FORCE), strict=True)
+        }
+        return np.array([largest.get(name, math.nan) for name in parts_of(ended.mechanism)[dim]])
+
+    words = "of couplings on their outputs" if dim == "coupling" else "of drives of coordinates"
+    return f"peak_{dim}_force", Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
+
+
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
         "peak_force": Measure(
@@ -243,6 +258,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_component_force": Measure(
             "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),
+        **dict(_of_couplings(dim) for dim in ("coupling", "coordinate_drive")),
         "peak_bar_stress": _of_bars("Pa", "stress", "stress in the extreme fibre"),
         "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
         "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
@@ -274,6 +290,8 @@ def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
         "joint": [contact.name for contact in mechanism.contacts],
         "drive": [drive.body for drive in mechanism.drives],
         "component": [component.name for component in mechanism.components],
+        "coupling": [coupling.name for coupling in mechanism.couplings],
+        "coordinate_drive": [drive.name for drive in mechanism.coordinate_drives],
         "track": [track.name for track in mechanism.tracks],
         "bar": [bar.name for bar in bars_of(mechanism)],
     }

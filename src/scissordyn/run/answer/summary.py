@@ -92,10 +92,11 @@ class ActuatorAnswer(Words):
 
     name: str
     kind: str
-    torque: float  # Its largest torque [N m]
+    torque: float  # Its largest torque [N m], or force [N]
     when: float  # Instant of it [s]; NaN if the run does not have it
     limit: float | None  # [N m]
     time_at_limit: float  # How long it is at its limit [s], as the samples show it
+    unit: str = "N m"
 
     @property
     def saturated(self) -> bool:
@@ -107,7 +108,8 @@ class ActuatorAnswer(Words):
         if math.isinf(self.torque):
             name = f"{self.kind.capitalize()} {printable(self.name)}"
             return f"{name}: the torque grows without limit towards the locking position{when}."
-        said = f"{self.kind.capitalize()} {printable(self.name)}: largest torque {short(self.torque, 'N m')}{when}"
+        quantity = "torque" if self.unit == "N m" else "force"
+        said = f"{self.kind.capitalize()} {printable(self.name)}: largest {quantity} {short(self.torque, self.unit)}{when}"
         if self.limit is None:
             return f"{said}."
         if not self.saturated:
@@ -355,6 +357,12 @@ def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
             if "singular position" in run.attrs["cause"] and when >= float(run["time"].values[-1:].sum()):
                 torque = math.inf  # what is largest behind the last sample grows with each step towards the position
             yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
+    for dim, kind in (("coordinate_drive", "drive"), ("coupling", "coupling")):
+        if dim not in run:
+            continue
+        columns = (run[name].values.tolist() for name in (dim, f"{dim}_unit", f"peak_{dim}_force", f"peak_{dim}_force_time"))
+        for name, unit, force, when in zip(*columns, strict=True):
+            yield ActuatorAnswer(str(name), kind, force, when, None, 0.0, "N m" if unit == "rad" else "N")
     limits = _limits(described)
     for kind, curve, peak in (
         ("actuator", "control_torque", "peak_control_torque"),

@@ -1,0 +1,425 @@
+"""Couplings and driven coordinates: gears, planetary gears, racks, screws, cylinders, elbows."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import scissordyn as sd
+from scissordyn.kinematics.closure import Closure
+from scissordyn.plan.plan import plan
+
+GROUND = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))
+TIGHT = {"rtol": 1e-10, "atol": 1e-12}
+ANGLE = sd.RelativeAngle
+
+
+def wheel(name: str, inertia: float, position: tuple[float, float] = (0.0, 0.0), mass: float = 1.0) -> sd.Body:
+    """A wheel about its centre."""
+    return sd.Body(name, mass=mass, inertia=inertia, points={"c": (0.0, 0.0)}, position=position, angle=0.0)
+
+
+def gear_pair(ratio: float = -1.7) -> sd.Mechanism:
+    """Two wheels on the ground, a torque on the first."""
+    return sd.Mechanism(
+        bodies=(wheel("first", 0.02), wheel("second", 0.05, (0.5, 0.0))),
+        joints=(sd.Revolute("A", ("first", "c"), ("ground", "O")), sd.Revolute("B", ("second", "c"), ("ground", "P"))),
+        ground=GROUND,
+        components=(sd.Torque("load", "first", torque=0.7),),
+        couplings=(sd.Coupling("mesh", ANGLE("second"), ANGLE("first"), ratio),),
+    )
+
+
+def coupled_arms(ratio: float = -0.6) -> sd.Mechanism:
+    """A double pendulum whose second arm turns against the first in a ratio to the angle of that."""
+    return sd.Mechanism(
+        bodies=(
+            sd.bar("upper", length=0.3, mass=1.0, position=(0.0, 0.0), angle=0.4),
+            sd.bar("lower", length=0.2, mass=0.7, angle=0.4),
+        ),
+        joints=(
+            sd.Revolute("A", ("upper", "start"), ("ground", "O")),
+            sd.Revolute("B", ("lower", "start"), ("upper", "end")),
+        ),
+        ground=GROUND,
+        couplings=(sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), ratio, offset=-0.4 * ratio),),
+    )
+
+
+class Arms:
+    """The Lagrangian of `coupled_arms` with its only angle q; the lower arm is at s q + c."""
+
+    def __init__(self, ratio: float = -0.6) -> None:
+        self.s, self.c = 1.0 + ratio, -0.4 * ratio
+
+    def mass(self, q: float) -> float:
+        """M(q) of the kinetic energy M q'^2 / 2."""
+        coupling = 0.7 * 0.3 * 0.1 * math.cos(q - self.s * q - self.c)
+        return 0.3**2 / 3.0 + 0.7 * 0.3**2 + 0.7 * 0.2**2 / 3.0 * self.s**2 + 2.0 * self.s * coupling
+
+    def mass_slope(self, q: float) -> float:
+        """dM/dq."""
+        return -2.0 * self.s * (1.0 - self.s) * 0.7 * 0.3 * 0.1 * math.sin(q - self.s * q - self.c)
+
+    def weight(self, q: float) -> float:
+        """dV/dq."""
+        return 9.81 * (0.15 * math.cos(q) + 0.7 * (0.3 * math.cos(q) + 0.1 * self.s * math.cos(self.s * q + self.c)))
+
+    def rate(self, _: float, y: np.ndarray) -> list[float]:
+        """Of q and q'."""
+        q, speed = y
+        return [speed, -(0.5 * self.mass_slope(q) * speed**2 + self.weight(q)) / self.mass(q)]
+
+
+def test_gear_pair() -> None:
+    """Closed form: (J1 + i^2 J2) acceleration = torque; the mesh exerts i J2 a on one wheel and -i times that on the other."""
+    run = sd.simulate(gear_pair(), until=3.0, **TIGHT)
+    acceleration = 0.7 / (0.02 + 1.7**2 * 0.05)
+    angle = 0.5 * acceleration * run["time"].values ** 2
+    assert angle[-1] > 6.0 * math.pi  # turns are counted
+    assert np.allclose(run["angle"].values, np.stack([angle, -1.7 * angle], axis=1), atol=1e-10)
+    assert np.allclose(run["coupling_force"].values, -1.7 * 0.05 * acceleration, rtol=1e-12)
+    assert np.allclose(run["coupling_input_force"].values, -(1.7**2) * 0.05 * acceleration, rtol=1e-12)
+    assert np.allclose(run["coupling_power"].values[:, 0], 1.7**2 * 0.05 * acceleration**2 * run["time"].values, rtol=1e-9)
+    assert np.allclose(run["peak_coupling_force"].values, 1.7 * 0.05 * acceleration)
+    assert list(run["coupling_unit"].values) == ["rad"]
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+
+
+def test_planetary_gear() -> None:
+    """Closed form: Willis' speeds, and the inertia about the arm with the planet's rotation in it."""
+    sun, planet, ring, arm = 20, 17, 54, 0.037
+    mechanism = sd.Mechanism(
+        bodies=(
+            wheel("sun", 1e-4),
+            sd.Body("arm", mass=0.2, inertia=2e-4, points={"c": (0.0, 0.0), "p": (arm, 0.0)}, position=(0.0, 0.0), angle=0.0),
+            wheel("planet", 7e-5, (arm, 0.0), mass=0.25),
+        ),
+        joints=(
+            sd.Revolute("S", ("sun", "c"), ("ground", "O")),
+            sd.Revolute("A", ("arm", "c"), ("ground", "O")),
+            sd.Revolute("P", ("planet", "c"), ("arm", "p")),
+        ),
+        ground=GROUND,
+        gravity=0.0,
+        components=(sd.Torque("motor", "sun", torque=0.05), sd.Torque("load", "arm", torque=-0.1)),
+        couplings=(
+            sd.Coupling("sun and planet", ANGLE("planet", "arm"), ANGLE("sun", "arm"), -sun / planet),
+            sd.Coupling("planet and ring", ANGLE("planet", "arm"), ANGLE("ground", "arm"), ring / planet),
+        ),
+    )
+    run = sd.simulate(mechanism, until=0.5, **TIGHT)
+    ratio, planet_speed = 1.0 + ring / sun, 1.0 - ring / planet
+    inertia = 1e-4 * ratio**2 + 2e-4 + 0.25 * arm**2 + 7e-5 * planet_speed**2
+    angle = 0.5 * (0.05 * ratio - 0.1) / inertia * run["time"].values ** 2
+    assert np.allclose(run["angle"].values, angle[:, None] * [ratio, 1.0, planet_speed], atol=1e-10)
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+    held = dataclasses.replace(mechanism, components=mechanism.components[1:]).driven(speed=2.0, body="sun")
+    assert np.allclose(sd.simulate(held, until=0.1)["drive_torque"].values, 0.1 / ratio, rtol=1e-10)
+
+
+def test_rack_and_pinion() -> None:
+    """Closed form: a rack on an incline is slowed by the inertia J/R^2 of its pinion."""
+    radius, slope = 0.05, 0.3
+    mechanism = sd.Mechanism(
+        bodies=(wheel("pinion", 0.001), sd.point_mass("rack", mass=2.0, position=(0.1, -0.05))),
+        joints=(sd.Revolute("A", ("pinion", "c"), ("ground", "O")),),
+        guides=(sd.Guide("bed", ("rack", "centre"), through=(0.1, -0.05), direction=slope),),
+        ground=GROUND,
+        couplings=(sd.Coupling("teeth", sd.Slide(("rack", "centre"), slope), ANGLE("pinion"), radius),),
+    )
+    run = sd.simulate(mechanism, until=1.0, **TIGHT)
+    acceleration = -9.81 * math.sin(slope) * 2.0 / (2.0 + 0.001 / radius**2)
+    way = run["coupling_output"].values[:, 0]
+    assert np.allclose(way - way[0], 0.5 * acceleration * run["time"].values ** 2, atol=1e-10)
+    assert np.allclose(run["coupling_force"].values, -0.001 / radius**2 * acceleration, rtol=1e-9)
+    # the force of the teeth acts at the rack and its torque at the pinion: the guide carries the weight across it only
+    assert np.allclose(np.linalg.norm(run["reaction"].sel(joint="bed").values, axis=1), 2.0 * 9.81 * math.cos(slope), rtol=1e-9)
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_coupled_arms(method: str) -> None:
+    """Second formulation: the Lagrangian of the one angle that is left; implicit steps need the slopes of the coupling."""
+    run, arms = sd.simulate(coupled_arms(), until=2.0, method=method, **TIGHT), Arms()
+    exact = solve_ivp(arms.rate, (0.0, 2.0), [0.4, 0.0], "DOP853", run["time"].values, rtol=1e-12, atol=1e-13).y[0]
+    assert np.max(np.abs(run["angle"].values[:, 0] - exact)) < 1e-9
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+
+
+def test_order_of_implicit_steps() -> None:
+    """Order of convergence: the error of rodas5p falls in step with the tolerance, which wrong slopes would end."""
+    arms, errors = Arms(), []
+    for rtol in (1e-5, 1e-7, 1e-9):
+        run = sd.simulate(coupled_arms(), until=1.0, method="rodas5p", rtol=rtol, atol=1e-2 * rtol)
+        exact = solve_ivp(arms.rate, (0.0, 1.0), [0.4, 0.0], "DOP853", run["time"].values, rtol=1e-12, atol=1e-13).y[0]
+        errors.append(float(np.max(np.abs(run["angle"].values[:, 0] - exact))) / rtol)
+    assert max(errors) < 3.0 * min(errors)
+
+
+def test_vibration_and_rest() -> None:
+    """Closed form: frequency about rest, sqrt(V''/M); the stiffness of the coupling's curvature is in it."""
+    arms = Arms()
+    rest = brentq(arms.weight, -2.5, -0.7)
+    stiffness = (arms.weight(rest + 1e-5) - arms.weight(rest - 1e-5)) / 2e-5
+    found = sd.modes(coupled_arms())["frequency"].values
+    assert np.allclose(found, math.sqrt(stiffness / arms.mass(rest)) / (2.0 * math.pi), rtol=1e-8)
+    run = sd.simulate(coupled_arms(), until=0.2, start="static")
+    assert np.allclose(run["angle"].values[:, 0], rest, atol=1e-9)
+
+
+def lifted(coupling: bool) -> sd.Mechanism:
+    """An arm raised by a screw or cylinder from the ground to its end: by a motor's angle, or by the distance itself."""
+    arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
+    pin = sd.Revolute("A", ("arm", "start"), ("ground", "O"))
+    distance, length = sd.Distance(("ground", "P"), ("arm", "end")), math.dist((0.5, 0.0), arm.place("end"))
+    if not coupling:
+        drive = sd.CoordinateDrive("cylinder", distance, sd.Harmonic(length, 0.06, 5.0))
+        return sd.Mechanism((arm,), (pin,), drives=(drive,), ground=GROUND)  # type: ignore[arg-type]
+    motor = wheel("motor", 1e-4, (0.5, 0.0))
+    return sd.Mechanism(
+        bodies=(arm, motor),
+        joints=(pin, sd.Revolute("M", ("motor", "c"), ("ground", "P"))),
+        drives=(sd.Drive("motor", sd.Harmonic(0.0, 30.0, 5.0)),),
+        ground=GROUND,
+        couplings=(sd.Coupling("screw", distance, ANGLE("motor"), 0.002),),
+    )
+
+
+def test_cylinder_and_screw() -> None:
+    """Second formulation: the same distance prescribed by a rod."""
+    cylinder = lifted(coupling=False)
+    drive = cylinder.coordinate_drives[0]
+    rod = sd.Rod("rod", ("ground", "P"), ("arm", "end"), motion=drive.motion)
+    reference = sd.simulate(dataclasses.replace(cylinder, coordinate_drives=(), rods=(rod,)), until=1.0, **TIGHT)
+    driven, screw = (sd.simulate(lifted(kind), until=1.0, **TIGHT) for kind in (False, True))
+    tension = reference["rod_force"].values
+    for run, name in ((driven, "coordinate_drive_force"), (screw, "coupling_force")):
+        assert np.allclose(run["angle"].sel(body="arm"), reference["angle"].sel(body="arm"), atol=1e-11)
+        assert np.allclose(run[name].values, -tension, atol=1e-9)
+        assert np.allclose(run["reaction"].sel(joint="A"), reference["reaction"].sel(joint="A"), atol=1e-9)
+        assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+    acceleration = screw["angular_acceleration"].sel(body="motor").values
+    assert np.allclose(screw["drive_torque"].values, -0.002 * tension[:, 0] + 1e-4 * acceleration, atol=1e-9)
+    assert np.allclose(driven["coordinate_drive_value"].values, screw["coupling_output"].values, atol=1e-11)
+
+
+def test_geared_slider_crank() -> None:
+    """Second formulation: the crank itself driven at the speed that the gear gives it."""
+    direct = sd.slider_crank(angle=1.0)
+    geared = dataclasses.replace(
+        direct,
+        bodies=(*direct.bodies, wheel("motor", 1e-5, (0.2, 0.2))),
+        ground=(*direct.ground, ("M", (0.2, 0.2))),
+        joints=(*direct.joints, sd.Revolute("M", ("motor", "c"), ("ground", "M"))),
+        couplings=(sd.Coupling("gear", ANGLE("crank"), ANGLE("motor"), -0.37),),
+    ).driven(speed=20.0, body="motor")
+    run, reference = sd.simulate(geared, until=1.0), sd.simulate(direct.driven(speed=-7.4), until=1.0)
+    assert np.allclose(run["drive_torque"], -0.37 * reference["drive_torque"], atol=1e-12)
+    assert np.allclose(run["coupling_force"].values[:, 0], reference["drive_torque"], atol=1e-12)
+    assert np.allclose(run["reaction"].sel(joint="crank pin"), reference["reaction"].sel(joint="crank pin"), atol=1e-10)
+
+
+def test_range_of_a_driven_slide() -> None:
+    """Closed form: a slider that is pushed locks where crank and rod are in line, at l - r and l + r."""
+    crank = sd.slider_crank(angle=1.0)
+    first = crank.place(("slider", "centre"))[0]
+    push = sd.CoordinateDrive("push", sd.Slide(("slider", "centre")), sd.Polynomial((first, -0.3)))
+    found = sd.ideal_kinematics(dataclasses.replace(crank, drives=(push,)), until=0.1)  # type: ignore[arg-type]
+    assert (found.attrs["range_low"], found.attrs["range_high"], found.attrs["range_unit"]) == (
+        pytest.approx(0.07, abs=1e-9),
+        pytest.approx(0.17, abs=1e-9),
+        "m",
+    )
+
+
+def test_derivatives_of_the_closure() -> None:
+    """Cross-check: gradients and second derivatives of the closure equations of angles and lengths by differences."""
+    random, h = np.random.default_rng(3), 1e-5
+    for mechanism in (coupled_arms(), lifted(coupling=True)):
+        closure = Closure(plan(mechanism))
+        z = closure.placed() + 0.05 * random.normal(size=closure.total)
+        one, other = (np.append(random.normal(size=closure.natural.total), 0.0 * closure.placed_turns) for _ in range(2))
+        by_differences = (closure.left_of(z + h * one) - closure.left_of(z - h * one)) / (2.0 * h)
+        assert np.allclose(closure.product(z, one), by_differences, atol=1e-8)
+        by_other = (closure.product(z + h * other, one) - closure.product(z - h * other, one)) / (2.0 * h)
+        assert np.allclose(closure.form(z, one, other), by_other, atol=1e-8)
+
+
+def test_free_floating_joint_drive() -> None:
+    """Closed form: two free bodies turned against each other keep their angular momentum, over many turns."""
+    mechanism = sd.Mechanism(
+        bodies=(wheel("hub", 0.03, mass=2.0), wheel("rotor", 0.01)),
+        joints=(sd.Revolute("J", ("rotor", "c"), ("hub", "c")),),
+        gravity=0.0,
+        drives=(sd.CoordinateDrive("d", ANGLE("rotor", "hub"), sd.Cycloidal(0.0, 40.0, 2.0)),),  # type: ignore[arg-type]
+    )
+    run = sd.simulate(mechanism, until=2.5, **TIGHT)
+    value = run["coordinate_drive_value"].values[:, 0]
+    assert value[-1] == pytest.approx(40.0, abs=1e-10)
+    assert np.allclose(run["angle"].sel(body="hub"), -0.25 * value, atol=1e-9)
+    late = dataclasses.replace(mechanism.coordinate_drives[0], motion=sd.Cycloidal(30.0, 70.0, 2.0))
+    again = sd.simulate(dataclasses.replace(mechanism, coordinate_drives=(late,)), until=2.5, **TIGHT)
+    assert np.allclose(again["coordinate_drive_force"], run["coordinate_drive_force"], atol=1e-10)
+
+
+def test_slide_on_a_moving_body() -> None:
+    """Closed form: a bead driven along a turning tube, m (x'' - w^2 x) along it and 2 m x x' w about the pivot."""
+    start = (0.2 * math.cos(0.3), 0.2 * math.sin(0.3))
+    slide = sd.CoordinateDrive("push", sd.Slide(("bead", "centre"), 0.0, "tube"), sd.Harmonic(0.2, 0.1, 7.0))
+    mechanism = sd.Mechanism(
+        bodies=(
+            sd.bar("tube", length=0.5, mass=1.0, position=(0.0, 0.0), angle=0.3),
+            sd.point_mass("bead", mass=0.4, position=start),
+        ),
+        joints=(sd.Revolute("A", ("tube", "start"), ("ground", "O")),),
+        guides=(sd.Guide("bore", ("bead", "centre"), through=(0.0, 0.0), body="tube"),),
+        ground=GROUND,
+        gravity=0.0,
+        drives=(sd.Drive("tube", sd.ConstantSpeed(4.0)), slide),  # type: ignore[arg-type]
+    )
+    run = sd.simulate(mechanism, until=1.0, **TIGHT)
+    t = run["time"].values
+    x, speed, acceleration = 0.2 + 0.1 * np.sin(7.0 * t), 0.7 * np.cos(7.0 * t), -4.9 * np.sin(7.0 * t)
+    assert np.allclose(run["coordinate_drive_force"].values[:, 0], 0.4 * (acceleration - 16.0 * x), atol=1e-9)
+    assert np.allclose(run["coordinate_drive_power"].values[:, 0], 0.4 * (acceleration - 16.0 * x) * speed, atol=1e-9)
+    assert np.allclose(run["drive_torque"].values, 0.8 * speed * 4.0 * x, atol=1e-9)
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+
+
+def test_loose_and_hard_joints() -> None:
+    """Limit: with a clearance of 1 um the geared crank moves as without, in compliant and in hard contact."""
+    mechanism = coupled_arms()
+    ideal = sd.simulate(mechanism, until=0.2)
+    for contact in ("compliant", "hard"):
+        gap = sd.Clearance(1e-6, contact=contact)  # type: ignore[arg-type]
+        run = sd.simulate(mechanism.with_clearance("B", gap), until=0.2)
+        assert run.attrs["status"] == "complete"
+        assert (
+            np.max(
+                np.abs(run["angle"].values - np.interp(run["time"], ideal["time"], ideal["angle"].values[:, 0])[:, None])[:, 0]
+            )
+            < 1e-4
+        )
+
+
+def test_bars_that_bend() -> None:
+    """Limit: a stiff bar that bends between a screw and a pin moves as a rigid one, and a geared pair of them too."""
+    stiff = {"bending_stiffness": 1e5, "axial_stiffness": 1e8}
+    for mechanism, bar in ((lifted(coupling=True), "arm"), (coupled_arms(), "lower")):
+        run, rigid = sd.simulate(mechanism.with_bending(bar, **stiff), until=0.2, rtol=1e-9), sd.simulate(mechanism, until=0.2)
+        assert np.max(np.abs(run["angle"].sel(body=bar).values - rigid["angle"].sel(body=bar).values)) < 1e-4
+        assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+
+
+def test_batch_checkpoint_and_paths(tmp_path: Path) -> None:
+    """Contract: cases of a batch are single runs, a resumed run is a whole one, and ratios are parameters."""
+    arms = coupled_arms()
+    assert arms.replace("belt.ratio", -0.3).couplings[0].ratio == -0.3
+    smaller = lifted(coupling=False).replace("coordinate_drive.cylinder.amplitude", 0.01)
+    assert smaller.coordinate_drives[0].motion.amplitude == 0.01  # type: ignore[union-attr]
+    many = sd.simulate_many(arms, {"belt.ratio": np.array([-0.6, -0.3])}, until=0.5, measures=("peak_coupling_force",))
+    each = [
+        sd.simulate(arms.replace("belt.ratio", ratio), until=0.5)["peak_coupling_force"].values[0] for ratio in (-0.6, -0.3)
+    ]
+    assert many["peak_coupling_force"].values.ravel().tolist() == each
+    whole = sd.simulate(gear_pair(), until=3.0)
+    sd.simulate(gear_pair(), until=1.5, checkpoint=sd.Checkpoint(tmp_path / "c"))
+    again = sd.simulate(gear_pair(), until=3.0, checkpoint=sd.Checkpoint(tmp_path / "c"))
+    assert np.allclose(again["angle"].values, whole["angle"].values, atol=1e-6)
+
+
+def test_redundant_only_where_joints_are_ideal() -> None:
+    """Contract: what follows from ideal joints is an error; with clearance it is a coupling, whose ideal mechanism drops it."""
+    bars = (
+        sd.bar("crank", length=0.1, mass=1.0, position=(0.0, 0.0), angle=1.0),
+        sd.bar("coupler", length=0.5, mass=1.0, position=(0.1 * math.cos(1.0), 0.1 * math.sin(1.0)), angle=0.0),
+        sd.bar("rocker", length=0.1, mass=1.0, position=(0.5, 0.0), angle=1.0),
+    )
+    joints = (
+        sd.Revolute("O", ("crank", "start"), ("ground", "O")),
+        sd.Revolute("A", ("crank", "end"), ("coupler", "start")),
+        sd.Revolute("B", ("coupler", "end"), ("rocker", "end")),
+        sd.Revolute("P", ("rocker", "start"), ("ground", "P")),
+    )
+    four = sd.Mechanism(bars, joints, ground=GROUND, couplings=(sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0),))
+    with pytest.raises(sd.InputError, match="coupling 'belt' follows from other couplings and parts; allowed: leave it out"):
+        sd.simulate(four, until=0.1)
+    run = sd.simulate(four.with_clearance("B", sd.Clearance(1e-4)), until=0.05)
+    assert run.attrs["status"] == "complete"
+    assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
+
+
+def _again(**changes: float) -> Callable[[], object]:
+    arms = coupled_arms()
+    return lambda: sd.simulate(
+        dataclasses.replace(arms, couplings=(*arms.couplings, dataclasses.replace(arms.couplings[0], name="again", **changes))),
+        until=0.1,
+    )
+
+
+ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        (
+            lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 0.0),
+            "coupling 'x' with ratio = 0; allowed: a ratio that is not zero",
+        ),
+        (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("a"), 2.0), "coupling 'x' of a coordinate with itself"),
+        (lambda: sd.RelativeAngle("a", "a"), "the angle of 'a' against itself"),
+        (lambda: sd.Slide(("a", "end"), base="a"), "the slide of a point of 'a' against itself"),
+        (lambda: sd.Distance(("a", "end"), ("a", "start")), "the distance of two points of 'a'"),
+        (
+            lambda: sd.CoordinateDrive("d", sd.Slide(("a", "end")), sd.ConstantSpeed(1.0)),
+            "drive 'd': a ConstantSpeed of a distance; allowed: another time function",
+        ),
+        (
+            lambda: dataclasses.replace(coupled_arms(), couplings=(sd.Coupling("x", ANGLE("lover"), ANGLE("upper"), 2.0),)),
+            r"coupling 'x' refers to body 'lover' \(did you mean 'lower'\?\)",
+        ),
+        (_again(), "coupling 'again' follows from other couplings and parts; allowed: leave it out"),
+        (_again(ratio=0.5, offset=0.0), "coupling 'belt' and coupling 'again' leave no motion; allowed: one coupling less"),
+        (
+            lambda: sd.simulate(
+                dataclasses.replace(coupled_arms(), drives=(ELBOW, sd.Drive("upper", sd.ConstantSpeed(1.0)))), until=0.1
+            ),  # type: ignore[arg-type]
+            "drive 'elbow' contradicts other couplings, drives and joints, which leave it no motion",
+        ),
+        (
+            lambda: sd.simulate(
+                dataclasses.replace(
+                    coupled_arms(),
+                    couplings=(),
+                    joints=coupled_arms().joints[:1],
+                    welds=(sd.Weld("w", ("upper", "end"), ("lower", "start")),),
+                    drives=(ELBOW,),
+                ),  # type: ignore[arg-type]
+                until=0.1,
+            ),
+            "drive 'elbow' contradicts other couplings, drives and joints, which leave it no motion",
+        ),
+        (
+            lambda: sd.simulate(
+                dataclasses.replace(coupled_arms(), couplings=())
+                .driven(speed=1.0, body="upper")
+                .with_parts({"coordinate_drives": (sd.CoordinateDrive("d", ANGLE("upper"), sd.ConstantSpeed(1.0)),)}),
+                until=0.1,
+            ),
+            "drive 'd' of a coordinate that cannot move or that drives prescribe already",
+        ),
+    ],
+)
+def test_bad_input(wrong: Callable[[], object], line: str) -> None:
+    """Contract: one line that says what came."""
+    with pytest.raises(sd.InputError, match=line):
+        wrong()

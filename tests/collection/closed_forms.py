@@ -127,6 +127,44 @@ def lift() -> Values:
     return [2.5 * math.sqrt(1.0 - cycloidal(0.36 / 0.8, 0.9397, 0.71) ** 2), 2.5 * math.sqrt(1.0 - 0.71**2)]
 
 
+def planetary_gear() -> Values:
+    """Willis' speeds of arm and planet; torques of the load over 3.7 and of the inertia about the sun, by a cycloidal move."""
+    ratio, planet = 1.0 + 54.0 / 20.0, 1.0 - 54.0 / 17.0
+    inertia = 1e-4 + (2e-4 + 0.25 * 0.037**2 + 7e-5 * planet**2) / ratio**2
+    acceleration = 3.7 * 2.0 * math.pi * 2.0 * math.pi  # of a cycloidal move, at a quarter of its second
+    return [2.0 * math.pi, planet * 2.0 * math.pi, 0.1 / ratio, 0.1 / ratio + inertia * acceleration]
+
+
+def counter_rotating_wheels() -> Values:
+    """Lowest place of the frame, and torque at 135 degrees, with T = (J + 2 m e^2 - (2 m e cos th)^2/(M + 2 m)) w^2 / 2."""
+    mass, eccentricity, speed = 0.5, 0.04, 10.0 * math.pi
+    moment = 2.0 * mass * eccentricity
+    lever = moment**2 / (4.0 + 2.0 * mass)
+    return [2.0 * moment / 5.0, 0.5 * lever * math.sin(rad(270)) * speed**2, 0.0]
+
+
+def rack_and_pinion() -> Values:
+    """Height of the rack, torque with the largest acceleration of a cycloidal move, and force without acceleration."""
+    radius, mass, acceleration = 0.05, 4.0, 4.0 * 2.0 * math.pi / 0.8**2
+    torque = mass * G * radius * 0.5 + (1e-3 + mass * radius**2) * acceleration
+    return [radius * (4.0 * 0.5 - math.cos(rad(30))), torque, mass * G * 0.5]
+
+
+def screw_driven_array() -> Values:
+    """Slider, and torque at constant speed of the slider: (I th'' + I' th'^2 / 2 + V') / (L cos th) times the lead, by (S5)."""
+    length, mass, end, lead = 1.0, 2.0, 1.0, 0.02 / (2.0 * math.pi)
+    place = length * math.sin(rad(60)) - 0.1
+    angle, speed = math.asin(place / length), -20.0 * math.pi * lead
+    turning = speed / (length * math.cos(angle))
+    middles = 0.5**2 + 1.5**2
+    inertia = 4.0 * mass * length**2 / 12.0 + 2.0 * mass * length**2 * math.sin(angle) ** 2 * middles
+    inertia += (4.0 * mass / 4.0 + end) * (length * math.cos(angle)) ** 2
+    slope = length**2 * (2.0 * mass * middles - mass - end) * math.sin(2.0 * angle)
+    weight = (2.0 * mass + end) * G * length * math.cos(angle)
+    torque = inertia * turning**2 * math.tan(angle) + 0.5 * slope * turning**2 + weight
+    return [place, lead * torque / (length * math.cos(angle))]
+
+
 def press() -> Values:
     """Dead centres of the ram: sqrt((l +- r)^2 - e^2) below the shaft."""
     return [-math.sqrt((0.2 + 0.04) ** 2 - 0.06**2), -math.sqrt((0.2 - 0.04) ** 2 - 0.06**2)]
@@ -280,6 +318,7 @@ CLOSED_FORMS: dict[str, Callable[[], Values]] = {
         a02_n_four_bar,
         a03_squeezer,
         clearance_guide,
+        counter_rotating_wheels,
         escrig_array,
         flores_slider_crank,
         four_bar,
@@ -292,10 +331,13 @@ CLOSED_FORMS: dict[str, Callable[[], Values]] = {
         mast,
         pantograph_mast,
         peaucellier,
+        planetary_gear,
         polar_arch,
         press,
+        rack_and_pinion,
         retractable_roof,
         rolling_bridge,
+        screw_driven_array,
         self_deploying,
         solar_array,
         tape_spring_hinge,

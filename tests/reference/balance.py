@@ -53,8 +53,28 @@ class Balance:
         for part in (*mechanism.components, *mechanism.rods, *mechanism.latches):
             if part.declaration.port is not AXIS:
                 self._component(part)
+        for coupling in mechanism.couplings:
+            for end in ("output", "input"):
+                of = "coupling_force" if end == "output" else "coupling_input_force"
+                if coupling.name in run["coupling"]:
+                    self._coordinate(getattr(coupling, end), run[of].sel(coupling=coupling.name).values)
+        for drive in mechanism.coordinate_drives:
+            self._coordinate(drive.coordinate, run["coordinate_drive_force"].sel(coordinate_drive=drive.name).values)
         for bar in self.bars:
             self._bar(bar)
+
+    def _coordinate(self, coordinate: Any, force: np.ndarray) -> None:
+        if isinstance(coordinate, sd.RelativeAngle):
+            self.turn(coordinate.body, force, coordinate.base)
+        elif isinstance(coordinate, sd.Slide):
+            base = coordinate.direction + (0.0 if coordinate.base == "ground" else self.angle[coordinate.base])
+            unit = np.stack([np.cos(base), np.sin(base)], axis=-1) * np.ones((self.count, 1))
+            self.pair(coordinate.point[0], coordinate.base, self.at(*coordinate.point), force[:, None] * unit)
+        else:
+            start, end = self.at(*coordinate.start), self.at(*coordinate.end)
+            along = force[:, None] * (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+            self.push(coordinate.end[0], end, along)
+            self.push(coordinate.start[0], start, -along)
 
     def over(self, name: str, **where: str) -> np.ndarray:
         """A vector over time."""

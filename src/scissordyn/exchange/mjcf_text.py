@@ -52,7 +52,7 @@ class _Placed:
 def mjcf(mechanism: Mechanism) -> Model:
     """The mechanism with ideal joints, as it is assembled at its start."""
     ideal = mechanism.ideal()
-    refused = (*ideal.rods, *ideal.latches, *ideal.couplings, *ideal.coordinate_drives)
+    refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches, *ideal.coupling_parts)
     if refused:
         raise InputError(f"'{refused[0].name}' in MJCF", "joints, guides and welds; no rods, latches and couplings")
     placed = _placed(ideal)

@@ -193,7 +193,7 @@ def _keep(closure: Closure, until: float, said: tuple[Said, ...]) -> None:
 def _equations(plan: Plan) -> int:
     """Number of quadratic closure equations of the ideal mechanism at most."""
     rotating = sum(body.rotates for body in plan.bodies)
-    others = (*plan.rods, *plan.mechanism.couplings, *plan.mechanism.coordinate_drives)
+    others = (*plan.rods, *plan.mechanism.coupling_parts)
     return rotating + sum(guide.body != GROUND for guide in plan.guides) + len(others)
 
 

@@ -260,9 +260,9 @@ class Closure:
                 self.natural.deflect_statically(row[: self.natural.total])
         z[:, self.origins] /= self.size
         index = {body.name: k for k, body in enumerate(self.plan.bodies)}
-        for k, (body, first) in enumerate(zip(self.turning, self.placed_turns, strict=True)):
-            apart = TURN * round((first - self.plan.body(body).placed_angle) / TURN)  # where a motion begins some turns away
-            z[:, self.natural.total + k] = angle[:, index[body]] + apart
+        for k, (name, first) in enumerate(zip(self.turning, self.placed_turns, strict=True)):
+            apart = TURN * round((first - self.plan.body(name).placed_angle) / TURN)  # where a motion begins some turns away
+            z[:, self.natural.total + k] = angle[:, index[name]] + apart
         return self._counted(z)
 
     def choose(self, z: np.ndarray) -> None:

@@ -52,7 +52,7 @@ def check_parts(mechanism: Mechanism) -> None:
     _check_moments(mechanism, points)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
-    for part in (*mechanism.couplings, *mechanism.coordinate_drives):
+    for part in mechanism.coupling_parts:
         _check_coordinates(points, rotating, part)
     _check_tracks(mechanism, points)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
@@ -147,9 +147,7 @@ def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
 
 def _check_names(mechanism: Mechanism) -> None:
     connections = [
-        part.name
-        for parts in (mechanism.welds, mechanism.rods, mechanism.latches, mechanism.couplings, mechanism.coordinate_drives)
-        for part in parts
+        part.name for parts in (mechanism.welds, mechanism.rods, mechanism.latches, mechanism.coupling_parts) for part in parts
     ]
     for what, names in (
         ("body", [body.name for body in mechanism.bodies]),

@@ -40,6 +40,9 @@ PLAN, LENT, LOOSE = "_plan", "_lent", "_loose"
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity")]
 
+LISTED = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
+"""What constrains has lists of its own: among components it would exert nothing."""
+
 Named = TypeVar("Named", Body, Revolute, Guide)
 
 
@@ -57,8 +60,7 @@ class Mechanism:
     welds : tuple of Weld
         Rigid connections.
     components : tuple of Component
-        What pulls, pushes and turns: springs, loads, motors, end stops and their like. Rods and latches in it join `rods` and
-        `latches`.
+        Springs, loads, motors, end stops and their like. Rods and latches in it join `rods` and `latches`.
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -99,17 +101,14 @@ class Mechanism:
     source: str = ""
 
     def __post_init__(self) -> None:
-        if own := tuple(drive for drive in self.drives if isinstance(drive, CoordinateDrive)):
-            object.__setattr__(self, "coordinate_drives", (*self.coordinate_drives, *own))
-            object.__setattr__(self, "drives", tuple(drive for drive in self.drives if not isinstance(drive, CoordinateDrive)))
+        for source, field, kind in LISTED:
+            given = getattr(self, source)
+            if own := tuple(part for part in given if isinstance(part, kind)) if isinstance(given, tuple | list) else ():
+                object.__setattr__(self, field, (*getattr(self, field), *own))
+                object.__setattr__(self, source, tuple(part for part in given if not isinstance(part, kind)))
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
-        # a rod or a latch constrains: among the components it would exert nothing
-        for field, kind in (("rods", Rod), ("latches", Latch)):
-            if parts := tuple(part for part in self.components if isinstance(part, kind)):
-                object.__setattr__(self, field, (*getattr(self, field), *parts))
-                object.__setattr__(self, "components", tuple(part for part in self.components if not isinstance(part, kind)))
         check_parts(self)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -130,13 +129,9 @@ class Mechanism:
 
     @cached_property
     def _ideal(self) -> Mechanism:
-        parts = {
-            field: tuple(dataclasses.replace(part, clearance=None) if part.clearance is not None else part for part in parts)
-            for field, parts in (("joints", self.joints), ("guides", self.guides))
-        }
-        if parts == {"joints": self.joints, "guides": self.guides}:
+        if not self.clearance_joints and len(self.ideal_guides) == len(self.guides):
             return self
-        ideal = self.with_parts(parts, check=False)
+        ideal = self.with_parts({field: tuple(map(_tight, getattr(self, field))) for field in ("joints", "guides")}, check=False)
         ideal.__dict__[LOOSE] = True
         return ideal
 
@@ -167,8 +162,7 @@ class Mechanism:
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the revolute joints, then of the guides, then of the contact points of clearance guides."""
-        named = (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
-        return (*named, *(point.name for point in self.contact_points))
+        return tuple(part.name for parts in (self.joints, self.guides, self.contact_points) for part in parts)
 
     @cached_property
     def contact_points(self) -> tuple[ContactPoint, ...]:
@@ -241,6 +235,11 @@ class Mechanism:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
+    @property
+    def coupling_parts(self) -> tuple[Coupling | CoordinateDrive, ...]:
+        """The couplings, then the drives of coordinates."""
+        return (*self.couplings, *self.coordinate_drives)
+
     def plot(self) -> Any:
         """Draw the assembled mechanism with its names, on a new figure; see `scissordyn.preview`.
 
@@ -252,8 +251,7 @@ class Mechanism:
 
     def _repr_svg_(self) -> str:
         """The drawing of `plot` in a notebook."""
-        drawn: str = offered("preview_svg")(self)
-        return drawn
+        return str(offered("preview_svg")(self))
 
     def to_case(self, run: Any = None) -> str:
         """The text of a case file that describes the mechanism exactly; see `scissordyn.write_case`.
@@ -268,8 +266,7 @@ class Mechanism:
         str
             TOML.
         """
-        text: str = offered("case_text")(self, run)
-        return text
+        return str(offered("case_text")(self, run))
 
     @checked
     def with_clearance(
@@ -303,8 +300,7 @@ class Mechanism:
             return self._ideal
         guides = [guide for guide in self.guides if guide.name in joints]
         named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
-        tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in named)
-        return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
+        return self._with_joints(_tight(self.joint(name)) for name in named)._with_guides(map(_tight, guides))
 
     @checked
     def driven(
@@ -492,6 +488,10 @@ class Mechanism:
     def _with_guides(self, changed: Iterable[Guide]) -> Mechanism:
         new = {guide.name: guide for guide in changed}
         return dataclasses.replace(self, guides=tuple(new.get(guide.name, guide) for guide in self.guides))
+
+
+def _tight(part: Any) -> Any:
+    return dataclasses.replace(part, clearance=None) if part.clearance is not None else part
 
 
 def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:

@@ -6,6 +6,7 @@ import math
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -52,10 +53,10 @@ class Cycles:
 def drive_period(mechanism: Mechanism) -> float:
     """The period of a mechanism's only periodic drive."""
     # a drive at constant speed is periodic, a growing distance is not
-    driving = (*mechanism.drives, *mechanism.coordinate_drives)
+    driving: tuple[Any, ...] = (*mechanism.drives, *mechanism.coordinate_drives)
     turning = (drive.motion for drive in driving if isinstance(drive.motion, ConstantSpeed))
     periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    every = [part.motion for part in (*mechanism.drives, *mechanism.rods, *mechanism.coordinate_drives)]
+    every = [part.motion for part in (*driving, *mechanism.rods)]
     periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
     if len(periods) != 1:
         raise InputError(

@@ -51,7 +51,7 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
     every = Coordinates(natural, total, 1, unit, None, mechanism.size)
     constraints = tuple(entry for entry in quadratic_constraints(mechanism, every) if not entry.latch)
     kept = {constraint.name: constraint for constraint in coordinates.constraints if constraint.linear}
-    for coupling in (*mechanism.couplings, *mechanism.coordinate_drives):
+    for coupling in mechanism.coupling_parts:
         if coupling.name in kept:
             constraints += (replace(kept[coupling.name], parts=coupling_parts(every, coupling).parts),)
     parts = [part for constraint in constraints for part in constraint.parts]

@@ -22,11 +22,10 @@ from scissordyn.plan.redundancy import assembled_near_placed, basis_of
 
 def coupling_constraints(mechanism: Mechanism, coordinates: Coordinates, angles: np.ndarray) -> list[Constraint]:
     """The constraints of couplings and coordinate drives; `coordinates` have all others, `angles` are those of the drives."""
-    parts: tuple[Any, ...] = (*mechanism.couplings, *mechanism.coordinate_drives)
-    if not parts:
+    if not mechanism.coupling_parts:
         return []
     start = _Start(mechanism, coordinates, angles)
-    return [start.constraint(part) for part in parts]
+    return [start.constraint(part) for part in mechanism.coupling_parts]
 
 
 class _Start:
@@ -57,7 +56,7 @@ class _Start:
         if body == GROUND:
             return 0.0
         near = self.driven.get(body, self.mechanism.body(body).placed_angle)
-        return near + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, TURN)
+        return float(near) + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, TURN)
 
     def value(self, coordinate: Coordinate) -> float:
         """Of a coordinate [rad or m]."""

@@ -77,7 +77,8 @@ def _anchor(coordinate: Coordinate, placement: Placement) -> np.ndarray:
         return placement.centre(bodies[0]) if joint is None else placement.place(joint.bearing)
     if isinstance(coordinate, Slide):
         return placement.place(coordinate.point)
-    return 0.5 * (placement.place(coordinate.start) + placement.place(coordinate.end))
+    ends: np.ndarray = placement.place(coordinate.start) + placement.place(coordinate.end)
+    return 0.5 * ends
 
 
 def _unit(angle: np.ndarray) -> np.ndarray:

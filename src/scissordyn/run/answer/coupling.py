@@ -75,7 +75,7 @@ class _Samples:
 def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
     """Couplings and coordinate drives, each with the number of its constraint and the constraint."""
     numbers = {constraint.name: k for k, constraint in enumerate(plan.coordinates.constraints) if constraint.linear}
-    for part in (*plan.mechanism.couplings, *plan.mechanism.coordinate_drives):
+    for part in plan.mechanism.coupling_parts:
         if part.name in numbers:  # couplings of ideal joints may follow from these
             k = numbers[part.name]
             yield part, k, plan.coordinates.constraints[k]
@@ -83,7 +83,7 @@ def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
 
 def with_coupling_forces(plan: Plan, found: Record) -> Record:
     """The record with what couplings and coordinate drives exert in the loads of the bodies."""
-    if not plan.mechanism.couplings and not plan.mechanism.coordinate_drives:
+    if not plan.mechanism.coupling_parts:
         return found
     samples, load = _Samples(plan, found), found.load.copy()
     for part, k, constraint in _driving(plan):
@@ -135,24 +135,37 @@ def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         else:
             values_in = np.stack([samples.coordinate(first[1][1])[0] for first in terms], axis=1)
             force_in = force * np.array([first[1][0] for first in terms])
-            variables[f"{dim}_input"] = _described(along, values_in, "rad or m", "input coordinate of a coupling")
-            variables[f"{dim}_input_force"] = _described(
-                along, force_in, "N m or N", "torque or force of a coupling on its input coordinate"
-            )
-            variables[f"{dim}_input_unit"] = _units(dim, [first[1][1].unit for first in terms])
-        variables[f"{dim}_{output}"] = _described(along, values, "rad or m", f"coordinate that {label} acts on")
-        variables[f"{dim}_force"] = _described(along, force, "N m or N", f"torque or force of {label} on that coordinate")
+            units = [first[1][1].unit for first in terms]
+            variables[f"{dim}_input"] = _described(along, values_in, _joined(units), "input coordinate of a coupling")
+            words = "torque or force of a coupling on its input coordinate"
+            variables[f"{dim}_input_force"] = _described(along, force_in, _of_forces(units), words)
+            variables[f"{dim}_input_unit"] = _units(dim, units)
+        units = [first[0][1].unit for first in terms]
+        variables[f"{dim}_{output}"] = _described(along, values, _joined(units), f"coordinate that {label} acts on")
+        variables[f"{dim}_force"] = _described(
+            along, force, _of_forces(units), f"torque or force of {label} on it"
+        )
         variables[f"{dim}_power"] = _described(along, force * rates, "W", f"power that {label} gives to that coordinate")
-        variables[f"{dim}_unit"] = _units(dim, [first[0][1].unit for first in terms])
+        variables[f"{dim}_unit"] = _units(dim, units)
         largest = np.array([peaks[k]["largest"] / constraint.scale for _, k, constraint in rows])
         when = np.array([peaks[k]["largest_time"] for _, k, _ in rows])
-        variables[f"peak_{dim}_force"] = _described((dim,), largest, "N m or N", f"largest torque or force of {label}")
+        variables[f"peak_{dim}_force"] = _described((dim,), largest, _of_forces(units), f"largest torque or force of {label}")
         variables[f"peak_{dim}_force_time"] = _described((dim,), when, "s", "when it is largest")
     return variables
 
 
 def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
     return Variable(dims, values, {"units": units, "long_name": long_name})
+
+
+def _joined(units: list[str]) -> str:
+    """The unit of some values, or the units of values of several."""
+    return " or ".join(dict.fromkeys(units))
+
+
+def _of_forces(units: list[str]) -> str:
+    """The unit of what acts on coordinates of some units."""
+    return _joined(["N m" if unit == "rad" else "N" for unit in units])
 
 
 def _units(dim: str, units: list[str]) -> Variable:

@@ -131,7 +131,8 @@ class Mechanism:
     def _ideal(self) -> Mechanism:
         if not self.clearance_joints and len(self.ideal_guides) == len(self.guides):
             return self
-        ideal = self.with_parts({field: tuple(map(_tight, getattr(self, field))) for field in ("joints", "guides")}, check=False)
+        parts = {"joints": tuple(map(_tight, self.joints)), "guides": tuple(map(_tight, self.guides))}
+        ideal = self.with_parts(parts, check=False)
         ideal.__dict__[LOOSE] = True
         return ideal
 

@@ -395,8 +395,8 @@ def _forces(ideal: xr.Dataset) -> list[str]:
     for dim in ("coordinate_drive", "coupling"):
         for place, name in enumerate(ideal[dim].values if dim in ideal else ()):
             quantity, unit = ("torque", "N m") if ideal[f"{dim}_unit"].values[place] == "rad" else ("force", "N")
-            largest, instant = (float(ideal[part].values[place]) for part in (f"peak_{dim}_force", f"peak_{dim}_force_time"))
-            said = f"{short(largest, unit)} at {short(instant, 's')}"
+            peak, when = (float(ideal[part].values[place]) for part in (f"peak_{dim}_force", f"peak_{dim}_force_time"))
+            said = f"{short(peak, unit)} at {short(when, 's')}"
             lines.append(f"Largest {quantity} of '{name}' with ideal joints: {said}.")
     for name, unit, subject in (("drive_torque", "N m", "driving torque"), ("rod_force", "N", "force in a rod")):
         if name in ideal and ideal[name].size:

@@ -131,8 +131,7 @@ class Mechanism:
     def _ideal(self) -> Mechanism:
         if not self.clearance_joints and len(self.ideal_guides) == len(self.guides):
             return self
-        parts = {"joints": tuple(map(_tight, self.joints)), "guides": tuple(map(_tight, self.guides))}
-        ideal = self.with_parts(parts, check=False)
+        ideal = self.with_parts({name: tuple(map(_tight, getattr(self, name))) for name in ("joints", "guides")}, check=False)
         ideal.__dict__[LOOSE] = True
         return ideal
 

@@ -11,7 +11,6 @@ from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFu
 from scissordyn.errors import InputError
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.time_function import function_at, function_rows
-from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -20,6 +19,10 @@ Joint = TypeVar("Joint", Revolute, Guide)
 
 def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
     """The same mechanism without friction, with compliant contacts, its drives and distances constant as at a time [s]."""
+    if time != 0.0 and mechanism.coupling_parts:
+        # turns since the start would have to be counted
+        what = "positions at rest along the motion of a mechanism with couplings or driven coordinates"
+        raise InputError(what, "positions at the start, or a run")
     return dataclasses.replace(
         mechanism,
         drives=tuple(
@@ -29,7 +32,14 @@ def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
         joints=tuple(_frictionless(joint) for joint in mechanism.joints),
         guides=tuple(_frictionless(guide) for guide in mechanism.guides),
         rods=tuple(dataclasses.replace(rod, motion=rod.motion and _constant(rod.motion, 0.0, time)) for rod in mechanism.rods),
-        coordinate_drives=tuple(dataclasses.replace(drive, motion=_still(drive, time)) for drive in mechanism.coordinate_drives),
+        # one of which only the speed is given begins where the bodies are placed
+        coordinate_drives=tuple(
+            dataclasses.replace(
+                drive,
+                motion=ConstantSpeed(0.0) if isinstance(drive.motion, ConstantSpeed) else _constant(drive.motion, 0.0, time),
+            )
+            for drive in mechanism.coordinate_drives
+        ),
     )
 
 
@@ -47,16 +57,6 @@ def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
     value = np.zeros(4)
     function_at(time, function_rows(motion, start), value)
     return Polynomial((float(value[0]),))
-
-
-def _still(drive: CoordinateDrive, time: float) -> TimeFunction:
-    """A constant coordinate; one of which only the speed is given begins where the bodies are placed."""
-    if not isinstance(drive.motion, ConstantSpeed):
-        return _constant(drive.motion, 0.0, time)
-    if time != 0.0:
-        what = f"drive '{drive.name}', of which only the speed is given, at t = {time:g} s"
-        raise InputError(what, "a motion that says where it is")
-    return ConstantSpeed(0.0)
 
 
 def _frictionless(joint: Joint) -> Joint:

@@ -142,9 +142,7 @@ def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
             variables[f"{dim}_input_unit"] = _units(dim, units)
         units = [first[0][1].unit for first in terms]
         variables[f"{dim}_{output}"] = _described(along, values, _joined(units), f"coordinate that {label} acts on")
-        variables[f"{dim}_force"] = _described(
-            along, force, _of_forces(units), f"torque or force of {label} on it"
-        )
+        variables[f"{dim}_force"] = _described(along, force, _of_forces(units), f"torque or force of {label} on it")
         variables[f"{dim}_power"] = _described(along, force * rates, "W", f"power that {label} gives to that coordinate")
         variables[f"{dim}_unit"] = _units(dim, units)
         largest = np.array([peaks[k]["largest"] / constraint.scale for _, k, constraint in rows])

@@ -149,10 +149,10 @@ def _samples(rests: Sequence[At], state: np.ndarray, times: np.ndarray) -> Sampl
 
 def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
     """What drives and prescribed distances hold."""
-    names, units = [*inputs.bodies, *inputs.rods], ["rad"] * len(inputs.bodies) + ["m"] * len(inputs.rods)
+    names = [*inputs.bodies, *inputs.timed]
     return {
         "prescribed": Variable(("prescribed",), np.array(names), {"long_name": "driven body or rod"}),
-        "prescribed_unit": Variable(("prescribed",), np.array(units), {"long_name": "unit of its input"}),
+        "prescribed_unit": Variable(("prescribed",), np.array(inputs.units), {"long_name": "unit of its input"}),
         "input": Variable(("time", "prescribed"), inputs.over(times), {"long_name": "prescribed angle or distance"}),
     }
 

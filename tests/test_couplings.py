@@ -145,6 +145,27 @@ def test_rack_and_pinion() -> None:
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
 
 
+def test_rolling_wheel() -> None:
+    """Closed form: a disc rolls down the slope of a wedge by g sin a / (1 + J/(m R^2)), with the friction J a / R^2."""
+    radius, slope, inertia = 0.1, 0.4, 0.012
+    up = (-radius * math.sin(slope), radius * math.cos(slope))
+    wedge = sd.Body("wedge", mass=5.0, inertia=0.1, points={"o": (0.0, 0.0)}, position=(0.0, 0.0), angle=slope)
+    disc = sd.Body("disc", mass=2.0, inertia=inertia, points={"c": (0.0, 0.0)}, position=up, angle=0.0)
+    mechanism = sd.Mechanism(
+        bodies=(wedge, disc),
+        guides=(sd.Guide("road", ("disc", "c"), through=(0.0, radius), body="wedge"),),
+        welds=(sd.Weld("held", ("wedge", "o"), ("ground", "O")),),
+        ground=GROUND,
+        couplings=(sd.Coupling("tyre", sd.Slide(("disc", "c"), 0.0, "wedge"), ANGLE("disc", "wedge"), -radius),),
+    )
+    run = sd.simulate(mechanism, until=0.5, **TIGHT)
+    acceleration = -9.81 * math.sin(slope) / (1.0 + inertia / (2.0 * radius**2))
+    assert np.allclose(run["coupling_output"].values[:, 0], 0.5 * acceleration * run["time"].values ** 2, atol=1e-10)
+    assert np.allclose(run["coupling_force"].values, -inertia / radius**2 * acceleration, rtol=1e-9)
+    normal = np.linalg.norm(run["reaction"].sel(joint="road").values, axis=1)
+    assert np.allclose(normal, 2.0 * 9.81 * math.cos(slope), rtol=1e-9)
+
+
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_coupled_arms(method: str) -> None:
     """Second formulation: the Lagrangian of the one angle that is left; implicit steps need the slopes of the coupling."""

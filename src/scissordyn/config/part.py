@@ -370,6 +370,7 @@ PARTS: Mapping[str, Part] = {
         output={"angle": "wheel"},
         input={"angle": "crank"},
         ratio=-0.5,
+        offset="5 deg",
     ),
     "coordinate_drive": _part(
         CoordinateDrive,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from scissordyn.mechanics.band import width
 from scissordyn.mechanics.reactions import careful, solve_lanes
 
 SIZE, REACH, LANES = 7, 2, 3
@@ -26,7 +27,7 @@ def normal_equations(rank: int, rng):
 
 def solved_carefully(stored, load, lane):
     """Of one lane."""
-    work = (np.zeros((SIZE, 3 * REACH + 1)), np.zeros(SIZE, np.int64), np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE))
+    work = (np.zeros((SIZE, width(REACH, REACH))), np.zeros(2 * SIZE, np.int64), np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE))
     careful(REACH, LANES, lane, stored, load, *work)
     return work[-1]
 
@@ -61,7 +62,7 @@ def test_an_unknown_beside_the_null_space_is_solved() -> None:
     stored, load = np.zeros((3, 5, 1)), np.array([[2.0], [2.0], [6.0]])
     stored[:, 0, 0] = 1.0, 1.0, 2.0
     stored[1, 1, 0] = 1.0
-    work = (np.zeros((3, 7)), np.zeros(3, np.int64), np.zeros(3), np.zeros(3), np.zeros(3))
+    work = (np.zeros((3, width(2, 2))), np.zeros(6, np.int64), np.zeros(3), np.zeros(3), np.zeros(3))
     careful(2, 1, 0, stored, load, *work)
     assert np.all(np.isnan(work[-1][:2]))
     assert work[-1][2] == pytest.approx(3.0)

@@ -52,13 +52,22 @@ def attempt(problem, T, t, h, s, w, S):
 
 @kernel
 def add_rows(factor, coefficients, count, K, target):
-    """Add the first rows of K, times a factor and their coefficients, to a vector: four at a time, as vectors are short."""
+    """Add the first rows of K, times a factor and their coefficients, to a vector.
+
+    Four rows at a time, and two columns, of which the compiler makes a vector.
+    """
     size, whole = target.size, 4 * (count // 4)
+    pairs = 2 * (size // 2)
     for k in range(0, whole, 4):
         a, b = factor * coefficients[k], factor * coefficients[k + 1]
         c, d = factor * coefficients[k + 2], factor * coefficients[k + 3]
         if a != 0.0 or b != 0.0 or c != 0.0 or d != 0.0:
-            for i in range(size):
+            for i in range(0, pairs, 2):
+                j = i + 1
+                even = target[i] + a * K[k, i] + b * K[k + 1, i] + c * K[k + 2, i] + d * K[k + 3, i]
+                odd = target[j] + a * K[k, j] + b * K[k + 1, j] + c * K[k + 2, j] + d * K[k + 3, j]
+                target[i], target[j] = even, odd
+            for i in range(pairs, size):
                 target[i] = target[i] + a * K[k, i] + b * K[k + 1, i] + c * K[k + 2, i] + d * K[k + 3, i]
     for k in range(whole, count):
         a = factor * coefficients[k]

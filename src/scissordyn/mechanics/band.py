@@ -12,46 +12,45 @@ from scissordyn.mechanics.lanes import SHORT, row_times, take_row
 
 def width(lower: int, upper: int) -> int:
     """Columns of the band array for `lower` and `upper` off-diagonals."""
-    return max(2 * lower + upper + 1, lower + upper + 1 + SHORT)
+    return 2 * lower + upper + SHORT
 
 
 @kernel
 def factorize(band, lower, upper, pivots):
-    """Factorize in place; writes the row exchanges into `pivots`. Returns the row of a zero pivot, or -1."""
-    size = band.shape[0]
-    reach = lower + upper
+    """Factorize in place; returns the row of a zero pivot, or -1.
+
+    Writes to `pivots` the rows exchanged with each row, then the last column of each.
+    """
+    size, reached = band.shape[0], 0
     for i in range(size):
         last_row = min(i + lower, size - 1)
-        last_column = min(i + reach, size - 1)
         best, largest = i, abs(band[i, lower])
         for r in range(i + 1, last_row + 1):
             value = abs(band[r, i - r + lower])
             if value > largest:
                 best, largest = r, value
-        pivots[i] = best
+        # an exchange brings the columns of the row further down
+        reached = max(reached, min(best + upper, size - 1))
+        pivots[i], pivots[size + i] = best, reached
         if not largest > 0.0:  # NaN counts as zero
             return i
         if best != i:
-            for j in range(i, last_column + 1):
+            for j in range(i, reached + 1):
                 here, there = j - i + lower, j - best + lower
                 band[i, here], band[best, there] = band[best, there], band[i, here]
         inverse = 1.0 / band[i, lower]
         for r in range(i + 1, last_row + 1):
-            shift = lower - r
-            factor = band[r, i + shift] * inverse
-            band[r, i + shift] = factor
+            factor = band[r, i - r + lower] * inverse
+            band[r, i - r + lower] = factor
             if not vanishes(factor):
-                above = lower - i
-                for j in range(i + 1, last_column + 1):
-                    band[r, j + shift] -= factor * band[i, j + above]
+                take_row(band, r, i + 1 - r + lower, i, lower + 1, factor, reached - i)
     return -1
 
 
 @kernel
-def solve(band, lower, upper, pivots, x):
+def solve(band, lower, pivots, x):
     """Overwrite the right-hand side x with the solution, from a factorized band."""
     size = band.shape[0]
-    reach = lower + upper
     for i in range(size):
         p = pivots[i]
         if p != i:
@@ -60,9 +59,8 @@ def solve(band, lower, upper, pivots, x):
         for r in range(i + 1, min(i + lower, size - 1) + 1):
             x[r] -= band[r, i - r + lower] * value
     for i in range(size - 1, -1, -1):
-        total = x[i]
-        shift = lower - i
-        for j in range(i + 1, min(i + reach, size - 1) + 1):
+        total, shift = x[i], lower - i
+        for j in range(i + 1, pivots[size + i] + 1):
             total -= band[i, j + shift] * x[j]
         x[i] = total / band[i, lower]
 

@@ -162,7 +162,7 @@ def solve_constraints(S, values):
     if values.size == 1:
         values[0] /= W.gram[0, 0]
     elif values.size > 1:
-        _band_solve(W.gram, M.band_limits[2], M.band_limits[3], W.gram_pivots, values)
+        _band_solve(W.gram, M.band_limits[2], W.gram_pivots, values)
 
 
 @kernel

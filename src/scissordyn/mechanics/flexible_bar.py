@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel, vanishes
-from scissordyn.mechanics.lanes import LANES, PAIRS, combine, even, join, padded, part, pull, stretch, transform
+from scissordyn.mechanics.lanes import LANES, PAIRS, combine, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
 _PAIRS = PAIRS
@@ -42,7 +42,7 @@ def tables_of(bar, S):
     across, wide = padded(points), padded(count)
     slopes = weights + points
     stretching = slopes + count * (across + LANES)
-    return count, points, across, wide, weights, slopes, stretching, stretching + even(points) * across
+    return count, points, across, wide, weights, slopes, stretching, stretching + points * across
 
 
 @kernel
@@ -65,8 +65,7 @@ def read_vectors(bar, S, source, x, y):
     read, wide = S.work.bar[READ], padded(2 * fixed)
     for c in range(columns):
         read[c] = source[M.bar_column[at + c]]
-    read[columns] = 0.0
-    transform(M.bar_table, table, even(columns), wide, read, held_of)
+    transform(M.bar_table, table, columns, wide, read, held_of)
     for k in range(fixed):
         x[k], y[k] = held_of[2 * k], held_of[2 * k + 1]
 
@@ -83,7 +82,7 @@ def add_vectors(bar, S, x, y, target):
         target[at] += scale * x[k]
         target[at + 1] += scale * y[k]
     held_of, table, columns, at = S.work.bar[HELD], M.bar[bar, 6], M.bar[bar, 7], M.bar[bar, 8]
-    read, table = S.work.bar[READ], table + even(columns) * padded(2 * fixed)
+    read, table = S.work.bar[READ], table + columns * padded(2 * fixed)
     for k in range(fixed):
         held_of[2 * k], held_of[2 * k + 1] = x[k], y[k]
     transform(M.bar_table, table, 2 * fixed, padded(columns), held_of, read)
@@ -120,7 +119,7 @@ def write_strains(bar, S, free):
     combine(table, slopes, count, across, x, y, rx, ry)
     # e = |r'| - 1 - e_0
     stretch(rx, ry, free, B[INVERSE], e, across)
-    transform(table, stretching, even(points), across, e, B[AXIAL])
+    transform(table, stretching, points, across, e, B[AXIAL])
 
 
 @kernel

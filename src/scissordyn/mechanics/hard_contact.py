@@ -478,7 +478,7 @@ def move_back(new, S, H):
             H.shift[at], H.band[at, reach] = 0.0, 1.0
     if factorize(H.band, reach, reach, H.pivots) >= 0:
         return
-    solve(H.band, reach, reach, H.pivots, H.shift)
+    solve(H.band, reach, H.pivots, H.shift)
     for a in range(m + 2 * H.which.size):
         if H.shift[H.place[a]] != 0.0:
             add_row(a, m, H.shift[H.place[a]], new, 0, S, H)

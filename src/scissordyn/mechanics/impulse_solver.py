@@ -169,7 +169,7 @@ def solve_modes(m, H):
         H.impulse[a] = H.right[a]
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
-    _solve(H.band, reach, reach, H.pivots, H.impulse)
+    _solve(H.band, reach, H.pivots, H.impulse)
     follow(H)
     return True
 

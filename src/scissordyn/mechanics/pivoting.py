@@ -86,7 +86,7 @@ def unit_impulses(m, count, H):
     if _factorize(H.band, reach, reach, H.pivots) >= 0:
         return False
     for c in range(2 * count + 1):
-        _solve(H.band, reach, reach, H.pivots, H.units[c])
+        _solve(H.band, reach, H.pivots, H.units[c])
     return True
 
 

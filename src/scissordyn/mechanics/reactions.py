@@ -156,18 +156,18 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
     for row in range(size):
         full[row, reach] += shift
     _factorize(full, reach, reach, pivots)
-    _solve(full, reach, reach, pivots, x)
+    _solve(full, reach, pivots, x)
     for _ in range(REFINEMENTS):
         for row in range(size):
             x[row] = work[row] + shift * x[row]
-        _solve(full, reach, reach, pivots, x)
+        _solve(full, reach, pivots, x)
     for vector in range(PROBES):
         for row in range(size):
             probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
         for _ in range(2):
             for row in range(size):
                 probe[row] *= shift
-            _solve(full, reach, reach, pivots, probe)
+            _solve(full, reach, pivots, probe)
         for row in range(size):
             if not abs(probe[row]) < TOUCHED:
                 x[row] = math.nan
@@ -261,7 +261,7 @@ def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple
             load=np.zeros((unknowns, LANES)),
             kept_load=np.zeros((unknowns, LANES)),
             full=np.zeros((unknowns, width(reach, reach))),
-            pivots=np.zeros(unknowns, np.int64),
+            pivots=np.zeros(2 * unknowns, np.int64),
             work=np.zeros(unknowns),
             probe=np.zeros(unknowns),
         )

@@ -211,7 +211,7 @@ def solve(r, S):
         column, prescribed = place[M.pair[q, 1]], W.given[M.pair[q, 1]]
         for row in range(max(0, column - upper), min(last, column + lower) + 1):
             work[row] -= W.aside[row, column - row + lower] * prescribed
-    _band_solve(W.band, lower, upper, W.pivots, work[: last + 1])
+    _band_solve(W.band, lower, W.pivots, work[: last + 1])
     for i in range(n):
         value = W.unknown_factor[i] * work[place[i]] + W.given_factor[i] * W.given[i]
         r[n + i] = value

@@ -12,7 +12,7 @@ from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.lanes import even, padded
+from scissordyn.mechanics.lanes import padded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis
@@ -112,8 +112,7 @@ def bar_table(axis: Axis) -> np.ndarray:
     shapes = axis.shapes
     points, weights = shapes.quadrature
     slopes, at_ends = shapes.at(points, 1), shapes.at(np.array([0.0, shapes.places[-1]]), 1)
-    stretching = np.pad(axis.stretching, ((0, even(points.size) - points.size), (0, 0)))
-    tables = slopes.T, at_ends.T, stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
+    tables = slopes.T, at_ends.T, axis.stretching, np.vstack([shapes.bending, slopes, shapes.at(points, 2)])
     return np.concatenate([weights, *(_padded(table).ravel() for table in tables)])
 
 
@@ -125,14 +124,14 @@ def _padded(table: np.ndarray) -> np.ndarray:
 def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
     """Columns of the static shapes of a bar, and the products that give their vectors and that forces on these give.
 
-    The first table has a row for each column, an even number of them, with x and y of one shape after the other; the second one
-    a row for each of these, by columns.
+    The first table has a row for each column, with x and y of one shape after the other; the second one a row for each of
+    these, by columns.
     """
     columns = np.unique(np.concatenate([vector.columns for vector in maps]))
-    table = np.zeros((even(columns.size), 2 * len(maps)))
+    table = np.zeros((columns.size, 2 * len(maps)))
     for k, vector in enumerate(maps):
         table[np.searchsorted(columns, vector.columns), 2 * k : 2 * k + 2] = vector.rows.T
-    return columns, np.concatenate([_padded(table).ravel(), _padded(table[: columns.size].T).ravel()])
+    return columns, np.concatenate([_padded(table).ravel(), _padded(table.T).ravel()])
 
 
 FEW = 6

@@ -87,7 +87,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         gram=np.zeros((rows, 2 * reach + 1)),
         band=np.zeros((rows, width(reach, reach))),
         since=np.zeros(1, np.int64),
-        pivots=np.zeros(rows, np.int64),
+        pivots=np.zeros(2 * rows, np.int64),
         mass_row=np.zeros(m),
         result=np.zeros((count, RESULTS)),
         locate=np.zeros(1, np.int64),

@@ -73,7 +73,7 @@ class ControlTable(Table):
     feed_forward: Annotated[
         str | Tabulated | None,
         _read_torques,
-        About("torque to add: that of the ideal mechanism, or a table", examples=["ideal"]),
+        About("torque to add: that of the ideal mechanism with rigid bars, or a table", examples=["ideal"]),
     ] = None
     sensor: Annotated[str, About('a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])] = ""
     inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0

@@ -8,6 +8,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.force import Force
 from scissordyn.component.time_function import Tabulated, TimeFunction
 from scissordyn.errors import InputError
+from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.simulate import simulate
@@ -20,8 +21,8 @@ def feed_forward(
 ) -> Tabulated:
     """The driving torque of the ideal mechanism on a reference motion.
 
-    Clearance joints are taken as ideal. As long as they stay in contact, the true torque differs from this one by terms of the
-    order of clearance over length.
+    Clearance joints are taken as ideal, bars that bend as rigid. As long as joints stay in contact, the true torque of rigid
+    bars differs from this one by terms of the order of clearance over length.
 
     Parameters
     ----------
@@ -48,12 +49,13 @@ def feed_forward(
     InputError
         If the ideal mechanism cannot follow the reference.
     """
+    stiff = rigid(mechanism.ideal())
     kept = tuple(
         element
-        for element in mechanism.components
+        for element in stiff.components
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
-    ideal = dataclasses.replace(mechanism.ideal(), components=kept, latches=(), drives=()).driven(reference, body=body)
+    ideal = dataclasses.replace(stiff, components=kept, latches=(), drives=()).driven(reference, body=body)
     run = pass_on(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 
 import scissordyn as sd
 from scissordyn.component.catalogue import COMPONENTS
@@ -26,7 +25,7 @@ from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_page import page as film_page
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.place import corners_of
-from scissordyn.plot.structure import snapshot
+from scissordyn.plot.structure import structure
 from scissordyn.plot.symbol import symbols
 from scissordyn.run.answer.placement import Placement
 
@@ -64,7 +63,7 @@ def run_of(mechanism: Mechanism) -> xr.Dataset:
 
 def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int) -> None:
     """The symbol is in a picture, in a film and in its page, with its name, and inside the frame or on its edge."""
-    axes = snapshot(run, mechanism, 3, axes=Figure().subplots())
+    axes = structure(run, mechanism, times=[float(run["time"][3])])[0]
     assert name in [text.get_text() for text in axes.texts]
     placed = Placement.at(mechanism, run, [3])
     low, high = corners_of(placed)

@@ -66,10 +66,10 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
 def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
     """Cross-check: each bar of a film has the colour that it has in a still of the same run; its page gets its tone."""
     still = structure(run, arm)[0]
-    where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_linewidth() == 1.8}
+    where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_linewidth() == 2.0}
     film, tones = Film(scene, 1.0), {shape["name"]: shape["tone"] for shape in data_of(page(scene, run, 1.0))["shapes"]}
     bars = 0
-    for shape, artist in zip(scene.shapes, film.shapes, strict=True):
+    for shape, artist in zip(scene.shapes, film.drawing.shapes, strict=True):
         if shape.kind == "bar":
             bars += 1
             assert artist.get_color() == where[tuple(shape.points[0, 0].round(9))]
@@ -109,10 +109,10 @@ def test_a_film_moves_its_artists(scene: Scene) -> None:
     """Contract: the lines of a frame are the scene's, and the title says when."""
     film = Film(scene, 120.0)
     film.show(3)
-    for artist, shape in zip(film.shapes, scene.shapes, strict=True):
+    for artist, shape in zip(film.drawing.shapes, scene.shapes, strict=True):
         if shape.kind == "bar":
             np.testing.assert_array_equal(artist.get_xydata(), shape.points[3])
-    np.testing.assert_array_equal(film.pins.get_xydata(), scene.pins[3])
+    np.testing.assert_array_equal(film.drawing.pins.get_xydata(), scene.pins[3])
     assert film.axes.get_title(loc="left") == "t = 37.5 ms   (120× slower)"
     film.show(0)
     assert film.axes.get_title(loc="left").startswith("t = 0 ms")
@@ -266,5 +266,5 @@ def test_film_names_its_joints_and_counts_the_others() -> None:
     placed = Placement.at(mechanism, many, FRAMES).place(mechanism.joint("A").bearing)
     assert [name.get_text() for name in film.names] == ["A"]
     assert np.allclose(film.names[0].xy, placed[3])
-    assert len(film.rings) == 2
+    assert len(film.drawing.rings) == 2
     assert film.figure.get_supxlabel() == "1 more clearance joint with smaller forces"

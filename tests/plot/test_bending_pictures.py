@@ -165,7 +165,7 @@ def test_a_film_has_the_colours_of_the_stress(run, unit, tmp_path):
     film.show(3)
     parts = [part for shape in scene.shapes for part in shape.parts]
     expected = diagram_of(run, unit, "stress").values[3, parts, 0]
-    np.testing.assert_array_equal(film.diagram.lines.get_array(), expected)
+    np.testing.assert_array_equal(film.drawing.diagram.lines.get_array(), expected)
     page = animate(run, unit, tmp_path / "film.html", bars="stress").read_text()
     assert all(f'"quantity":"{name}"' in page for name in QUANTITIES)
     assert '"onBars":"stress"' in page

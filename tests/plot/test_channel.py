@@ -21,8 +21,7 @@ from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.canvas import packed
-from scissordyn.plot.channel import channel, guides_of
-from scissordyn.plot.channel_scene import GAP
+from scissordyn.plot.channel_scene import GAP, channel_of, guides_of
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import magnified, structure
@@ -72,7 +71,7 @@ def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) 
     with pytest.raises(InputError, match="without clearance joints"):
         orbit(fallen)
     with pytest.raises(InputError, match="'guide' is ideal"):
-        channel(fallen, linkage.ideal(), 0, "guide", axes=Figure().subplots())
+        channel_of(fallen, linkage.ideal(), [0], "guide")
 
 
 def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path: Path) -> None:

@@ -55,7 +55,7 @@ def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
     """Contract: the three units are above each other; the axes are those of the case, with its numbers."""
     for axes in (preview(lift, start=start), structure(start, lift, times=1)[0]):
         assert (axes.get_xlabel(), axes.get_ylabel()) == ("y [m]", "x [m]")
-        bars = [line.get_xydata() for line in axes.lines if line.get_linewidth() == 1.8]
+        bars = [line.get_xydata() for line in axes.lines if line.get_linewidth() == 2.0]
         height = [float(np.mean(np.asarray(bar)[:2, 1])) for bar in bars]
         assert np.allclose(height, np.repeat(np.array([1, 3, 5]) * 0.5 * math.sqrt(1.0 - 0.9397**2), 2), atol=1e-9)
         assert axes.xaxis.get_major_formatter()(-0.25, 0) == "0.25"

@@ -100,6 +100,12 @@ class Scene:
     magnification: float = 1.0  # Of the deflections of bars that bend
     diagrams: tuple[Diagram, ...] = ()  # What can be drawn on bars that bend, at the frames
     on_bars: str = ""  # Which of them is drawn at first; "" for none
+    rings: tuple[tuple[str, np.ndarray], ...] = ()  # (frames, 2) All joints with clearance, with their names [m]
+    names: tuple[tuple[str, str, np.ndarray], ...] = ()  # (frames, 2) What stills name, with its kind [m]
+
+    def instant(self, frame: int) -> str:
+        """The time of a frame in words."""
+        return f"t = {self.scale.factor * self.time[frame]:.4g} {self.scale.unit}"
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
@@ -173,21 +179,31 @@ def scene_of(
     guides: Sequence[str] = (),
     shown: int = MOST_JOINTS,
     on_bars: str | None = None,
+    larger: float = 1.0,
 ) -> Scene:
-    """The scene of a film of a run."""
+    """The scene of a film of a run; of pictures with larger blocks, loads and symbols than those of a film."""
     if on_bars is not None:
         check_quantity(on_bars, mechanism)
     diagrams = known_diagrams(run, mechanism)
+    if on_bars is not None and not diagrams:
+        raise InputError(f"{on_bars} of a run without bars that bend", "the run of this mechanism")
     placement = Placement.at(mechanism, run, frames, turns=upright(mechanism))
     bodies = outlines(placement)
     low, high = corners_of(placement)
     size = float(np.max(high - low))
+    drawn_size = larger * size
     # blocks first, so that bars are drawn over them
-    solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
-    parts = _parts(symbols(run, mechanism, placement, frames, SYMBOL * size), diagrams)
-    carried = [Shape(load.name, load.kind, load.corners) for load in loads(mechanism, placement, LOAD * size)]
+    solid = sorted(_bodies(mechanism, placement, bodies, drawn_size), key=lambda shape: shape.kind != "block")
+    drawn = symbols(run, mechanism, placement, frames, SYMBOL * drawn_size)
+    carried = [Shape(load.name, load.kind, load.corners) for load in loads(mechanism, placement, LOAD * drawn_size)]
     panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
-    shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *parts]
+    shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *_parts(drawn, diagrams)]
+    loose = tuple((joint.name, placement.place(joint.bearing)) for joint in mechanism.joints if joint.clearance is not None)
+    follow = [(guide.name, placement.place(guide.follower)) for guide in mechanism.guides if guide.clearance is not None]
+    names = [(load.name, "payload", load.points.mean(axis=1)) for load in payloads]
+    names += [(name, "guide", places) for name, places in follow]
+    names += [(symbol.name, "component", symbol.anchor) for symbol in drawn if not symbol.bar]
+    names += [(name, "joint", places) for name, places in loose]
     pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
@@ -196,7 +212,7 @@ def scene_of(
         shapes=tuple(shapes),
         pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
         supports=np.array([placement.place(end)[0] for end in supported], float).reshape(-1, 2),
-        clearance_joints=tuple(_clearance_joint(run, mechanism, placement, frames, name) for name in joints),
+        clearance_joints=tuple(clearance_joint(run, mechanism, placement, frames, name) for name in joints),
         low=low,
         high=high,
         turns=placement.turns,
@@ -207,6 +223,8 @@ def scene_of(
         magnification=float(run.attrs.get("magnified", 1.0)),
         diagrams=tuple(diagram.at(frames) for diagram in diagrams),
         on_bars=on_bars or "",
+        rings=loose,
+        names=tuple((name, kind, np.broadcast_to(places, (len(frames), 2))) for name, kind, places in names),
     )
 
 
@@ -253,30 +271,36 @@ def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Sha
     return shapes
 
 
-def _clearance_joint(
-    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str
+def clearance_joint(
+    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str, *, between: bool = True
 ) -> ClearanceJoint:
+    """A clearance joint at the frames of a film, each of which covers the time since the one before, or at instants alone."""
     joint, read = mechanism.joint(name), run.variables
     k = read["joint"].values.tolist().index(name)
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
     clearance = float(read["clearance"].values[k])
     eccentricity = GAP / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
-    last = int(frames[-1]) + 1
-    fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
-    # a contact may be shorter than a frame: each frame covers all samples since the one before
-    begins = np.concatenate([[0], frames[:-1] + 1])
-    force = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k])[:last]
-    touching = along(read["in_contact"], "joint", "time")[k, :last]
-    touched, largest = frame_contacts(run, name, read["time"].values[frames])
+    force, touching = (
+        np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]),
+        along(read["in_contact"], "joint", "time")[k],
+    )
+    fine, touched, largest = frames, touching[frames], force[frames]
+    if between:  # a contact may be shorter than a frame
+        last = int(frames[-1]) + 1
+        fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
+        begins = np.concatenate([[0], frames[:-1] + 1])
+        located, peaks = frame_contacts(run, name, read["time"].values[frames])
+        touched = np.logical_or.reduceat(touching[:last], begins) | located
+        largest = np.maximum(np.maximum.reduceat(force[:last], begins), peaks)
     return ClearanceJoint(
         name=name,
         place=placement.place(joint.bearing),
         journal=eccentricity[frames],
         path=eccentricity[fine],
-        reached=np.searchsorted(fine, frames, side="right"),
-        touched=np.logical_or.reduceat(touching, begins) | touched,
-        force=np.maximum(np.maximum.reduceat(force, begins), largest),
+        reached=np.searchsorted(fine, frames, side="right") if between else np.zeros(len(frames), int),
+        touched=touched,
+        force=largest,
         gain=GAP * joint.clearance.journal_radius / clearance,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,12 @@ class Channel:
     gain: float  # Magnification of the clearance relative to that of the block
     corners: tuple[str, ...]  # Names of the contact points, as they stand around the block
     hollow: bool = False  # Whether the block surrounds the guide, as a ring does a pole
+
+
+def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Names of clearance joints with the contact points of each clearance guide replaced by the guide, once."""
+    guide = {point.name: point.guide for point in mechanism.contact_points}
+    return list(dict.fromkeys(guide.get(name, name) for name in names))
 
 
 def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, place: np.ndarray | None = None) -> Channel:

@@ -12,9 +12,10 @@ from matplotlib.ticker import ScalarFormatter
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import corners_of, upright
-from scissordyn.plot.structure import draw_mechanism
-from scissordyn.plot.style import Canvas, dress, figure_size, legend, panels, small
+from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.drawing import Drawing
+from scissordyn.plot.place import corners_of
+from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
 from scissordyn.run.answer.placement import Placement
 
 AMPLITUDE = 0.06
@@ -49,18 +50,16 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
     here, still = found.isel(time=0) if "time" in found.dims else found, mechanism.ideal()
     modes = here["mode"].values[:count].tolist()
     drawn = [oscillation(here, still, mode, frames=5, periods=1) for mode in modes]
-    placed = [Placement.at(still, mode_run, slice(None), turns=upright(still)) for mode_run in drawn]
-    bounds = [corners_of(mode_run) for mode_run in placed]
-    corners = np.min([low for low, _ in bounds], axis=0), np.max([high for _, high in bounds], axis=0)
+    scenes = [scene_of(mode_run, still, np.arange(5), []) for mode_run in drawn]
+    corners = np.min([scene.low for scene in scenes], axis=0), np.max([scene.high for scene in scenes], axis=0)
     aspect = float((corners[1] - corners[0])[1] / (corners[1] - corners[0])[0])
     columns = min(3, len(modes))
     rows = math.ceil(len(modes) / columns)
     figure = Figure(figsize=figure_size(3.8 * columns, (0.6 + 3.2 * min(1.5, max(0.3, aspect))) * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, mode, mode_run in zip(grid, modes, drawn, strict=False):
-        dress(axes)
+    for axes, mode, scene in zip(grid, modes, scenes, strict=False):
         for sample in (1, 3):
-            draw_mechanism(mode_run, still, sample, axes=axes, corners=corners)
+            Drawing(axes, scene, corners).show(sample)
             for artist in axes.lines + axes.patches if sample == 1 else ():
                 artist.set_alpha(0.3)
         value = float(here["frequency"].sel(mode=mode))

@@ -14,12 +14,13 @@ from scissordyn.component.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
+from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.coupling_symbol import coupling_points
+from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.structure import draw_mechanism, fit_rings
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
 from scissordyn.plot.symbol import coupling_symbols
 from scissordyn.run.answer.placement import Placement
@@ -83,11 +84,12 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
         figure = Figure(figsize=size)
         axes = figure.add_axes((0.7 / size[0], 0.55 / size[1], 1.0 - 0.85 / size[0], 1.0 - 0.85 / size[1]))
     (chosen,) = panels(axes, 1, size=(SMALLEST, SMALLEST))
-    draw_mechanism(run, mechanism, 0, axes=chosen, corners=(low, high))
+    scene = Drawing(chosen, scene_of(run, mechanism, np.array([0]), []), (low, high))
+    scene.show(0)
     drawing.drives(chosen, 0.05 * float(np.max(high - low)))
-    chosen.set_title("", loc="left")
     drawing.gravity(chosen)
-    fit_rings([chosen])
+    chosen.get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
+    scene.fit_rings()
     left = write_labels(chosen, names[:MOST], size=LETTERS, crowded=False) + [name.text for name in names[MOST:]]
     notes = [f"{drawing.shared()} at each large circle"] if drawing.shared() else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []

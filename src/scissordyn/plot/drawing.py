@@ -1,0 +1,221 @@
+"""A scene drawn by matplotlib, for stills and films: artists that are moved from frame to frame."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Normalize, to_rgba
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Polygon, Rectangle
+
+from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, Shape
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, edges
+from scissordyn.plot.channel_scene import EDGE, GAP, Channel
+from scissordyn.plot.label import Label
+from scissordyn.plot.place import Corners, ring_size
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    dress,
+    label_axes,
+)
+
+RING = 8.0
+"""Diameter of the ring around a clearance joint, where there is room [pt]."""
+
+HATCHED: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
+
+AREAS: dict[str, dict[str, Any]] = {
+    "block": {"facecolor": LIGHT, "edgecolor": BLACK, "linewidth": 0.9, "zorder": 1.8},
+    "payload": {"facecolor": to_rgba(GREY, 0.45), "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
+    "panel": {"facecolor": to_rgba(PURPLE, 0.25), "edgecolor": PURPLE, "linewidth": 0.6, "zorder": 1.7},
+    "plate": {"linewidth": 1.6, "zorder": 1.9},
+}
+LINES: dict[str, dict[str, Any]] = {
+    "bar": {"linewidth": 2.0, "zorder": 2.0, "solid_capstyle": "round"},
+    "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
+    "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
+    "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
+}
+"""How shapes look by their kind."""
+
+NAMED = {"joint": VERMILION, "guide": VERMILION, "component": PURPLE, "payload": BLACK}
+
+
+class Drawing:
+    """A scene on Axes: the region of the scene, or a given one."""
+
+    def __init__(self, axes: Axes, scene: Scene, region: Corners | None = None) -> None:
+        self.axes, self.scene = axes, scene
+        self.region = low, high = region or (scene.low, scene.high)
+        dress(axes)
+        axes.set_aspect("equal", adjustable="box")
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        label_axes(axes, scene.turns)
+        self.shapes = [self._artist(shape) for shape in scene.shapes]
+        self.diagram = _OnBars(axes, scene) if scene.on_bars else None
+        size = 0.025 * float(np.max(scene.high - scene.low))
+        for pin in scene.supports:
+            corners = pin + size * np.array([[0.0, 0.0], [-1.0, -1.6], [1.0, -1.6]])
+            axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.9, zorder=1.5))
+            axes.add_patch(Rectangle(pin - size * np.array([1.6, 2.3]), 3.2 * size, 0.7 * size, zorder=1.4, **HATCHED))
+        pins: dict[str, Any] = {"markersize": 4.0, "color": BLACK, "markerfacecolor": "white", "markeredgewidth": 0.9}
+        (self.pins,) = axes.plot([], [], "o", zorder=4.0, **pins)
+        ring: dict[str, Any] = {"markersize": RING, "markerfacecolor": "none", "markeredgewidth": 1.4, "color": VERMILION}
+        self.rings = [axes.plot([], [], "o", zorder=5.0, **ring)[0] for _ in scene.rings]
+        self.touched = {joint.name: joint.touched for joint in scene.clearance_joints}
+
+    def _artist(self, shape: Shape) -> Line2D | Polygon:
+        tone: dict[str, Any] = {}
+        if shape.kind == "plate":
+            color = (BLUE, GREEN)[shape.tone]
+            tone = {"facecolor": to_rgba(color, 0.15), "edgecolor": color}
+        elif shape.kind == "bar":
+            tone = {"color": (BLUE, GREEN)[shape.tone]}
+            if self.scene.on_bars:  # without a colour of its own below those of a diagram
+                coloured = not QUANTITIES[self.scene.on_bars].tone
+                tone = {"color": BLACK, "linewidth": 4.4 if coloured else 1.6} if shape.parts else {"color": GREY}
+        if shape.kind in AREAS:
+            area = Polygon(shape.points[0], **AREAS[shape.kind], **tone)
+            self.axes.add_patch(area)
+            return area
+        return self.axes.plot([], [], scalex=False, scaley=False, **LINES[shape.kind] | tone)[0]
+
+    def fit_rings(self) -> float:
+        """Size the rings for the scale that the layout gives the drawing; the length of its longer side [pt]."""
+        figure = self.axes.get_figure(root=True)
+        assert figure is not None
+        longer = 72.0 / figure.dpi * max(self.axes.bbox.width, self.axes.bbox.height)
+        if self.rings:
+            places = np.stack([place for _, place in self.scene.rings], axis=1)
+            size = ring_size(places, longer / float(np.max(np.subtract(*self.region[::-1]))), RING)
+            for ring in self.rings:
+                ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING))
+        return longer
+
+    def labels(self, frame: int) -> list[Label]:
+        """The names of clearance joints, components and payloads, and where they belong."""
+        return [Label(name, places[frame], NAMED[kind]) for name, kind, places in self.scene.names]
+
+    def show(self, frame: int) -> None:
+        """Update all artists to a frame."""
+        for artist, shape in zip(self.shapes, self.scene.shapes, strict=True):
+            if isinstance(artist, Polygon):
+                artist.set_xy(shape.points[frame])
+            else:
+                artist.set_data(*shape.points[frame].T)
+        if self.diagram is not None:
+            self.diagram.show(frame)
+        self.pins.set_data(*self.scene.pins[frame].T)
+        for ring, (name, places) in zip(self.rings, self.scene.rings, strict=True):
+            ring.set_data(*places[frame, None].T)
+            if name in self.touched:
+                ring.set_color(VERMILION if self.touched[name][frame] else SKY)
+
+
+class _OnBars:
+    """A diagram on bars that bend: their colours, or ordinates."""
+
+    def __init__(self, axes: Axes, scene: Scene) -> None:
+        self.bars = [shape for shape in scene.shapes if shape.parts]
+        self.diagram = next(diagram for diagram in scene.diagrams if diagram.quantity == scene.on_bars)
+        self.size = float(np.max(scene.high - scene.low))
+        self.lines = LineCollection([], linewidths=3.0 if self.diagram.coloured else 0.9, zorder=2.2)
+        self.areas = PolyCollection([], alpha=0.25, linewidths=0.0, zorder=1.5)
+        axes.add_collection(self.lines)
+        axes.add_collection(self.areas)
+        if self.diagram.coloured:
+            self.lines.set(cmap=COLOURS, norm=Normalize(0.0, self.diagram.largest))
+        else:
+            tone = QUANTITIES[self.diagram.quantity].tone
+            self.lines.set_color(tone)
+            self.areas.set(facecolor=tone, label=self.diagram.label)
+
+    def show(self, frame: int) -> None:
+        """Update the diagram to a frame."""
+        places = [shape.places[frame] for shape in self.bars]
+        order = np.concatenate([shape.parts for shape in self.bars])
+        now = self.diagram.at([frame])
+        if now.coloured:
+            self.lines.set_segments([part for bar in places for part in bar])
+            self.lines.set_array(now.values[0, order].max(axis=-1))
+            return
+        outer = [
+            dataclasses.replace(now, values=now.values[:, list(shape.parts)]).ordinates(bar[None], ORDINATE * self.size)[0]
+            for shape, bar in zip(self.bars, places, strict=True)
+        ]
+        drawn = [edges(bar, ends) for bar, ends in zip(places, outer, strict=True)]
+        self.areas.set_verts([area for areas, _ in drawn for area in areas])
+        self.lines.set_segments([line for _, lines in drawn for line in lines])
+
+
+class MagnifiedBlock:
+    """A clearance guide with magnified clearance, its line horizontal: the block in its channel."""
+
+    def __init__(self, axes: Axes, joint: Channel) -> None:
+        self.joint = joint
+        for face, height in joint.surfaces.items():
+            low = min(height, height + 0.25 * face)
+            axes.add_patch(Rectangle((-EDGE, low), 2.0 * EDGE, 0.25, **HATCHED))
+            axes.plot([-EDGE, EDGE], [height, height], color=BLACK, linewidth=1.2)
+        axes.plot([-EDGE, EDGE], [0.0, 0.0], **LINES["guide"])
+        _frame(axes, 1.75)
+        self.block = Polygon(joint.block[0], facecolor="none" if joint.hollow else LIGHT, linewidth=1.6)
+        axes.add_patch(self.block)
+        (self.corners,) = axes.plot([], [], "o", markersize=4.5, color=VERMILION)
+
+    def show(self, frame: int) -> None:
+        """Update the block to a frame."""
+        touching = self.joint.touching[frame]
+        self.block.set_xy(self.joint.block[frame])
+        self.block.set_edgecolor(VERMILION if touching.any() else SKY)
+        self.corners.set_data(*self.joint.block[frame][touching].T)
+
+
+class MagnifiedJournal:
+    """A clearance joint with magnified clearance: the journal in its bearing, with its recent path."""
+
+    def __init__(self, axes: Axes, joint: ClearanceJoint) -> None:
+        self.joint = joint
+        axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
+        self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
+        axes.add_patch(self.journal)
+        (self.path,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
+        (self.centre,) = axes.plot([], [], "+", markersize=6.0, markeredgewidth=1.0)
+        axes.plot(0.0, 0.0, ".", markersize=3.0, color=BLACK)
+        _frame(axes, max(1.5, 1.05 + float(np.max(np.abs(joint.journal)))))  # with the journal of a deep contact
+
+    def show(self, frame: int) -> None:
+        """Update the journal and its path to a frame."""
+        joint = self.joint
+        color = VERMILION if joint.touched[frame] else SKY
+        self.journal.set_center(tuple(joint.journal[frame]))
+        self.journal.set_edgecolor(color)
+        self.centre.set_data(*joint.journal[frame, None].T)
+        self.centre.set_color(color)
+        first = max(0, joint.reached[max(0, frame - TRAIL)] - 1)
+        self.path.set_data(*joint.path[first : joint.reached[frame]].T)
+
+
+def draw_magnified(axes: Axes, joint: Channel | ClearanceJoint) -> MagnifiedBlock | MagnifiedJournal:
+    """What stands beside the structure."""
+    return MagnifiedBlock(axes, joint) if isinstance(joint, Channel) else MagnifiedJournal(axes, joint)
+
+
+def _frame(axes: Axes, reach: float) -> None:
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(False)

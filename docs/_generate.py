@@ -71,6 +71,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "TravelStop",
         "Force",
         "Torque",
+        "PinFriction",
+        "GuideFriction",
         "NonlinearSpring",
         "GasSpring",
         "StrokeLoad",

@@ -25,9 +25,11 @@ from scissordyn.component.element import element as element
 from scissordyn.component.flexible_bar import FlexibleBar as FlexibleBar
 from scissordyn.component.force import Force as Force
 from scissordyn.component.gas_spring import GasSpring as GasSpring
+from scissordyn.component.guide_friction import GuideFriction as GuideFriction
 from scissordyn.component.latch import Latch as Latch
 from scissordyn.component.motor import Motor as Motor
 from scissordyn.component.nonlinear_spring import NonlinearSpring as NonlinearSpring
+from scissordyn.component.pin_friction import PinFriction as PinFriction
 from scissordyn.component.port import Output as Output
 from scissordyn.component.rod import Rod as Rod
 from scissordyn.component.roller import Roller as Roller

@@ -78,6 +78,8 @@ OTHER_WORDS = {
     "joint": "revolute hinge pin pivot bearing",
     "guide": "prismatic slider slide translational track",
     "spring": "damper dashpot spring_damper shock",
+    "pin_friction": "joint_friction bearing_friction hinge_friction friction",
+    "guide_friction": "slide_friction slider_friction",
     "gas_spring": "gas_strut strut lift_support air_spring",
     "nonlinear_spring": "spring_curve progressive_spring",
     "stroke_load": "cutting_force press_force load_curve force_table gas_pressure",

@@ -61,7 +61,7 @@ def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
         table.pop("length" if declared.section == "rod" else "", None)
         parts.append(PARTS[declared.section].reader.read(table, {}))
     for part in parts:
-        numbers = part.parameters(tuple(0.3 + 0.1 * k for k in range(len(part.declaration.port.coordinates))))
+        numbers = part.parameters(tuple(1.0 + 0.1 * k for k in range(len(part.declaration.port.coordinates))))
         found, row = kernels_of(type(part)), np.zeros(max(64, len(numbers)))
         row[: len(numbers)] = numbers
         for key in ("force", "gap", "switch"):

@@ -24,6 +24,8 @@ PARTS: tuple[Component, ...] = (
     sd.Cable("cable", *ENDS, stiffness=500.0, free_length=0.4, damping=60.0),
     sd.TorsionSpring("hinge", *HINGED, stiffness=5.0, free_angle=0.3, damping=0.4),
     sd.TapeSpring("tape", *HINGED, 20.0, 2.0, 0.3, 0.8, 0.2, 0.1),
+    sd.PinFriction("pin", *HINGED[:1], 0.2, 0.3, HINGED[1], 0.5, 0.2, 0.1),
+    sd.GuideFriction("rail", *ENDS, 0.4, 0.3, 0.5, 0.2, 0.1),
     sd.Bushing("bush", *ENDS, 40.0, 60.0, 5.0, 3.0, 0.5, 0.7, 0.1, 0.2),
     sd.Beam("beam", *ENDS, 0.5, 200.0, 3.0, 1.0),
     sd.Roller("wheel", ("one", "start"), "other", stiffness=70.0, damping=2.0),
@@ -58,7 +60,8 @@ def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
     for _ in range(200):
         q, v = random.uniform(0.05, 1.0, coordinates), random.uniform(-2.0, 2.0, coordinates)
         context = tuple(
-            {"mode": mode, "approach_speed": 1.5, "factor": 0.7, "factor_rate": 0.0}[name] for name in declared.context
+            {"mode": mode, "approach_speed": 1.5, "factor": 0.7, "factor_rate": 0.0, "reaction": 30.0}[name]
+            for name in declared.context
         )
 
         def answer(at: np.ndarray, rates: np.ndarray = v, more: tuple[float, ...] = context) -> np.ndarray:

@@ -182,6 +182,8 @@ def kind_of(value: Any, name: str = "", known: dict[Any, Any] | None = None) -> 
         return Array(_element(value.dtype, name, known), value.ndim)
     if hasattr(value, "_asdict"):
         return kind_of_hint(type(value), name, known)
+    if isinstance(value, tuple):
+        return Tuple(tuple(kind_of(part, name, known) for part in value))
     raise TranslationError(f"a {type(value).__name__} in a kernel", "numbers, arrays and tuples of them")
 
 

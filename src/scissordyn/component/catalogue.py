@@ -18,9 +18,11 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.force import Force
 from scissordyn.component.gas_spring import GasSpring
+from scissordyn.component.guide_friction import GuideFriction
 from scissordyn.component.latch import Latch
 from scissordyn.component.motor import Motor
 from scissordyn.component.nonlinear_spring import NonlinearSpring
+from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.rod import Rod
 from scissordyn.component.roller import Roller
 from scissordyn.component.spring import Spring
@@ -41,6 +43,8 @@ _CLASSES: tuple[Any, ...] = (
     TorsionSpring,
     TapeSpring,
     Clutch,
+    PinFriction,
+    GuideFriction,
     Bushing,
     Beam,
     FlexibleBar,

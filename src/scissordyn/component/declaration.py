@@ -20,10 +20,11 @@ from scissordyn.units import State, check_quantities, quantities
 PARAMETERS = 64
 """Most parameters of a component, the numbers of its table included."""
 
-CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences")
+CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction")
 """What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
 guard (1 after a rise, 0 after a fall), the rate of the guard's value at the last rise, that of the time function [1/s], and
-whether differences of its forces are taken (1, else 0), for which outputs beyond them are not read."""
+whether differences of its forces are taken (1, else 0), for which outputs beyond them are not read, and the reaction [N] of the
+ideal joint whose friction it is, in which its forces are linear."""
 
 ENERGY = ("energy", "dissipation")
 """What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""

@@ -52,8 +52,8 @@ class GasSpring:
         \ell = \frac{h}{1 - 1/k}
 
     s is how far the spring of the length l is pressed in, of its stroke h. The length of its gas follows from the progression
-    k, the force pressed in over the force extended that catalogues give, measured slowly (n = 1). In a motion faster than the
-    exchange of heat n is up to 1.4. Beyond the stroke the force stays, and there is a warning; stops are other components.
+    k, the force pressed in over the force extended that catalogues give, measured slowly (n = 1). In a fast motion, which is
+    adiabatic, n is 1.4. Beyond the stroke the force stays, and there is a warning; stops are other components.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def force(travel, speed, factor, acts, transition, count, table):
     example={
         "point": "slider.centre",
         "direction": "90 deg",
-        "curve": {"travels": "0, 0.3, 0.6 m", "forces": "-20, -40, 0 N"},
+        "curve": {"travels": "0, 0.6, 1.2 m", "forces": "-20, -40, 0 N"},
         "acts": "forward",
     },
 )

@@ -346,6 +346,10 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
     ),
     "tape_spring": ("tape_spring", _tape_spring),
     "clutch": ("clutch", lambda stroke: {**stroke.pair, "capacity": _said(SHARE * stroke.weight * stroke.size, "N m")}),
+    "pin_friction": (
+        "pin_friction",
+        lambda stroke: {**stroke.pair, "radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1},
+    ),
     "bushing": ("bushing", _bushing),
     "force": (
         "force",
@@ -372,7 +376,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 DRIVING = ("motor", "tabulated_motor", "rod")
 """Parts that move the mechanism in place of a drive."""
 
-assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller"} <= set(FURTHER)
+assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "guide_friction"} <= set(FURTHER)
 
 
 LOADS = ("payload", "panels")

@@ -20,7 +20,7 @@ from scissordyn.mechanics.time_function import motion_at
 
 _ACTUATOR, _AXIS, _RAIL = ACTUATOR.code, AXIS.code, RAIL.code
 
-TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES = range(6)
+TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION = range(7)
 """Places of `declaration.CONTEXT`."""
 
 DIFFERENCE = 1e-7
@@ -52,6 +52,8 @@ def write_context(t, i, S):
     x[MODE] = float(S.state.mode[guard]) if guard >= 0 else 0.0
     x[APPROACH_SPEED] = S.state.memory[guard] if guard >= 0 else 0.0
     x[DIFFERENCES] = 0.0
+    which = S.friction.place[i]
+    x[REACTION] = S.friction.size[which] if which >= 0 else 0.0
 
 
 @kernel

@@ -25,6 +25,7 @@ from scissordyn.mechanics.constraint_solver import (
 )
 from scissordyn.mechanics.contact import contact_forces
 from scissordyn.mechanics.contact_slopes import linearise_contact
+from scissordyn.mechanics.joint_friction import find_reactions
 from scissordyn.mechanics.step_matrix import acts
 
 
@@ -46,8 +47,25 @@ def accelerate(t, y, S, dy):
             for i in range(start, stop):
                 dy[i] = 0.0
     for i in range(M.component_port.size):
-        start, stop = 2 * n + M.state_start[contacts + i], 2 * n + M.state_start[contacts + i + 1]
-        add_component(t, i, S, y[start:stop], dy[start:stop])
+        if S.friction.place[i] < 0:
+            start, stop = 2 * n + M.state_start[contacts + i], 2 * n + M.state_start[contacts + i + 1]
+            add_component(t, i, S, y[start:stop], dy[start:stop])
+    friction = S.friction.component
+    if friction.size > 0:  # friction follows the reactions without and with it
+        settle(S, dy)
+        find_reactions(t, y, S)
+        for k in range(friction.size):
+            i = friction[k]
+            start, stop = 2 * n + M.state_start[contacts + i], 2 * n + M.state_start[contacts + i + 1]
+            add_component(t, i, S, y[start:stop], dy[start:stop])
+    settle(S, dy)
+
+
+@kernel
+def settle(S, dy):
+    """Write velocities, and the accelerations and multipliers that Work.force gives."""
+    M, C, W = S.model, S.state, S.work
+    n, nb = M.n, M.nb
     for i in range(n):
         dy[i] = W.V[i]
         dy[n + i] = W.force[i]

@@ -9,6 +9,7 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
+from scissordyn.mechanics.body_maps import BodyMaps, push
 from scissordyn.mechanics.constraint_part import part_value
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
@@ -33,21 +34,6 @@ class Sampled(NamedTuple):
     mode: I2  # 1 for each guard that acts
     memory: F2  # what each guard remembers of its last rise
     reference: F2  # angles at the end of the last step
-
-
-class BodyMaps(NamedTuple):
-    """Where the bodies are, and where force elements, rods and latches act on them."""
-
-    start: I1  # Maps of the mass centre (rows 0 and 1) and of the x axis (rows 2 and 3) of each body
-    column: I1
-    row: F2
-    rotation: I1  # (bodies,) Family of parallel bodies; -1 for a body that does not rotate
-    sense: F1  # (bodies,) Its angle is sense times that of the family plus offset [rad]
-    offset: F1  # (bodies,)
-    body: I2  # (acting + rods, 2) On which bodies force elements act, then rods; -1 for the ground
-    arm: F3  # (acting + rods, 2, 2) Points of application from the mass centres, in the frames of the bodies [m]
-    rod: I1  # (rods,) Their constraints
-    rod_scale: F1  # (rods,) Lengths that their maps are divided by [m]
 
 
 class Record(NamedTuple):
@@ -110,18 +96,6 @@ def write_bodies(at, B, S, R, counted):
         R.angle[at, body] = B.offset[body] + (B.sense[body] * counted[k] if k >= 0 else 0.0)
         R.angular_velocity[at, body] = ux * py - uy * px
         R.angular_acceleration[at, body] = ux * qy - uy * qx
-
-
-@kernel
-def push(at, body, arm_x, arm_y, fx, fy, torque, R):
-    """Add a force at a point of a body, and a torque, to its load."""
-    if body < 0:
-        return
-    cos, sin = R.direction[at, body, 0], R.direction[at, body, 1]
-    ax, ay = cos * arm_x - sin * arm_y, sin * arm_x + cos * arm_y
-    R.load[at, body, 0] += fx
-    R.load[at, body, 1] += fy
-    R.load[at, body, 2] += ax * fy - ay * fx + torque
 
 
 @kernel

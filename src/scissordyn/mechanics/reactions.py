@@ -7,14 +7,16 @@ least-squares sense by banded normal equations: exact where the reactions are de
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from scissordyn.kernel import F1, F2, F3, I1, entry, kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.outputs import Record
+
+if TYPE_CHECKING:
+    from scissordyn.mechanics.outputs import Record
 
 _factorize, _solve = band.factorize, band.solve
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from scissordyn.kernel import F1, F2, I1, I2, ArrayType, opener
 from scissordyn.laws.evaluate import APPROACH_FLOOR as APPROACH_FLOOR
+from scissordyn.mechanics.friction_workspace import FrictionWorkspace
 
 CONTACT = np.dtype(
     [
@@ -236,12 +237,13 @@ class Workspace(NamedTuple):
 
 
 class System(NamedTuple):
-    """A model, the parameters of a case, a state and a workspace."""
+    """A model, the parameters of a case, a state, a workspace, and the friction of ideal joints."""
 
     model: Model
     parameters: Parameters
     state: MechanismState
     work: Workspace
+    friction: FrictionWorkspace
 
 
 open_system = opener(System)

@@ -117,6 +117,9 @@ def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[st
     for field in declared.port.points:
         _check_point(points, label, getattr(component, field))
     for place, field in enumerate(declared.port.turning):
+        if place and "reaction" in component.declaration.context:  # the other body of a pin may be one that keeps its angle
+            _check_body(points, label, getattr(component, field))
+            continue
         _check_rotates(points, rotating if place else rotating - {GROUND}, label, getattr(component, field))
     if isinstance(component, FlexibleBar):
         for name in component.sections:

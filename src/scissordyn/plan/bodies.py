@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Ends
-from scissordyn.mechanics.outputs import BodyMaps
+from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined

@@ -15,7 +15,8 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.mechanics.outputs import BodyMaps
+from scissordyn.mechanics.body_maps import BodyMaps
+from scissordyn.mechanics.friction_workspace import FrictionWorkspace
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import Model, Parameters
 from scissordyn.model.body import Body
@@ -37,6 +38,7 @@ from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.fit import same_tables
 from scissordyn.plan.flexible import with_mode_counts
+from scissordyn.plan.joint_friction import make_friction_workspace
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
@@ -77,6 +79,10 @@ class Plan:
     def numbers(self) -> Parameters:
         """The numbers of the case, in arrays of their own."""
         return make_parameters(self.mechanism, self.coordinates)
+
+    def friction_workspace(self) -> FrictionWorkspace:
+        """What friction in ideal joints reads, with scratch of its own."""
+        return make_friction_workspace(self.mechanism, self.model, self.balance, self.maps, self.gravity_vector)
 
     @cached_property
     def ideal(self) -> Plan:

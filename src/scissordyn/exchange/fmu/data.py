@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.compiler.kind import Array, Struct, kind_of, written
+from scissordyn.compiler.kind import Array, Struct, Tuple, kind_of, written
 
 GAP = 6
 """So many zeros in a row begin a new run of numbers."""
@@ -29,6 +29,9 @@ class Block:
         if isinstance(kind, Struct):
             for part, value in content._asdict().items():
                 self._connect(f"{name}.{part}", value)
+        elif isinstance(kind, Tuple):
+            for k, number in enumerate(content):
+                self._connect(f"{name}.v[{k}]", number)
         elif isinstance(kind, Array):
             shape = [str(size) for size in content.shape] + ([str(content.shape[1])] if content.ndim == 2 else [])
             pointer = f"({kind.element.c} *)(m->w + {self._place(content)})"

@@ -56,6 +56,7 @@ class Source:
             system.parameters,
             type(system.state)(**{name: _own(name, part) for name, part in system.state._asdict().items()}),
             type(system.work)(*(np.array(part) for part in system.work)),
+            system.friction,
         )
         counted = np.zeros(system.model.rotation_start.size - 1)
         roots = {

@@ -11,6 +11,7 @@ from scissordyn.component.compiled import at_rest
 from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.kernel import Handle
+from scissordyn.mechanics.joint_friction import JAMMED, UNDETERMINED
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import prescribe
 from scissordyn.plan.elimination import in_words
@@ -39,6 +40,17 @@ def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float)
     basis = np.empty_like(work.basis)
     prescribe(time, time, numbers.motion, numbers.motion_start, basis, work.function_value)
     return np.append(state[: plan.coordinates.free], basis[0])
+
+
+def jam(plan: Plan, system: Handle) -> str:
+    """Why no reactions with friction were found at last, in words; empty if they were."""
+    friction = system.content.friction
+    names = in_words([f"'{plan.acting[i].name}'" for i in friction.component.tolist()])
+    if friction.fault[0] == UNDETERMINED:
+        return f"the reactions that friction {names} follows are not determined: redundant joints, or a singular position"
+    if friction.fault[0] == JAMMED:
+        return f"the mechanism jams: no reactions are in balance with friction {names}"
+    return ""
 
 
 def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:

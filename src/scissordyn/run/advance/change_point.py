@@ -17,7 +17,8 @@ from scissordyn.integrate.history import NODES, TRANSFORM
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.outputs import BodyMaps, Record, record
+from scissordyn.mechanics.body_maps import BodyMaps
+from scissordyn.mechanics.outputs import Record, record
 from scissordyn.plan.gradients import Gradients, least_change
 
 if TYPE_CHECKING:

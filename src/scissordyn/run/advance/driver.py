@@ -80,7 +80,8 @@ def _advance(drivers: Sequence[Driver], most_steps: int) -> list[int]:
 def make_system(plan: Plan) -> Handle:
     """A system at rest with everything open, for one thread."""
     model, numbers = plan.model, plan.numbers()
-    return Handle(System(model, numbers, initial_state(model, plan.angles), make_workspace(model, numbers)))
+    state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
+    return Handle(System(model, numbers, state, work, plan.friction_workspace()))
 
 
 class Driver:

@@ -17,7 +17,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import INDENTATION, companions, monitored_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, singular_position
+from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Driver, counted, make_system
 from scissordyn.run.answer.contacts import Contact, contacts
@@ -241,7 +241,11 @@ def broken_off(status: int, driver: Driver) -> str:
     if status not in CAUSES:
         return ""
     plan, state = driver.plan, driver.state
-    named = failed_latch(plan, driver.system) or singular_position(plan, driver.system, state.y, driver.time)
+    named = (
+        jam(plan, driver.system)
+        or failed_latch(plan, driver.system)
+        or singular_position(plan, driver.system, state.y, driver.time)
+    )
     return named or f"{CAUSES[status]}{_culprit(driver)}"
 
 

@@ -1,1 +1,1 @@
-"""What is told of a run: samples, measures, tables, warnings, summary."""
+"""What is reported of a run: samples, measures, tables, warnings, summary."""

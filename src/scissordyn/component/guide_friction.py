@@ -1,0 +1,93 @@
+"""Friction in an ideal guide, which follows the force that the guide transmits."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.pin_friction import friction_ratio
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import FRAME, Output
+from scissordyn.units import Quantity
+
+
+def force(
+    x,
+    y,
+    angle,
+    x_rate,
+    y_rate,
+    speed,
+    reaction,
+    along_x,
+    along_y,
+    kinetic,
+    static,
+    stribeck_speed,
+    transition,
+):
+    """Force along the guide [N], stored energy [J], dissipated power [W], the normal force [N]."""
+    slip = along_x * x_rate + along_y * y_rate
+    friction = reaction * friction_ratio(slip, kinetic, static, stribeck_speed, transition)
+    return -friction * along_x, -friction * along_y, 0.0, 0.0, friction * slip, reaction
+
+
+@component(
+    port=FRAME,
+    force=force,
+    outputs=(Output("reaction", "N", "force across the guide, or sum of those at its edges"),),
+    context=("reaction",),
+    symbol="frame",
+    example={"start": "ground.O", "end": "slider.centre", "direction": "90 deg", "kinetic": 0.1},
+)
+class GuideFriction:
+    r"""Friction in an ideal guide, with the force that the guide transmits at that instant.
+
+    .. math:: F = -N\left(\mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}\right)\tanh\frac{v}{v_0}
+
+    N is the force across the guide. A guide that keeps its follower aligned presses with both edges if its moment M asks for
+    it: N = max(|F_n|, 2|M|/l) with the length l of the follower. Reactions and friction are solved for together; where there
+    is no solution the guide jams, as a drawer does, and a run ends with that cause. Below v_0 the follower creeps.
+
+    Parameters
+    ----------
+    name : str
+    start : (str, str)
+        A point of the body that carries the guide, or of the ground.
+    end : (str, str)
+        The guided point.
+    direction : float
+        Of the guide, in the frame of the body that carries it [rad].
+    kinetic : float
+        mu_k.
+    static : float
+        mu_s; mu_k if 0.
+    stribeck_speed : float
+        v_s [m/s].
+    transition : float
+        v_0, over which friction changes its sign [m/s].
+    length : float
+        l, of a follower that is kept aligned [m].
+
+    References
+    ----------
+    Armstrong-Helouvry, Dupont and Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of the guide, in the frame of its body")]
+    kinetic: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")]
+    static: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="at the start of motion; 0: the same")] = 0.0
+    stribeck_speed: Annotated[
+        float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction falls from static to kinetic")
+    ] = 0.01
+    transition: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")] = 1e-3
+    length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="of a follower that is kept aligned")] = 0.0
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """Direction, mu_k, mu_s, v_s and v_0 [m/s]."""
+        along = math.cos(self.direction), math.sin(self.direction)
+        return *along, self.kinetic, self.static, self.stribeck_speed, self.transition

@@ -1,0 +1,44 @@
+"""What friction in ideal pins and guides reads, and its scratch: see `mechanics.joint_friction`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from scissordyn.kernel import F1, F2, F3, I1, I2
+from scissordyn.mechanics.body_maps import BodyMaps
+from scissordyn.mechanics.reactions import Balance
+
+
+class FrictionWorkspace(NamedTuple):
+    """The f components of friction in ideal joints, and the balances from which the reactions of these follow.
+
+    Lane 0 of the equations is the mechanism without friction, lane 1 + k the response to friction k at a reaction of one.
+    """
+
+    component: I1  # (f,)
+    place: I1  # (components,) among those, or -1
+    guide: I1  # (f,) 1 for a guide, 0 for a pin
+    unknown: (
+        I2  # (f, 2) rows of the ordered reactions: x and y of a pin; force and moment of a guide, the moment -1 if it has none
+    )
+    moment: F1  # (f,) force that a unit of the moment makes at the edges of a guide
+    gravity: F1  # (2,) [m/s^2]
+    balance: Balance
+    maps: BodyMaps
+    size: F1  # (f,) reaction that friction follows [N]
+    fault: I1  # (1,) of `joint_friction`, or 0
+    direction: F3  # (f + 1, bodies, 2), each the same
+    position: F3
+    acceleration: F3
+    angular_acceleration: F2  # (f + 1, bodies)
+    load: F3  # (f + 1, bodies, 3)
+    matrix: F3  # (unknowns, 2 band + 1, f + 1)
+    rows: F3
+    right: F2
+    reaction: F2  # (unknowns, f + 1)
+    force: F1  # (n + nb,)
+    change: F1  # (n + nb,)
+    multiplier: F1  # (m,)
+    slope: F2  # (f, 3 f + 1) a full matrix as a band
+    pivots: I1
+    step: F1  # (f,)

@@ -1,0 +1,225 @@
+"""Friction in ideal joints, which follows the reaction of its joint within each evaluation.
+
+Friction is linear in the sizes N of the reactions, f_k = N_k f_k(1), and at a position and velocity the reactions are linear in
+friction: r = r_0 + sum_k N_k R_k, with R_k the response to f_k(1). What remains are as many equations as joints with friction,
+
+    N_j = |r_j(N)|,
+
+solved by Newton's method from the reactions without friction, so that none depends on the one before. There the matrix
+of Newton's method is the identity. While its determinant stays positive, the solution is the one that grows out of that without
+friction; where the determinant vanishes the reactions grow without limit: the joint jams.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.kernel import kernel
+from scissordyn.mechanics import band
+from scissordyn.mechanics.body_maps import push
+from scissordyn.mechanics.component import REACTION, evaluate, sense, write_context
+from scissordyn.mechanics.constraint_solver import solve_constraints, subtract_gradients
+from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
+from scissordyn.mechanics.port import port_forces, port_wrench
+from scissordyn.mechanics.reactions import REDUNDANT, normal_equations, solve_lanes
+
+_factorize, _solve = band.factorize, band.solve
+
+CLOSE = 1e-13
+"""Change of the reactions, relative to the largest one, at which they are found."""
+
+MOST = 50
+"""Steps of Newton's method; a jam is where they do not suffice."""
+
+JAMMED, UNDETERMINED = 1, 2
+"""Faults: no reactions are in balance with their friction; there are more joints than reactions can be found for."""
+
+
+@kernel
+def find_reactions(t, y, S):
+    """Write the reactions that friction follows, NaN where the mechanism jams; `settle` has been without friction."""
+    M, R = S.model, S.friction
+    f, contacts = R.component.size, S.parameters.contact.size
+    for k in range(f):
+        write_wrench(contacts + R.component[k], S, 0.0, 0.0, 0.0, 0.0)
+    place_bodies(S)
+    move_bodies(0, S.work.A, 0.0, 0.0, S)
+    load_bodies(0, S.work.multiplier, S)
+    for k in range(f):
+        start, stop = M.state_start[contacts + R.component[k]], M.state_start[contacts + R.component[k] + 1]
+        respond(t, k, y[2 * M.n + start : 2 * M.n + stop], S)
+    normal_equations(
+        R.balance,
+        0,
+        f + 1,
+        R.gravity,
+        R.direction,
+        R.position,
+        R.acceleration,
+        R.angular_acceleration,
+        R.load,
+        R.matrix,
+        R.rows,
+        R.right,
+        R.reaction,
+    )
+    solve_lanes(R.balance.band, R.matrix, R.reaction)
+    smallest = largest = R.matrix[0, 0, 0]
+    for row in range(R.matrix.shape[0]):
+        smallest, largest = min(smallest, R.matrix[row, 0, 0]), max(largest, R.matrix[row, 0, 0])
+    if smallest <= REDUNDANT * largest:
+        R.fault[0] = UNDETERMINED
+    elif smallest > 0.0:
+        R.fault[0] = 0 if balance_sizes(R) else JAMMED
+    # else the state is no number, which the fault of an evaluation before has made of it
+    if R.fault[0] != 0:
+        for k in range(f):
+            R.size[k] = math.nan
+
+
+@kernel
+def place_bodies(S):
+    """Write where the bodies are, the same for all lanes."""
+    R, X = S.friction, S.work.X
+    B = R.maps
+    for body in range(B.rotation.size):
+        cx = cy = ux = uy = 0.0
+        for i in range(B.start[body], B.start[body + 1]):
+            x = X[B.column[i]]
+            cx += B.row[0, i] * x
+            cy += B.row[1, i] * x
+            ux += B.row[2, i] * x
+            uy += B.row[3, i] * x
+        for lane in range(R.load.shape[0]):
+            R.position[lane, body, 0], R.position[lane, body, 1] = cx, cy
+            R.direction[lane, body, 0], R.direction[lane, body, 1] = ux, uy
+            for axis in range(3):
+                R.load[lane, body, axis] = 0.0
+
+
+@kernel
+def move_bodies(lane, A, gx, gy, S):
+    """Write the accelerations of the bodies from those of the columns, and a uniform one."""
+    R = S.friction
+    B = R.maps
+    for body in range(B.rotation.size):
+        px = py = qx = qy = 0.0
+        for i in range(B.start[body], B.start[body + 1]):
+            a = A[B.column[i]]
+            px += B.row[0, i] * a
+            py += B.row[1, i] * a
+            qx += B.row[2, i] * a
+            qy += B.row[3, i] * a
+        R.acceleration[lane, body, 0], R.acceleration[lane, body, 1] = px + gx, py + gy
+        R.angular_acceleration[lane, body] = R.direction[lane, body, 0] * qy - R.direction[lane, body, 1] * qx
+
+
+@kernel
+def load_bodies(lane, multiplier, S):
+    """Add what rods exert, and in lane 0 what contacts, components and latches do."""
+    M, W, R = S.model, S.work, S.friction
+    B, acting = R.maps, W.wrench.shape[0]
+    for e in range(B.body.shape[0]):
+        fx = fy = torque_a = torque_b = 0.0
+        if e >= acting:
+            k = B.rod[e - acting]
+            part = 0
+            while M.part_start[part] != M.constraint_start[k]:
+                part += 1
+            factor = -multiplier[k] / B.rod_scale[e - acting]
+            fx, fy = factor * W.direction[part, 0], factor * W.direction[part, 1]
+        elif lane == 0:
+            fx, fy, torque_a, torque_b = W.wrench[e, 0], W.wrench[e, 1], W.wrench[e, 2], W.wrench[e, 3]
+        push(lane, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], fx, fy, torque_a, R)
+        push(lane, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -fx, -fy, torque_b, R)
+    for latch in range(M.latch.shape[0]):
+        k, e = M.latch[latch, 0], S.parameters.contact.size + M.latch[latch, 2]
+        locking = -multiplier[k] * (1.0 - W.inactive[k])
+        push(lane, B.body[e, 0], 0.0, 0.0, 0.0, 0.0, locking, R)
+        push(lane, B.body[e, 1], 0.0, 0.0, 0.0, 0.0, -locking, R)
+
+
+@kernel
+def respond(t, k, z, S):
+    """Write lane 1 + k: what friction k at a reaction of one does to accelerations, rods and loads."""
+    M, W, R = S.model, S.work, S.friction
+    i, lane = R.component[k], k + 1
+    element, port, out = S.parameters.contact.size + i, M.component_port[i], W.answer
+    maps = map_values(element, S)
+    sense(i, S, maps)
+    write_context(t, i, S)
+    W.context[REACTION] = 1.0
+    evaluate(i, S, z, M.force_kernel[i], out)
+    fx, fy, gx, gy, hx, hy = port_forces(port, maps, W.coordinates[i], out)
+    R.force[:] = 0.0
+    add_forces(element, S, fx, fy, gx, gy, hx, hy, R.force, 0, R.force.size)
+    m = R.multiplier.size
+    for c in range(m):
+        total = 0.0
+        for j in range(M.constraint_start[c], M.constraint_start[c + 1]):
+            if M.constraint_column[j] < M.n:
+                total += W.gradient[j] * R.force[M.constraint_column[j]]
+        R.multiplier[c] = total
+    solve_constraints(S, R.multiplier)
+    R.change[:] = 0.0
+    for j in range(M.n):
+        R.change[j] = R.force[j]
+    subtract_gradients(S, R.multiplier, R.change, 0)
+    # the equations subtract gravity, which is no part of a response
+    move_bodies(lane, R.change, R.gravity[0], R.gravity[1], S)
+    load_bodies(lane, R.multiplier, S)
+    force_x, force_y, torque_a, torque_b = port_wrench(port, maps, M.travel_direction[i], out, fx, fy)
+    B = R.maps
+    push(lane, B.body[element, 0], B.arm[element, 0, 0], B.arm[element, 0, 1], force_x, force_y, torque_a, R)
+    push(lane, B.body[element, 1], B.arm[element, 1, 0], B.arm[element, 1, 1], -force_x, -force_y, torque_b, R)
+
+
+@kernel
+def balance_sizes(R):
+    """Solve N_j = |r_j(N)| by Newton's method; returns whether a solution grows out of that without friction."""
+    f = R.component.size
+    lower = f - 1
+    for k in range(f):
+        R.size[k] = 0.0
+    for _ in range(MOST):
+        most = largest = 0.0
+        R.slope[:, :] = 0.0
+        for j in range(f):
+            first, second = R.unknown[j, 0], R.unknown[j, 1]
+            a, b = R.reaction[first, 0], R.reaction[second, 0] if second >= 0 else 0.0
+            for k in range(f):
+                a += R.size[k] * R.reaction[first, k + 1]
+                if second >= 0:
+                    b += R.size[k] * R.reaction[second, k + 1]
+            # a pin by the size of its force; a guide by its force, or by the pair at its edges where that is larger
+            ea, eb, size = 0.0, 0.0, 0.0
+            if R.guide[j] == 0:
+                size = math.sqrt(a * a + b * b)
+                if size > 0.0:
+                    ea, eb = a / size, b / size
+            elif abs(a) >= R.moment[j] * abs(b):
+                size, ea = abs(a), 1.0 if a >= 0.0 else -1.0
+            else:
+                size, eb = R.moment[j] * abs(b), R.moment[j] if b >= 0.0 else -R.moment[j]
+            R.step[j] = size - R.size[j]
+            largest = max(largest, size)
+            for k in range(f):
+                slope = ea * R.reaction[first, k + 1]
+                if second >= 0:
+                    slope += eb * R.reaction[second, k + 1]
+                R.slope[j, k - j + lower] = (1.0 if j == k else 0.0) - slope
+        if _factorize(R.slope, lower, lower, R.pivots) >= 0:
+            return False
+        sign = 1.0
+        for j in range(f):
+            sign *= (1.0 if R.slope[j, lower] > 0.0 else -1.0) * (1.0 if R.pivots[j] == j else -1.0)
+        _solve(R.slope, lower, lower, R.pivots, R.step)
+        for j in range(f):
+            R.size[j] += R.step[j]
+            most = max(most, abs(R.step[j]))
+        if not most > CLOSE * largest:
+            least = 0.0
+            for j in range(f):
+                least = min(least, R.size[j])
+            return sign > 0.0 and least >= -CLOSE * largest
+    return False

@@ -1,0 +1,259 @@
+"""Friction in ideal pins and guides that follows the reaction: closed forms, a second formulation, jams, energy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.model.mechanism import Mechanism
+
+G = 9.81
+WEDGE = 1e-4
+TIGHT = {"rtol": 1e-11, "atol": 1e-11}
+
+
+def journal(mu: float, radius: float, *more: Any, **start: Any) -> Mechanism:
+    """A disc of 3 kg on a pin with friction, loaded by 40 N across and 100 N down."""
+    disc = sd.Body("disc", mass=3.0, inertia=0.02, points={"middle": (0.0, 0.0)}, **start)
+    pin = sd.Revolute("pin", ("disc", "middle"), ("ground", "O"))
+    friction = sd.PinFriction("friction", "disc", radius, mu, transition=1e-7)
+    load = sd.Force("load", ("disc", "middle"), (40.0, -100.0))
+    return Mechanism((disc,), joints=(pin,), components=(friction, load, *more), ground=(("O", (0.0, 0.0)),))
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.3, 1.2])
+def test_loaded_journal(mu: float) -> None:
+    """Closed form: the torque W R sin(phi) touches the friction circle."""
+    run = sd.simulate(journal(mu, 0.02).driven(speed=5.0, body="disc"), until=0.1, samples=3)
+    load = math.hypot(40.0, 100.0 + 3.0 * G)
+    np.testing.assert_allclose(run["drive_torque"], load * 0.02 * math.sin(math.atan(mu)), rtol=1e-14)
+    np.testing.assert_allclose(run["pin_friction_reaction"][:, 0], load, rtol=1e-14)
+
+
+def test_disc_runs_down() -> None:
+    """Closed form: constant deceleration."""
+    run = sd.simulate(journal(0.2, 0.01, angular_velocity=20.0), until=1.0, samples=11, **TIGHT)
+    torque = math.hypot(40.0, 100.0 + 3.0 * G) * 0.01 * math.sin(math.atan(0.2))
+    np.testing.assert_allclose(run["angular_velocity"][:, 0], 20.0 - torque / 0.02 * run["time"], rtol=1e-9)
+    turnover = float(run["dissipated_energy"][-1])
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * turnover
+
+
+def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("floor", "wall", "incline")) -> Mechanism:
+    """A wedge that a rod pushes below a load of 500 N, which a wall guides."""
+    slider = sd.Body("wedge", mass=WEDGE, inertia=1e-4, points={"c": (0.0, 0.0)})
+    load = sd.Body("load", mass=500.0 / G, inertia=None, points={"c": (0.0, 0.0)})
+    guides = (
+        sd.Guide("floor", ("wedge", "c"), aligned=True),
+        sd.Guide("wall", ("load", "c"), direction=0.5 * math.pi),
+        sd.Guide("incline", ("load", "c"), direction=-alpha, body="wedge"),
+    )
+    # the floor is long, so that its moment asks for no edges
+    frictions = (
+        sd.GuideFriction("floor", ("ground", "O"), ("wedge", "c"), 0.0, mu, transition=1e-7, length=100.0),
+        sd.GuideFriction("wall", ("ground", "O"), ("load", "c"), 0.5 * math.pi, mu, transition=1e-7),
+        sd.GuideFriction("incline", ("wedge", "c"), ("load", "c"), -alpha, mu, transition=1e-7),
+    )
+    rod = sd.Rod("push", ("ground", "far"), ("wedge", "c"), motion=sd.Polynomial((1.0, speed)))
+    ground = (("O", (0.0, 0.0)), ("far", (-1.0, 0.0)))
+    rubbing = tuple(part for part in frictions if part.name in surfaces)
+    return Mechanism((slider, load), guides=guides, rods=(rod,), components=rubbing, ground=ground, gravity=G)
+
+
+@pytest.mark.parametrize(("alpha", "mu"), [(20.0, 0.1), (35.0, 0.2)])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_wedge(alpha: float, mu: float, sense: float) -> None:
+    """Closed form: W tan(alpha + 2 phi) raises and W tan(alpha - 2 phi) lowers a load on three rough surfaces."""
+    run = sd.simulate(wedge(math.radians(alpha), mu, 0.01 * sense), until=0.1, samples=3)
+    exact = 500.0 * math.tan(math.radians(alpha) + 2.0 * sense * math.atan(mu)) + sense * mu * WEDGE * G
+    np.testing.assert_allclose(-run["rod_force"][:, 0], exact, rtol=2e-9)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_screw_jack(sense: float) -> None:
+    """Closed form: the thread unrolled, W tan(lead + phi) to raise, W tan(phi - lead) to lower a self-locking screw."""
+    lead, mu = math.radians(4.0), 0.12
+    run = sd.simulate(wedge(lead, mu, 0.01 * sense, ("incline",)), until=0.1, samples=3)
+    np.testing.assert_allclose(-run["rod_force"][:, 0], 500.0 * math.tan(lead + sense * math.atan(mu)), rtol=2e-9)
+
+
+def test_wedge_that_jams() -> None:
+    """Limit: at alpha + 2 phi = 90 deg the force grows without limit; beyond it the run names the jam."""
+    alpha = math.radians(40.0)
+    nearly, beyond = (math.tan(math.radians(25.0 + more)) for more in (-0.01, 0.01))
+    run = sd.simulate(wedge(alpha, nearly, 0.01), until=0.1, samples=3)
+    np.testing.assert_allclose(-run["rod_force"][:, 0], 500.0 * math.tan(math.radians(89.98)), rtol=1e-5)
+    failed = sd.simulate(wedge(alpha, beyond, 0.01), until=0.1, samples=3)
+    assert failed.attrs["status"] == "failed"
+    assert (
+        "the mechanism jams: no reactions are in balance with friction 'floor', 'wall' and 'incline'" in failed.attrs["cause"]
+    )
+    lowered = sd.simulate(wedge(alpha, beyond, -0.01), until=0.1, samples=3)
+    assert lowered.attrs["status"] == "complete"
+
+
+def drawer(width: float, length: float, mu: float) -> Mechanism:
+    """A drawer pulled at a distance aside of its guide."""
+    box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, width)})
+    guide = sd.Guide("rails", ("box", "c"), aligned=True)
+    friction = sd.GuideFriction("friction", ("ground", "O"), ("box", "c"), 0.0, mu, transition=1e-7, length=length)
+    rod = sd.Rod("hand", ("ground", "far"), ("box", "pull"), motion=sd.Polynomial((2.0, 0.1)))
+    ground = (("O", (0.0, 0.0)), ("far", (-2.0, width)))
+    weight = sd.Force("side", ("box", "c"), (-30.0, 0.0))
+    return Mechanism((box,), guides=(guide,), rods=(rod,), components=(friction, weight), ground=ground, gravity=0.0)
+
+
+def test_drawer() -> None:
+    """Closed form: pushed aside of its rails F = P/(1 - 2 mu a/l), and it jams from 2 mu a = l on."""
+    run = sd.simulate(drawer(0.2, 0.4, 0.3), until=0.1, samples=3)
+    np.testing.assert_allclose(-run["rod_force"][:, 0], 30.0 / (1.0 - 2.0 * 0.3 * 0.2 / 0.4), rtol=1e-9)
+    jammed = sd.simulate(drawer(0.2, 0.4, 1.1), until=0.1, samples=3)
+    assert "the mechanism jams: no reactions are in balance with friction 'friction'" in jammed.attrs["cause"]
+
+
+PINS = (("crank", "ground"), ("rod", "crank"), ("rod", "slider"))
+
+
+def rubbing_crank(mu: float, radius: float = 0.012, transition: float = 1e-3) -> Mechanism:
+    """A slider-crank with friction in its pins and its guide."""
+    crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
+    pins = [
+        sd.PinFriction(f"pin {k}", body, radius, mu, base=base, transition=transition) for k, (body, base) in enumerate(PINS)
+    ]
+    guide = sd.GuideFriction("guide", ("ground", "origin"), ("slider", "centre"), 0.0, mu, transition=transition)
+    return dataclasses.replace(crank, components=(*pins, guide))
+
+
+def torque_by_hand(crank: Mechanism, angle: float, speed: float, mu: float, radius: float, transition: float) -> float:
+    """Newton and Euler for each body with x, y, torque of the crank as unknowns, friction by successive substitution."""
+    a, l = 0.1, 0.3
+    m1, m2, m3 = (crank.body(name).mass for name in ("crank", "rod", "slider"))
+    j2 = crank.body("rod").inertia
+    beta = math.asin(-a * math.sin(angle) / l)
+    rate = -a * math.cos(angle) * speed / (l * math.cos(beta))
+    bend = (a * math.sin(angle) * speed**2 + l * math.sin(beta) * rate**2) / (l * math.cos(beta))
+    pin = a * np.array([math.cos(angle), math.sin(angle)])
+    along = np.array([math.cos(beta), math.sin(beta)])
+    across = np.array([-along[1], along[0]])
+    tip = pin + l * along
+    accelerations = -0.5 * pin * speed**2, -pin * speed**2 + 0.5 * l * (bend * across - rate**2 * along)
+    slide = (-pin * speed**2 + l * (bend * across - rate**2 * along))[0]
+    slider_rate = (speed * np.array([-pin[1], pin[0]]) + l * rate * across)[0]
+    ratio = [mu * math.tanh(radius * v / transition) for v in (speed, rate - speed, rate)]
+    slip = mu * math.tanh(slider_rate / transition)
+    friction = np.zeros(4)
+    for _ in range(200):
+        # unknowns: O x, O y on the crank, A x, A y on the rod, B x, B y on the slider, N on the slider, torque
+        A, b = np.zeros((8, 8)), np.zeros(8)
+        A[0, 0], A[0, 2], b[0] = 1, -1, m1 * accelerations[0][0]
+        A[1, 1], A[1, 3], b[1] = 1, -1, m1 * (accelerations[0][1] + G)
+        A[2, 2:4], A[2, 7] = (pin[1], -pin[0]), 1
+        b[2] = -friction[0] + friction[1] + m1 * G * 0.5 * pin[0]
+        A[3, 2], A[3, 4], b[3] = 1, -1, m2 * accelerations[1][0]
+        A[4, 3], A[4, 5], b[4] = 1, -1, m2 * (accelerations[1][1] + G)
+        h = 0.5 * l * along
+        A[5, 2:6] = h[1], -h[0], h[1], -h[0]
+        b[5] = j2 * bend - friction[1] - friction[2]
+        A[6, 4], b[6] = 1, m3 * slide - friction[3]
+        A[7, 5], A[7, 6], b[7] = 1, 1, m3 * G
+        r = np.linalg.solve(A, b)
+        sizes = np.hypot(r[0], r[1]), np.hypot(r[2], r[3]), np.hypot(r[4], r[5])
+        friction = np.array(
+            [-radius * f / math.sqrt(1 + f * f) * size for f, size in zip(ratio, sizes, strict=True)] + [-slip * abs(r[6])]
+        )
+    assert tip[1] == pytest.approx(0.0, abs=1e-12)
+    return float(r[7])
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.15, 0.4])
+def test_slider_crank_by_newton_and_euler(mu: float) -> None:
+    """Cross-check by a second formulation: balances of each body, friction by successive substitution."""
+    crank = rubbing_crank(mu)
+    run = sd.simulate(crank.driven(speed=12.0), until=0.5, samples=41, **TIGHT)
+    by_hand = [torque_by_hand(crank, angle, 12.0, mu, 0.012, 1e-3) for angle in run["angle"].sel(body="crank").values.tolist()]
+    np.testing.assert_allclose(run["drive_torque"], by_hand, atol=1e-10 * np.abs(by_hand).max())
+
+
+def test_free_motion_of_explicit_and_implicit_steps() -> None:
+    """Cross-check: two methods agree, and the energy balance closes."""
+    crank = rubbing_crank(0.15, transition=0.02)
+    bodies = tuple(dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
+    runs = [
+        sd.simulate(dataclasses.replace(crank, bodies=bodies), until=0.3, samples=31, method=method, rtol=1e-10, atol=1e-10)
+        for method in ("dop853", "rodas5p")
+    ]
+    np.testing.assert_allclose(runs[0]["angle"], runs[1]["angle"], atol=1e-7)
+    lost = float(runs[0]["dissipated_energy"][-1])
+    assert lost > 0.1
+    assert float(np.abs(runs[0]["energy_residual"]).max()) < 1e-8 * lost
+
+
+def test_balance_of_reactions() -> None:
+    """Identity: the reactions that friction follows are those of the result."""
+    run = sd.simulate(rubbing_crank(0.3).driven(speed=12.0), until=0.5, samples=21, **TIGHT)
+    size = np.linalg.norm(run["reaction"].values, axis=2)
+    for k, joint in enumerate(("ground pin", "crank pin", "slider pin")):
+        of = run["joint"].values.tolist().index(joint)
+        np.testing.assert_allclose(run["pin_friction_reaction"][:, k], size[:, of], rtol=1e-10)
+
+
+CASE = """
+[structure]
+kind = "slider-crank"
+crank = "0.1 m"
+rod = "0.3 m"
+
+[drive]
+speed = "60 rpm"
+
+[[pin_friction]]
+name = "big end"
+body = "rod"
+base = "crank"
+radius = "15 mm"
+kinetic = 0.1
+static = 0.2
+
+[run]
+until = "0.1 s"
+"""
+
+
+def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: the table is the class; `check` names it; a saved case is the same again."""
+    from scissordyn.cli.main import status_of
+
+    path = tmp_path / "case.toml"
+    path.write_text(CASE, encoding="utf-8")
+    mechanism = sd.read_case(path).mechanism
+    assert mechanism.components == (sd.PinFriction("big end", "rod", 0.015, 0.1, "crank", 0.2),)
+    assert status_of(["check", str(path)]) == 0
+    assert "Pin friction big end." in capsys.readouterr().out
+    run = sd.simulate(mechanism, until=0.05, samples=11)
+    np.testing.assert_array_equal(sd.replay(run)["pin_friction_torque"], run["pin_friction_torque"])
+
+
+@pytest.mark.parametrize(
+    ("part", "text"),
+    [
+        (
+            sd.PinFriction("f", "rod", 0.01, 0.1),
+            "pin friction 'f': no ideal pin between 'rod' and 'ground'; allowed: bodies that one ideal pin joins: 'crank' and "
+            "'ground', 'crank' and 'rod', 'rod' and 'slider'",
+        ),
+        (
+            sd.GuideFriction("g", ("ground", "origin"), ("slider", "centre"), 0.3, 0.1),
+            r"guide friction 'g': no ideal guide there; allowed: start on 'ground', end = 'slider.centre', direction = 0 deg",
+        ),
+    ],
+)
+def test_refused(part: Any, text: str) -> None:
+    crank = dataclasses.replace(sd.slider_crank(crank=0.1, rod=0.3), components=(part,))
+    with pytest.raises(sd.InputError, match=text):
+        sd.simulate(crank, until=0.1)

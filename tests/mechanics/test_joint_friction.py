@@ -257,3 +257,12 @@ def test_refused(part: Any, text: str) -> None:
     crank = dataclasses.replace(sd.slider_crank(crank=0.1, rod=0.3), components=(part,))
     with pytest.raises(sd.InputError, match=text):
         sd.simulate(crank, until=0.1)
+
+
+def test_refused_beside_other_parts() -> None:
+    """Contract: hard contact is refused by name."""
+    crank = rubbing_crank(0.1)
+    hard = crank.with_clearance("slider pin", sd.Clearance(1e-4, contact="hard"))
+    frictions = tuple(part for part in hard.components if part.name != "pin 2")
+    with pytest.raises(sd.InputError, match=r"pin friction 'pin 0' beside hard contact; allowed: contact = 'compliant'"):
+        sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)

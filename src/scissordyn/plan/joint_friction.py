@@ -66,6 +66,8 @@ def _followed(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, t
     label = f"{part.declaration.label} '{part.name}'"
     if bends(mechanism):
         raise InputError(f"{label} beside bars that bend", "rigid bars, or pins with clearance and friction of their own")
+    if mechanism.coupling_parts:
+        raise InputError(f"{label} beside couplings or driven coordinates", "drives of bodies and rods")
     if any(contact.clearance and contact.clearance.contact == "hard" for contact in mechanism.contacts):
         raise InputError(f"{label} beside hard contact", "contact = 'compliant'")
     if isinstance(part, GuideFriction):

@@ -39,6 +39,6 @@ class FrictionWorkspace(NamedTuple):
     force: F1  # (n + nb,)
     change: F1  # (n + nb,)
     multiplier: F1  # (m,)
-    slope: F2  # (f, 3 f + 1) a full matrix as a band
-    pivots: I1
+    slope: F2  # (f, width) a full matrix as a band
+    pivots: I1  # (2 f,)
     step: F1  # (f,)

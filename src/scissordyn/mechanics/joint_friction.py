@@ -213,7 +213,7 @@ def balance_sizes(R):
         sign = 1.0
         for j in range(f):
             sign *= (1.0 if R.slope[j, lower] > 0.0 else -1.0) * (1.0 if R.pivots[j] == j else -1.0)
-        _solve(R.slope, lower, lower, R.pivots, R.step)
+        _solve(R.slope, lower, R.pivots, R.step)
         for j in range(f):
             R.size[j] += R.step[j]
             most = max(most, abs(R.step[j]))

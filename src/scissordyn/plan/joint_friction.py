@@ -9,6 +9,7 @@ import numpy as np
 
 from scissordyn.component.guide_friction import GuideFriction
 from scissordyn.errors import InputError
+from scissordyn.mechanics.band import width
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.friction_workspace import FrictionWorkspace
 from scissordyn.mechanics.reactions import Balance
@@ -55,8 +56,8 @@ def make_friction_workspace(
         force=np.zeros(model.n + model.nb),
         change=np.zeros(model.n + model.nb),
         multiplier=np.zeros(model.constraint_start.size - 1),
-        slope=np.zeros((f, 3 * f + 8)),
-        pivots=np.zeros(f, np.int64),
+        slope=np.zeros((f, width(f, f))),
+        pivots=np.zeros(2 * f, np.int64),
         step=np.zeros(f),
     )
 

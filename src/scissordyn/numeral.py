@@ -1,10 +1,13 @@
-"""Numbers of tables as text, with three significant digits or more; `numeral.js` does the same in the browser."""
+"""Prefixes of units, and numbers of tables as text, with three significant digits or more, as `numeral.js` in the browser."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
+
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+"""By power of ten."""
 
 LEAST = 3
 """Significant digits of every number."""
@@ -14,6 +17,14 @@ LARGEST = 4
 
 MOST = 7
 """Numbers with more digits after the point than this, or before it, are written with a power of ten."""
+
+
+def prefix(largest: float, low: int = -12, high: int = 9, *, from_tenth: bool = False) -> int:
+    """The power of ten with which the figure of a number is 1 to 1000, or 0.1 to 100."""
+    if not (math.isfinite(largest) and largest > 0.0):
+        return 0
+    # the next float below a limit counts as the limit, so that round-off does not choose the prefix
+    return min(max(3 * math.floor((math.log10(largest) + 1e-9 + from_tenth) / 3.0), low), high)
 
 
 def numeral(value: float, places: int = 0) -> str:

@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_or
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.keyword import knows_keywords, unexpected
-from scissordyn.numeral import numerals
+from scissordyn.numeral import PREFIXES, numerals, prefix
 
 RANGES: Mapping[str, tuple[float, float]] = {
     "1": (1e-12, 1e12),
@@ -387,16 +387,6 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
     return f"{name}={meant}"
 
 
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
-
-
-def prefix(largest: float) -> tuple[float, str]:
-    """The factor and letter of the engineering prefix of a number."""
-    if not (math.isfinite(largest) and largest > 0.0):
-        return 1.0, ""
-    return next(((factor, letter) for factor, letter in PREFIXES if largest >= factor), PREFIXES[-1])
-
-
 def counted(number: int, thing: str = "contact") -> str:
     """A number of things in words: "1 contact", "2 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
@@ -404,14 +394,14 @@ def counted(number: int, thing: str = "contact") -> str:
 
 def cell(value: float, unit: str) -> str:
     """One result with its unit, as a table shows it: trailing zeros are kept."""
-    factor, letter = prefix(abs(value)) if unit != "1" else (1.0, "")
-    (text,) = numerals([value / factor])
-    return text if unit == "1" or text == "-" else f"{text} {letter}{unit}"
+    power = prefix(abs(value)) if unit != "1" else 0
+    (text,) = numerals([value / 10.0**power])
+    return text if unit == "1" or text == "-" else f"{text} {PREFIXES[power]}{unit}"
 
 
 def short(value: float, unit: str) -> str:
     """One number with its unit, to four digits; round-off, a thousandth of the smallest prefix, is zero."""
-    if abs(value) < 1e-3 * PREFIXES[-1][0]:
+    if abs(value) < 1e-3 * 10.0 ** min(PREFIXES):
         return f"0 {unit}"
-    factor, letter = prefix(abs(value))
-    return f"{value / factor:.4g} {letter}{unit}"
+    power = prefix(abs(value))
+    return f"{value / 10.0**power:.4g} {PREFIXES[power]}{unit}"

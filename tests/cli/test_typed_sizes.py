@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from scissordyn.cli.main import status_of
+from scissordyn.run.start import demand
 from scissordyn.run.start.demand import duration, size
-from scissordyn.run.start.start import demand
 from scissordyn.study.ask.design import Design, design_size, design_values
 from scissordyn.study.ask.distribution import Interval, Levels
 

@@ -14,13 +14,13 @@ from rich.console import Console
 from rich.table import Table
 
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.numeral import numerals
+from scissordyn.numeral import PREFIXES, numerals, prefix
 from scissordyn.run.answer.advice import MEANS, warning_lines, warnings_of
 from scissordyn.run.answer.force_answer import estimate_in_words, parts_of_oiled
 from scissordyn.run.answer.summary import JointSummary, joint_summaries, kinds_left_out, summary_of
 from scissordyn.run.answer.warn import energy_turned_over
 from scissordyn.run.results import Run
-from scissordyn.units import counted, prefix, short
+from scissordyn.units import counted, short
 
 MANY = 3
 """The contacts of more joints than these are a table."""
@@ -51,8 +51,8 @@ def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[st
     """A unit with its prefix, and the numbers as `numeral.numerals` writes them."""
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
-    factor, letter = prefix(largest) if unit.isalpha() and unit != "deg" else (1.0, "")
-    return letter + unit, numerals((values / factor).tolist(), digits)
+    power = prefix(largest) if unit.isalpha() and unit != "deg" else 0
+    return PREFIXES[power] + unit, numerals((values / 10.0**power).tolist(), digits)
 
 
 def show_answer(run: Run, to: Console) -> None:

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scissordyn.numeral import numerals
+from scissordyn.numeral import PREFIXES, numerals, prefix
 
 if TYPE_CHECKING:
     import xarray as xr
-
-PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 PREFIXED = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
 """Units that take a prefix, and the smallest and largest power of ten of their prefixes."""
@@ -62,14 +60,11 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
     """The engineering scale of the largest of the values."""
     parts = [np.abs(np.asarray(part, float)) for part in values]
     largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
-    # the next float below a limit counts as the limit, so that round-off does not choose the prefix
-    size = math.log10(largest) + 1e-9 if largest > 0.0 else 0.0
     shown = "" if unit == "1" else _printed(unit)
     if unit in PREFIXED:
-        low, high = PREFIXED[unit]
-        lower = 1.0 if unit in ("m", "s") else 0.0
-        power = min(max(3 * math.floor((size + lower) / 3.0), low), high)
+        power = prefix(largest, *PREFIXED[unit], from_tenth=unit in ("m", "s"))
         return Scale(10.0**-power, PREFIXES[power] + shown)
+    size = math.log10(largest) + 1e-9 if largest > 0.0 else 0.0
     if -3.0 <= size < 4.0:
         return Scale(1.0, shown)
     power = 3 * math.floor(size / 3.0)

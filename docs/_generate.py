@@ -101,6 +101,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "cycle",
         "ideal_kinematics",
         "statics",
+        "inverse_dynamics",
         "constrain_contact",
         "save",
         "load",

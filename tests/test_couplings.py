@@ -291,6 +291,70 @@ def test_free_floating_joint_drive() -> None:
     assert np.allclose(again["coordinate_drive_force"], run["coordinate_drive_force"], atol=1e-10)
 
 
+def two_links() -> sd.Mechanism:
+    """Two links whose tip is led along a circle."""
+    tip, turn = ("lower", "end"), 0.5 * math.pi
+    arms = dataclasses.replace(coupled_arms(), couplings=())
+    placed = (dataclasses.replace(arms.bodies[0], angle=1.2), dataclasses.replace(arms.bodies[1], position=None, angle=-0.3))
+    across = sd.CoordinateDrive("x", sd.Slide(tip), sd.Harmonic(0.30, 0.03, 4.0, turn))
+    up = sd.CoordinateDrive("y", sd.Slide(tip, turn), sd.Harmonic(0.22, 0.03, 4.0))
+    return dataclasses.replace(arms, bodies=placed, coordinate_drives=(across, up))
+
+
+def test_inverse_dynamics() -> None:
+    """Second formulation: torques of shoulder and elbow for a circle of the tip, by the Jacobian and Lagrange's equations."""
+    run = sd.inverse_dynamics(two_links(), {"shoulder": ANGLE("upper"), "elbow": ANGLE("lower", "upper")}, until=1.5)
+    t, angle = run["time"].values, np.cumsum(run["input_value"].values, axis=1)
+    l1, l2, m1, m2 = 0.3, 0.2, 1.0, 0.7
+    assert np.allclose(l1 * np.cos(angle[:, 0]) + l2 * np.cos(angle[:, 1]), 0.3 + 0.03 * np.cos(4.0 * t), atol=1e-12)
+    for (a, b), when, force in zip(angle, t, run["input_force"].values, strict=True):
+        jacobian = np.array([[-l1 * np.sin(a), -l2 * np.sin(b)], [l1 * np.cos(a), l2 * np.cos(b)]])
+        speed = np.linalg.solve(jacobian, [-0.12 * np.sin(4.0 * when), 0.12 * np.cos(4.0 * when)])
+        turning = np.array([[-l1 * np.cos(a), -l2 * np.cos(b)], [-l1 * np.sin(a), -l2 * np.sin(b)]]) @ speed**2
+        acceleration = np.linalg.solve(jacobian, [-0.48 * np.cos(4.0 * when), -0.48 * np.sin(4.0 * when)] - turning)
+        h = 0.5 * m2 * l1 * l2
+        mass = np.array([[(m1 / 3.0 + m2) * l1**2, h * np.cos(a - b)], [h * np.cos(a - b), m2 * l2**2 / 3.0]])
+        moment = mass @ acceleration + h * np.sin(a - b) * np.array([speed[1] ** 2, -(speed[0] ** 2)])
+        moment += 9.81 * np.array([(0.5 * m1 + m2) * l1 * np.cos(a), 0.5 * m2 * l2 * np.cos(b)])
+        assert force == pytest.approx([moment.sum(), moment[1]], abs=1e-11)
+
+
+def test_inverse_dynamics_where_there_is_none() -> None:
+    """Contract: one line where outputs and inputs do not fit, have no authority, or pass a singular position."""
+    links, crank = two_links(), sd.slider_crank(angle=1.0)
+    turn = sd.CoordinateDrive("turn", ANGLE("crank"), sd.Polynomial((1.0, -4.01)))
+    push = {"push": sd.Slide(("slider", "centre"))}
+    cases = (
+        (links, {"s": ANGLE("upper")}, "1 inputs for 2 driven coordinates"),
+        (links, {"s": ANGLE("upper"), "t": ANGLE("upper")}, "input 's' and 't' without authority over 'x' and 'y'"),
+        (coupled_arms(), {"s": ANGLE("upper")}, "without a driven coordinate"),
+        (
+            links.with_parts({"coordinate_drives": links.coordinate_drives[:1]}),
+            {"s": ANGLE("upper")},
+            "with 2 degrees of freedom",
+        ),
+        (links.with_clearance("B", sd.Clearance(1e-4)), {"s": ANGLE("upper")}, "inverse dynamics with clearance at 'B'"),
+        (dataclasses.replace(crank, drives=(turn,)), push, "past a singular position"),  # type: ignore[arg-type]
+    )
+    for mechanism, inputs, line in cases:
+        with pytest.raises(sd.InputError, match=line):
+            sd.inverse_dynamics(mechanism, inputs, until=1.0)
+
+
+def test_servo_between_moving_bodies() -> None:
+    """Closed form: a stiff servo of the elbow gives the torque that the prescribed angle takes; its limit holds."""
+    arms = dataclasses.replace(coupled_arms(), couplings=()).driven(sd.Cycloidal(0.4, 1.0, 1.0), body="upper")
+    bend = sd.Cycloidal(0.0, 1.0, 1.0)
+    drive = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), bend)
+    prescribed = sd.simulate(arms.with_parts({"coordinate_drives": (drive,)}), until=1.0, **TIGHT)
+    servo = arms.controlled(sd.PID(2e4, derivative=60.0), reference=bend, body="lower", base="upper")
+    run = sd.simulate(servo, until=1.0)
+    torque = prescribed["coordinate_drive_force"].values[:, 0]
+    assert np.max(np.abs(run["control_torque"].values[:, 0] - torque)[100:]) < 2e-3 * np.max(np.abs(torque))
+    limited = arms.controlled(sd.PID(2e4, derivative=60.0, limit=0.5), reference=bend, body="lower", base="upper")
+    assert sd.simulate(limited, until=1.0)["peak_control_torque"].values[0] == 0.5
+
+
 def test_slide_on_a_moving_body() -> None:
     """Closed form: a bead driven along a turning tube, m (x'' - w^2 x) along it and 2 m x x' w about the pivot."""
     start = (0.2 * math.cos(0.3), 0.2 * math.sin(0.3))

@@ -123,6 +123,7 @@ from scissordyn.run.feed_forward import feed_forward as feed_forward
 from scissordyn.run.ideal import ideal_kinematics as ideal_kinematics
 from scissordyn.run.answer.internal_forces import internal_forces as internal_forces
 from scissordyn.run.answer.modes import modes as modes
+from scissordyn.run.answer.inverse_dynamics import inverse_dynamics as inverse_dynamics
 from scissordyn.run.answer.statics import statics as statics
 from scissordyn.run.options import Options as Options
 from scissordyn.run.simulate import replay as replay, simulate as simulate

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.component.place import GROUND
 from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.law import named_tables
@@ -77,6 +78,7 @@ class ControlTable(Table):
     ] = None
     sensor: Annotated[str, About('a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])] = ""
     inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
+    base: Annotated[str, About("the body against which it acts and measures, or the ground")] = GROUND
     start_on_reference: Annotated[bool, About("whether the body starts at the reference's angle and speed")] = True
     name: Annotated[str, About("name of the actuator", examples=["servo"])] = ""
 
@@ -86,6 +88,8 @@ class ControlTable(Table):
             reference = next((drive.motion for drive in mechanism.drives if drive.body == body), None)
         torque = self.feed_forward
         if isinstance(torque, str):
+            if self.base != GROUND:
+                raise InputError(f"feed_forward = {torque!r} against body '{self.base}'", "a table of torques over time")
             torque = feed_forward(mechanism, reference or ConstantSpeed(0.0), until=until, body=self.body)
         return mechanism.controlled(
             self.controller,
@@ -95,5 +99,6 @@ class ControlTable(Table):
             sensor=self.sensor or None,
             inertia=self.inertia,
             start_on_reference=self.start_on_reference,
+            base=self.base,
             name=self.name,
         )

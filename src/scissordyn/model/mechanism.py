@@ -250,7 +250,6 @@ class Mechanism:
         return offered("preview")(self)
 
     def _repr_svg_(self) -> str:
-        """The drawing of `plot` in a notebook."""
         return str(offered("preview_svg")(self))
 
     def to_case(self, run: Any = None) -> str:
@@ -346,6 +345,7 @@ class Mechanism:
         sensor: str | BodyPoint | None = None,
         inertia: Annotated[float, Quantity("kg m^2", minimum=0.0)] = 0.0,
         start_on_reference: bool = True,
+        base: str = GROUND,
         name: str = "",
     ) -> Mechanism:
         """The same mechanism with a controlled torque on a body, which replaces any drive of that body.
@@ -356,8 +356,7 @@ class Mechanism:
         ----------
         controller : Controller
         reference : TimeFunction, optional
-            The reference angle. If neither it nor speed is given: that of the body's drive, or the angle at the start without a
-            drive.
+            The reference angle; that of the body's drive, or else of the start, if neither it nor speed is given.
         speed : float, optional
             Short for `ConstantSpeed` [rad/s].
         body : str, optional
@@ -369,7 +368,9 @@ class Mechanism:
         inertia : float
             Of the rotor [kg m^2].
         start_on_reference : bool
-            Whether the body starts at the angle and speed of the reference; not for further actuators of a body.
+            Whether the body starts at the angle and speed of the reference; not for further actuators or against a body.
+        base : str
+            The body against which the torque acts and the angle is measured.
         name : str, optional
             Of the actuator; "actuator of BODY" if not given.
 
@@ -388,15 +389,13 @@ class Mechanism:
         if reference is None:
             reference = next((drive.motion for drive in self.drives if drive.body == chosen), None)
         label, number = name or f"actuator of {chosen}", 1
-        taken = [component.name for component in self.components]
-        while not name and label in taken:
+        while not name and any(component.name == label for component in self.components):
             number += 1
             label = f"actuator {number} of {chosen}"
         first = not any(isinstance(component, Actuator) and component.body == chosen for component in self.components)
-        ends: tuple[BodyPoint | None, BodyPoint | None] = (None, None)
         sensed = None if sensor is None else self.joint_or_point(sensor)
         if isinstance(sensed, Revolute):
-            ends = sensed.journal, sensed.bearing
+            ends: tuple[Any, Any] = sensed.journal, sensed.bearing
             ends = (ends[1], ends[0]) if ends[0][0] == GROUND else ends
         else:
             ends = sensed, None
@@ -404,12 +403,13 @@ class Mechanism:
             label,
             chosen,
             controller,
+            base,
             reference=reference,
             feed_forward=feed_forward,
             sensor=ends[0],
             sensor_origin=ends[1],
             inertia=inertia,
-            start_on_reference=start_on_reference and first and reference is not None,
+            start_on_reference=start_on_reference and first and reference is not None and base == GROUND,
         )
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scissordyn.run.advance.trajectory import Trajectory
 
 
-class _Samples:
+class SampledCoordinates:
     """Coordinates and their rates at the samples of a run."""
 
     def __init__(self, plan: Plan, found: Record) -> None:
@@ -85,7 +85,7 @@ def with_coupling_forces(plan: Plan, found: Record) -> Record:
     """The record with what couplings and coordinate drives exert in the loads of the bodies."""
     if not plan.mechanism.coupling_parts:
         return found
-    samples, load = _Samples(plan, found), found.load.copy()
+    samples, load = SampledCoordinates(plan, found), found.load.copy()
     for part, k, constraint in _driving(plan):
         for factor, coordinate in part.terms:
             force = -factor / constraint.scale * found.multiplier[:, k]
@@ -107,7 +107,7 @@ def with_coupling_forces(plan: Plan, found: Record) -> Record:
 
 def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     """Coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
-    samples, driving = _Samples(path.plan, found), list(_driving(plan))
+    samples, driving = SampledCoordinates(path.plan, found), list(_driving(plan))
     peaks = {int(k): peak for k, peak in zip(path.monitored(COUPLING_FORCE), path.peaks(COUPLING_FORCE), strict=True)}
     variables: Variables = {}
     for dim, parts, label in (

@@ -127,3 +127,14 @@ def test_nothing_holds_it() -> None:
     free = Mechanism((sd.point_mass("ball", mass=2.0, position=(0.5, 0.0)),), ground=(("O", (0.0, 0.0)),))
     with pytest.raises(InputError, match="no equilibrium: nothing holds the mechanism"):
         resting(free)
+
+
+def test_gain_of_a_rate_does_not_count_at_rest() -> None:
+    """Identity: tubes that are loose at all joints rest where a servo without a derivative gain lets them rest."""
+    tubes = sd.scissor(units=2, bar_length=0.9, bar_mass=0.733).with_clearance("all", sd.Clearance(1e-5))
+    tubes = tubes.with_bending(section="tube 50x2 mm", material="aluminium")
+    servos = [sd.FeedForward(2e4, derivative, limit=2e3) for derivative in (0.0, 3500.0)]
+    runs = [resting(tubes.controlled(servo, reference=sd.ConstantSpeed(0.0))) for servo in servos]
+    np.testing.assert_allclose(runs[1]["position"].values[0], runs[0]["position"].values[0], rtol=0.0, atol=1e-10)
+    torque = float(runs[1]["control_torque"].values[0, 0])
+    assert torque == pytest.approx(2e4 * float(runs[1]["control_error"].values[0, 0]), rel=1e-9)

@@ -181,6 +181,7 @@ class _Descent:
         self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
         first = self.system.parameters.contact.size
+        self.actuators = [first + i for i, _ in plan.actuators]
         self.beams = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
@@ -227,6 +228,10 @@ class _Descent:
         functions.accept(0.0, state, self.handle.address, answer)
         touch_closed(self.handle, state)
         functions.linearise(0.0, state, self.handle.address, rate, by_time)
+        # forces are those at rest: a derivative gain would keep Newton's corrections of a light cross-section short
+        blocks = self.system.model.block_start
+        for e in self.actuators:
+            self.system.work.block_v[blocks[e] : blocks[e + 1]] = 0.0
         self.force = float(np.linalg.norm(rate[n : 2 * n]))
         # only what is tangent to the constraints: a correction across them would be undone, and spoil convergence
         state[n : 2 * n] = (state[:n] - base) / step**2

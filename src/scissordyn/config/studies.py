@@ -8,7 +8,7 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from scissordyn.study.ask.description import OwnMeasure, Sampling, Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Levels, Variation
 from scissordyn.study.ask.requirement import Requirement, read_response
-from scissordyn.study.compute.execute import Progress
+from scissordyn.study.compute.execute import How, Progress
 from scissordyn.study.compute.store import Store
 from scissordyn.study.result import StudyResult, computed
 
@@ -83,7 +83,7 @@ def study(
             optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **search},
         )
         described = _described(text, _case(case, until, options), screen, verify, _meant(factors, uncertain))
-    return _result(described, store, engine, block, progress, compute, budget)
+    return _result(described, store, compute, budget, engine=engine, block=block, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -111,15 +111,7 @@ def _described(text: StudyText, base: _Given, screen: Any, verify: int, values: 
     return replace(study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.apart, read)))
 
 
-def _result(
-    described: Study,
-    store: FilePath | None,
-    engine: Engine,
-    block: int | None,
-    progress: Callable[[Progress], None] | None,
-    compute: bool,
-    budget: float | None,
-) -> StudyResult:
+def _result(described: Study, store: FilePath | None, compute: bool, budget: float | None, **how: Unpack[How]) -> StudyResult:
     if not compute:
         if store is None:
             raise InputError("compute=False without a store", "the store of the study", "store='study.db'")
@@ -129,11 +121,11 @@ def _result(
         kept.check(described)
         return StudyResult(replace(described, design=kept.design()), kept)
     if store is not None:
-        return computed(described, store, engine=engine, block=block, budget=budget, progress=progress)
+        return computed(described, store, budget=budget, **how)
     folder = tempfile.TemporaryDirectory(prefix="scissordyn-study-")
     try:
         inside = Path(folder.name) / "study.db"
-        result = computed(described, inside, engine=engine, block=block, budget=budget, progress=progress)
+        result = computed(described, inside, budget=budget, **how)
     except BaseException:
         folder.cleanup()
         raise

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 import xarray as xr
@@ -37,7 +37,7 @@ from scissordyn.study.answer.verdict import (
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.goal import Optimisation, read_goal
 from scissordyn.study.ask.variant import labelled, made
-from scissordyn.study.compute.execute import Progress, execute, extend
+from scissordyn.study.compute.execute import How, Progress, execute, extend
 from scissordyn.study.compute.optimise import Optimum, candidates, optimise
 from scissordyn.study.compute.screening import screened, verified_path
 from scissordyn.study.compute.store import Store
@@ -420,26 +420,18 @@ class StudyResult:
 
 
 def computed(
-    study: Study,
-    path: FilePath,
-    *,
-    engine: Engine = None,
-    block: int | None = None,
-    retry: bool = False,
-    points: int | None = None,
-    budget: float | None = None,
-    progress: Told = None,
+    study: Study, path: FilePath, *, points: int | None = None, budget: float | None = None, **how: Unpack[How]
 ) -> StudyResult:
     """Compute a study, or what its store lacks of it."""
     if budget is not None and (study.accurate is None or points is not None):
         sample = '[screen] with set = ["run.rtol=1e-3"], or screen={"rtol": 1e-3}'
         raise InputError("a budget of a study without cheap and accurate runs", "a study with both", sample)
     if study.accurate is not None and points is None:
-        store = screened(study, path, engine=engine, block=block, retry=retry, budget=budget, progress=progress)
+        store = screened(study, path, budget, **how)
     elif study.optimisation is not None:
-        store = optimise(study, path, engine=engine, block=block, progress=progress)
+        store = optimise(study, path, **how)
     elif points is not None:
-        store = extend(study, path, points, engine=engine, progress=progress)
+        store = extend(study, path, points, **how)
     else:
-        store = execute(study, path, engine=engine, block=block, retry=retry, progress=progress)
+        store = execute(study, path, **how)
     return StudyResult(replace(study, design=store.design()), store)

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import TypedDict, Unpack
 
 import numpy as np
 
@@ -60,6 +61,15 @@ class Progress:
         return (self.cases - self.complete - self.failed) / self.rate if self.rate > 0.0 else float("inf")
 
 
+class How(TypedDict, total=False):
+    """How cases are computed."""
+
+    engine: Engine
+    block: int | None  # Cases of a block of a new store
+    retry: bool  # Do cases that failed again
+    progress: Callable[[Progress], None] | None
+
+
 def prepare(
     study: Study, store: Store, *, block: int | None = None, workers: int = 1, points: np.ndarray | None = None
 ) -> None:
@@ -102,12 +112,8 @@ def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
 def execute(
     study: Study,
     path: str | os.PathLike[str],
-    *,
-    engine: Engine = None,
-    block: int | None = None,
-    retry: bool = False,
     points: np.ndarray | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    **how: Unpack[How],
 ) -> Store:
     """Do the missing cases of a study; what is in the store already is kept.
 
@@ -116,7 +122,7 @@ def execute(
     store = Store(path)
     if store.exists():
         store.check(study)  # before workers are started for nothing
-    prepare(study, store, block=block, workers=workers_of(engine), points=points)
+    prepare(study, store, block=how.get("block"), workers=workers_of(how.get("engine")), points=points)
     with store.alone():
         if study.cases > store.cases or (study.cases < store.cases and points is None):
             raise InputError(
@@ -124,23 +130,16 @@ def execute(
                 "the same number of points",
                 "scissordyn study extend, with --points",
             )
-        _missing_blocks(study, store, engine, retry, points, progress)
+        _missing_blocks(study, store, points, how)
     return store
 
 
-def _missing_blocks(
-    study: Study,
-    store: Store,
-    engine: Engine,
-    retry: bool,
-    points: np.ndarray | None,
-    progress: Callable[[Progress], None] | None,
-) -> None:
-    status = store.status()[: study.cases]
+def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: How) -> None:
+    status, progress = store.status()[: study.cases], how.get("progress")
     fingerprint, size = study.fingerprint(), store.block
-    missing = (status == PENDING) | (retry & (status == FAILED))
+    missing = (status == PENDING) | (how.get("retry", False) & (status == FAILED))
     began, now, done_here = time.perf_counter(), np.where(missing, PENDING, status), 0
-    for result in _computed(engine, _blocks(study, missing, size, points, fingerprint)):
+    for result in _computed(how.get("engine"), _blocks(study, missing, size, points, fingerprint)):
         times = result.seconds, result.integration_seconds, float(result.cases.size if result.seconds else 0)
         store.write(result.cases, result.values, result.status, result.texts, times)
         now[result.cases] = result.status
@@ -170,14 +169,7 @@ def _computed(engine: Engine, blocks: Iterator[Block]) -> Iterator[BlockResult]:
             yield failed(outcome.task, error_text(outcome.error))
 
 
-def extend(
-    study: Study,
-    path: str | os.PathLike[str],
-    points: int,
-    *,
-    engine: Engine = None,
-    progress: Callable[[Progress], None] | None = None,
-) -> Store:
+def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpack[How]) -> Store:
     """Add points to a random, Sobol or Saltelli design, and do them."""
     if not study.design.extendable:
         raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
@@ -192,4 +184,4 @@ def extend(
     store.check(study)
     with store.alone():
         store.extend(larger)
-    return execute(larger, path, engine=engine, progress=progress)
+    return execute(larger, path, **how)

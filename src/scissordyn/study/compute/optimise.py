@@ -6,18 +6,17 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, Protocol, Unpack
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.run.engine import Engine
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design, design_values
 from scissordyn.study.ask.goal import Goal, Optimisation, risk_value
 from scissordyn.study.ask.requirement import response_unit, response_values
-from scissordyn.study.compute.execute import Progress, execute
+from scissordyn.study.compute.execute import How, Progress, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
 from scissordyn.study.compute.table import column
 
@@ -107,14 +106,7 @@ def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
         raise InputError(f"{error.name} is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
 
 
-def optimise(
-    study: Study,
-    path: str | os.PathLike[str],
-    *,
-    engine: Engine = None,
-    block: int | None = None,
-    progress: Callable[[Progress], None] | None = None,
-) -> Store:
+def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> Store:
     """Search for the best points; every point that is tried is in the store.
 
     The method draws its random numbers by its seed, so that it proposes the same candidates again when it gets the same
@@ -123,21 +115,14 @@ def optimise(
     plan = study.optimisation
     if plan is None or not study.factors:
         raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
-    return _search(study, plan, Store(path), engine, block, progress)
+    return _search(study, plan, Store(path), {**how, "retry": False})
 
 
-def _search(
-    study: Study,
-    plan: Optimisation,
-    store: Store,
-    engine: Engine,
-    block: int | None,
-    progress: Callable[[Progress], None] | None,
-) -> Store:
+def _search(study: Study, plan: Optimisation, store: Store, how: How) -> Store:
     """One generation after the other."""
     method, width = None if plan.every else proposer(plan, len(study.factors)), plan.size(len(study.factors))
     variations = [factor.variation for factor in study.factors]
-    points = np.empty((0, len(study.factors)))
+    points, progress = np.empty((0, len(study.factors))), how.get("progress")
     for generation in range(plan.generations):
         if method is None:
             new = design_values(Design("grid"), variations, study.base(), np.arange(width))
@@ -151,10 +136,11 @@ def _search(
             store.check(here)
             with store.alone():
                 store.extend(here)
-        report = None if progress is None else partial(_tell, progress, generation + 1)
+        if progress is not None:
+            how["progress"] = partial(_tell, progress, generation + 1)
         missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
         if there <= points.shape[0] or missing:
-            store = execute(here, store.path, engine=engine, block=block, points=points, progress=report)
+            store = execute(here, store.path, points, **how)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _same_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))

@@ -8,21 +8,21 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.run.engine import Engine, workers_of
+from scissordyn.run.engine import workers_of
 from scissordyn.study.answer.control_variate import correlation, split
 from scissordyn.study.ask.accurate import PILOT
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.requirement import Response, response_values
 from scissordyn.study.compute.block import pilot
-from scissordyn.study.compute.execute import Progress, execute, extend
+from scissordyn.study.compute.execute import How, execute, extend
 from scissordyn.study.compute.interpolation import FEWEST, interpolation
 from scissordyn.study.compute.optimise import candidates, optimise
 from scissordyn.study.compute.store import Store
@@ -71,27 +71,18 @@ def verified_results(study: Study, path: str | os.PathLike[str]) -> xr.Dataset |
     return store.results() if study.accurate is not None and store.exists() else None
 
 
-def screened(
-    study: Study,
-    path: str | os.PathLike[str],
-    *,
-    engine: Engine = None,
-    block: int | None = None,
-    retry: bool = False,
-    budget: float | None = None,
-    progress: Callable[[Progress], None] | None = None,
-) -> Store:
+def screened(study: Study, path: str | os.PathLike[str], budget: float | None = None, **how: Unpack[How]) -> Store:
     """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
     _check(study, budget)
     store = Store(path)
     if study.optimisation is not None:
-        store = optimise(study, path, engine=engine, block=block, progress=progress)
-        _confirm(study, store, engine, retry, progress)
+        store = optimise(study, path, **how)
+        _confirm(study, store, {**how, "block": None})
         return store
     if budget is not None:
-        study = _as_in(study, store) if store.exists() else _split(study, budget * workers_of(engine))
-    store = execute(study, path, engine=engine, block=block, retry=retry, progress=progress)
-    _verify(study, Store(verified_path(path)), engine, retry, progress)
+        study = _as_in(study, store) if store.exists() else _split(study, budget * workers_of(how.get("engine")))
+    store = execute(study, path, **how)
+    _verify(study, Store(verified_path(path)), {**how, "block": None})
     return store
 
 
@@ -117,16 +108,16 @@ def _as_in(study: Study, store: Store) -> Study:
     return replace(study, design=store.design(), accurate=None if accurate is None else replace(accurate, points=points))
 
 
-def _verify(study: Study, there: Store, engine: Engine, retry: bool, progress: Callable[[Progress], None] | None) -> None:
+def _verify(study: Study, there: Store, how: How) -> None:
     """The accurate runs of the first points."""
     assert study.accurate is not None
     points = min(study.accurate.points, study.points if study.factors else study.sampling.samples)
     if there.exists() and study.factors:
         before = there.design()
         if before.points < points:
-            extend(replace(verified_study(study, points), design=before), there.path, points, engine=engine, progress=progress)
+            extend(replace(verified_study(study, points), design=before), there.path, points, **how)
         points = max(points, before.points)
-    execute(verified_study(study, points), there.path, engine=engine, retry=retry, progress=progress)
+    execute(verified_study(study, points), there.path, **how)
 
 
 def _split(study: Study, budget: float) -> Study:
@@ -184,7 +175,7 @@ def _as_measures(study: Study, results: xr.Dataset) -> xr.Dataset:
     return results.assign({name: results[name].assign_attrs(role="measure") for name in study.measure_names})
 
 
-def _confirm(study: Study, store: Store, engine: Engine, retry: bool, progress: Callable[[Progress], None] | None) -> None:
+def _confirm(study: Study, store: Store, how: How) -> None:
     """Accurate runs of the best points of a search: its front, or the best of one goal."""
     assert study.accurate is not None
     there, names = Store(verified_path(store.path)), [factor.path for factor in study.factors]
@@ -202,7 +193,7 @@ def _confirm(study: Study, store: Store, engine: Engine, retry: bool, progress: 
     if there.exists() and there.cases < confirmed.cases:
         with there.alone():
             there.extend(confirmed)
-    execute(confirmed, there.path, engine=engine, retry=retry, points=points, progress=progress)
+    execute(confirmed, there.path, points, **how)
 
 
 def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:

@@ -107,25 +107,27 @@ def with_bending(
     stiffness = _stiffness(section, material, bending_stiffness, axial_stiffness)
     expansion = stiffness.thermal_expansion if thermal_expansion is None else thermal_expansion
     heated = _heated(stiffness, expansion, temperature_rise, temperature_difference)
+    more = {"damping": damping, **heated, "time_function": time_function}
     if mass == "section" and stiffness.mass_per_length is None:
         raise InputError('mass = "section" of bars without a section and a material', "both of them", 'mass = "given"')
-    more = {"damping": damping, **heated, "time_function": time_function}
-    if bodies == "all":
-        names = tuple(body.name for body in mechanism.bodies if _is_bar(body) or legs_of(body))
-        if not names:
-            raise InputError("a mechanism without a uniform bar", "bars with at least two points")
-    else:
-        names = matching("body", bodies, [body.name for body in mechanism.bodies])
     if elements is not None and modes != "auto":
         raise InputError("bars with modes and elements", "one of them", "modes = 6")
-    for name in names:
-        body = mechanism.body(name)
+    for body in map(mechanism.body, _names_of_bars(mechanism, bodies)):
         legs = legs_of(body)
         mechanism = _split(mechanism, body, legs) if legs else mechanism
         for part in legs.bodies if legs else (body,):
             part = _of_section(part, stiffness) if mass == "section" else part
             mechanism = _bent(mechanism, part, stiffness, elements, None if modes == "auto" else modes, more)
     return mechanism
+
+
+def _names_of_bars(mechanism: Mechanism, bodies: str | Iterable[str]) -> tuple[str, ...]:
+    if bodies != "all":
+        return tuple(matching("body", bodies, [body.name for body in mechanism.bodies]))
+    names = tuple(body.name for body in mechanism.bodies if _is_bar(body) or legs_of(body))
+    if not names:
+        raise InputError("a mechanism without a uniform bar", "bars with at least two points")
+    return names
 
 
 def _split(mechanism: Mechanism, body: Body, legs: Legs) -> Mechanism:

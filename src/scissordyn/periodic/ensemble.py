@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Annotated
 
 import numpy as np
@@ -89,25 +89,13 @@ def ensemble(
         `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
         which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
         all agree; `status(member)`, `cause(member)`; attribute warnings.
-
-    Raises
-    ------
-    InputError
-        For an option that cannot be used.
     """
     _check(mechanism, members, cycles, skip, perturbation, agreement)
-    check_cycles(len(mechanism.contacts), members * cycles)
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
-    starts = _starts(mechanism, start, members, perturbation, seed)
-    cases = [CycleCase(at, mechanism, options, cycles, cycles, phase, begin) for at, begin in enumerate(starts)]
-    run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
-    for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
-        enter(run, "member", outcome)
-    lines = grouped_lines(run["warnings"].values)
-    run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
-    if "energy" not in run:
-        raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")
+    starts = enumerate(_starts(mechanism, start, members, perturbation, seed))
+    cases = [CycleCase(at, mechanism, options, cycles, cycles, phase, begin) for at, begin in starts]
+    run, lines = _computed(cases, engine, progress)
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
     run.attrs |= {
@@ -135,6 +123,22 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
         raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
+    check_cycles(len(mechanism.contacts), members * cycles)
+
+
+def _computed(
+    cases: list[CycleCase], engine: Engine, progress: Callable[[int, int], None] | None
+) -> tuple[xr.Dataset, Iterable[str]]:
+    """All cycles of all members, and the warnings about them."""
+    members = len(cases)
+    run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
+    for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
+        enter(run, "member", outcome)
+    lines = grouped_lines(run["warnings"].values)
+    run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
+    if "energy" not in run:
+        raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")
+    return run, lines
 
 
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:

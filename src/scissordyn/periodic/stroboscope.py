@@ -110,7 +110,6 @@ def _cycled(
     phase: float,
     progress: Callable[[float], None] | None,
 ) -> Cycles:
-    """The loop over cycles."""
     period, state, first, cycles = options.until, driver.state, numbers.start, len(numbers)
     contacts = len(driver.plan.contacts)
     driver.sample_at((first + np.arange(cycles) + phase) * period)

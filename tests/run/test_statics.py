@@ -173,3 +173,63 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "which has no stroke; allowed: a drive, or a rod with a motion" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "lift.toml"), "-o", "forces.xlsx"]) == 2
     assert "-o forces.xlsx; allowed: a name that ends in .nc or .csv; type: -o statics.csv" in capsys.readouterr().err
+
+
+def journal_crank(radius: float, kinetic: float) -> sd.Mechanism:
+    """A slider-crank that presses, with friction in its crank's bearing."""
+    force = sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0))
+    return slider_crank(components=(force, sd.PinFriction("bearing", "crank", radius, kinetic)))
+
+
+def test_friction_of_both_senses() -> None:
+    """Closed form: the friction circle of the bearing, R W sin(phi), for and against the motion."""
+    found = {sense: sd.statics(journal_crank(0.02, 0.2), until=6.0, points=31, friction=sense) for sense in SENSES}
+    circle = 0.02 * math.sin(math.atan(0.2))
+    pin = found["none"]["joint"].values.tolist().index("ground pin")
+    for sense, sign in zip(SENSES, (0.0, 1.0, -1.0), strict=True):
+        load = np.linalg.norm(found[sense]["reaction"].values[:, pin], axis=1)
+        more = found[sense]["drive_torque"] - found["none"]["drive_torque"]
+        np.testing.assert_allclose(more, sign * circle * load, atol=1e-9)
+        assert not found[sense]["angular_velocity"].values.any()
+
+
+SENSES = ("none", "forward", "backward")
+
+
+def test_one_way_load_acts_in_its_sense() -> None:
+    """Limit: at rest a load of one sense is that of the motion, not the half of it."""
+    load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.1, -100.0), (0.5, -100.0)), acts="backward")
+    found = sd.statics(slider_crank(components=(load,)), until=6.0, points=61)
+    back = np.sin(found["input"].values[:, 0]) > 1e-3
+    both = sd.statics(slider_crank(components=(dataclasses.replace(load, acts="both"),)), until=6.0, points=61)
+    np.testing.assert_allclose(found["drive_torque"][back], both["drive_torque"][back], atol=1e-12)
+    forth = np.sin(found["input"].values[:, 0]) < -1e-3
+    np.testing.assert_allclose(found["drive_torque"][forth], 0.0, atol=1e-12)
+
+
+def test_friction_that_is_not_there_or_jams() -> None:
+    """Contract: no friction, and motion that the drives do not determine, are refused; a jam is a warning with its instant."""
+    with pytest.raises(sd.InputError, match="friction = 'forward' of a mechanism without friction in ideal joints"):
+        sd.statics(slider_crank(), until=1.0, points=3, friction="forward")
+    free = dataclasses.replace(
+        journal_crank(0.02, 0.2),
+        bodies=(*journal_crank(0.02, 0.2).bodies, sd.bar("pendulum", length=0.2, mass=1.0, angle=-1.5)),
+    )
+    pin = sd.Revolute("pendulum pin", ("pendulum", "start"), ("slider", "centre"))
+    hanging = dataclasses.replace(free, joints=(*free.joints, pin), gravity=G)
+    with pytest.raises(sd.InputError, match="statics with 'bearing', whose sense is unknown, as the drives do not determine"):
+        sd.statics(hanging, until=1.0, points=3, friction="forward")
+    # a drawer that is pulled aside of its rails
+    box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, 0.2)})
+    rails = sd.GuideFriction("rails", ("ground", "O"), ("box", "c"), 0.0, 1.1, length=0.4)
+    hand = sd.Rod("hand", ("ground", "far"), ("box", "pull"), motion=sd.Polynomial((2.0, 0.1)))
+    drawer = sd.Mechanism(
+        (box,),
+        guides=(sd.Guide("rails", ("box", "c"), aligned=True),),
+        rods=(hand,),
+        components=(rails, sd.Force("side", ("box", "c"), (-30.0, 0.0))),
+        ground=(("O", (0.0, 0.0)), ("far", (-2.0, 0.2))),
+        gravity=0.0,
+    )
+    jammed = sd.statics(drawer, until=1.0, points=3, friction="forward")
+    assert "the mechanism jams: no reactions are in balance with friction 'rails', first at t = " in jammed.attrs["warnings"]

@@ -30,6 +30,7 @@ def statics(
     ] = None,
     points: Annotated[int, Option(help="Number of positions.", min=2, max=100_000)] = 201,
     until: Annotated[str | None, Option(metavar="TIME", help="End of the stroke; that of the run if not given.")] = None,
+    friction: Annotated[str, Option(help="none; forward: of a slow motion as the drives move; backward: against it.")] = "none",
     plot: Annotated[Path | None, Option(metavar="FILE", help="Draw the forces: .svg or .png.")] = None,
     over: Annotated[
         str, Option(help="What they are drawn over: time, input, or a coordinate of a tracked point, as table.x.")
@@ -43,9 +44,11 @@ def statics(
             raise InputError(f"-o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
         check_file(output, case, "statics.nc")
     check_picture(plot, case, "statics.png")
+    if friction not in ("none", "forward", "backward"):
+        raise InputError(f"--friction {friction}", "none, forward, backward", "--friction forward")
     read = read_case(case, change or [])
     last = typed(until, "--until")
-    solved = compute(read.mechanism, until=read.run.until if last is None else last, points=points)
+    solved = compute(read.mechanism, until=read.run.until if last is None else last, points=points, friction=friction)  # type: ignore[arg-type]
     drawn = None
     if plot is not None:
         from scissordyn.plot.statics import statics as draw

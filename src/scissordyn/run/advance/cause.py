@@ -11,7 +11,7 @@ from scissordyn.component.compiled import at_rest
 from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.kernel import Handle
-from scissordyn.mechanics.joint_friction import JAMMED, UNDETERMINED
+from scissordyn.mechanics.joint_friction import UNDETERMINED
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import prescribe
 from scissordyn.plan.elimination import in_words
@@ -45,12 +45,12 @@ def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float)
 def jam(plan: Plan, system: Handle) -> str:
     """Why no reactions with friction were found at last, in words; empty if they were."""
     friction = system.content.friction
+    if friction.fault[0] == 0:
+        return ""
     names = in_words([f"'{plan.acting[i].name}'" for i in friction.component.tolist()])
     if friction.fault[0] == UNDETERMINED:
         return f"the reactions that friction {names} follows are not determined: redundant joints, or a singular position"
-    if friction.fault[0] == JAMMED:
-        return f"the mechanism jams: no reactions are in balance with friction {names}"
-    return ""
+    return f"the mechanism jams: no reactions are in balance with friction {names}"
 
 
 def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
+from scissordyn.component.time_function import Polynomial
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
-from scissordyn.kinematics.closure import Inputs
+from scissordyn.kinematics.assembly import Held, Start, assemble, basis_at_start
+from scissordyn.kinematics.closure import Closure, Inputs
+from scissordyn.kinematics.path import start_of
 from scissordyn.kinematics.peak import smooth_peak
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record, record
@@ -19,7 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest, loads_at
-from scissordyn.run.advance.cause import full_coordinates
+from scissordyn.run.advance.cause import full_coordinates, jam
 from scissordyn.run.advance.driver import make_system
 from scissordyn.run.advance.log import LOG, PEAK
 from scissordyn.run.advance.trajectory import Trajectory
@@ -28,6 +32,7 @@ from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options
 from scissordyn.run.results import Variable, Variables
+from scissordyn.run.start.rest import count_turns, turns
 from scissordyn.run.start.small_motion import Place, placed, towards
 from scissordyn.run.start.stiffness import At
 from scissordyn.units import Quantity, checked
@@ -43,6 +48,23 @@ POINTS = 201
 OF_COORDINATES = "X", "V", "A", "multiplier"
 """Fields of a record that depend on how a mechanism is reduced to free coordinates."""
 
+CREEP = 1e-9
+"""Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
+
+AT_ONCE = 1e-30
+"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]."""
+
+SENSES = {
+    "pin_friction": (4, (1, 2)),
+    "guide_friction": (5, (2, 3)),
+    "gas_spring": (6, (5,)),
+    "stroke_load": (1, ()),
+    "angle_load": (1, ()),
+}
+"""Components that depend on the sense of their motion: where that speed stands among their parameters, and friction."""
+
+Friction = Literal["none", "forward", "backward"]
+
 DYNAMIC = ("_energy", "_loss", "_work", "_residual", "peak_", "_peak", "contact_", "event_", "_speed", "impulse")
 """Parts of names of variables that only a motion has."""
 
@@ -53,11 +75,12 @@ def statics(
     *,
     until: EndTime,
     points: Annotated[int, Quantity("1", minimum=2, maximum=100_000, help="number of positions")] = POINTS,
+    friction: Friction = "none",
 ) -> xr.Dataset:
     """Forces in pins, guides, drives, rods, springs and bars along the motion of the drives, without inertia.
 
     At each position drives and prescribed distances stand still, loads have their values of that instant, and whatever else can
-    move is in static equilibrium. Clearances, dampers and friction are left out; servos hold their references.
+    move is in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
 
     Parameters
     ----------
@@ -66,6 +89,8 @@ def statics(
         End of the time of the drives [s].
     points : int
         Number of positions, evenly spaced in time.
+    friction : {"none", "forward", "backward"}
+        Without friction in ideal joints and gas springs, or with that of a slow motion as the drives move, or against it.
 
     Returns
     -------
@@ -77,7 +102,8 @@ def statics(
     Raises
     ------
     InputError
-        If nothing is prescribed, or a position has no static equilibrium.
+        If nothing is prescribed, a position has no static equilibrium, or what depends on the sense of the motion, as friction
+        does, acts on a mechanism that the drives do not move alone.
     """
     ideal = commanded(mechanism).ideal()
     whole = plan(ideal)
@@ -88,17 +114,19 @@ def statics(
             "a drive, or a rod with a motion",
         )
     times = np.linspace(0.0, until, points)
-    found = results(whole, write_configuration(ideal, Options(until=until, samples=points)), *_rested(whole, inputs, times))
+    path, rested = _rested(whole, inputs, times, friction)
+    found = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
     variables = {name: part for name, part in found.variables.items() if not any(word in name for word in DYNAMIC)}
     variables |= _inputs(inputs, times)
     variables |= _envelope(variables, times)
     found.variables = variables
-    found.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables)))
+    found.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
     return found.dataset()
 
 
-def _rested(whole: Plan, inputs: Inputs, times: np.ndarray) -> tuple[Trajectory, Record]:
+def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:
     """The positions of equilibrium at some instants, as the trajectory and the record of a run."""
+    moving = _moving(whole, inputs, times, friction)
     place: Place | None = None
     rests: list[At] = []
     for before, time in zip((0.0, *times[:-1].tolist()), times.tolist(), strict=True):
@@ -117,8 +145,18 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray) -> tuple[Trajectory,
     # a mechanism whose rods have another length may have other coordinates
     position = np.stack([whole.coordinates.nearest(b, at.natural) for b, at in zip(bases, rests, strict=True)])
     X = np.concatenate([position, bases], axis=1)
-    records = [record(at.plan.maps, at.system, _samples([at], at.state[None], np.zeros(1)))._asdict() for at in rests]
+    warnings: list[str] = []
+    if moving is not None:
+        rests = [_creeping(at, rates, friction) for at, rates in zip(rests, moving, strict=True)]
+    records = []
+    for at, time in zip(rests, times.tolist(), strict=True):
+        records.append(record(at.plan.maps, at.system, _samples([at], at.state[None], np.zeros(1)))._asdict())
+        stuck = jam(at.plan, at.system)
+        if stuck and not warnings:
+            warnings.append(f"{stuck}, first at t = {time:.6g} s")
     kept = {name: np.concatenate([part[name] for part in records]) for name in Record._fields if name not in OF_COORDINATES}
+    for name in ("velocity", "angular_velocity"):
+        kept[name][:] = 0.0
     state = np.zeros((times.size, system.content.work.scratch.size))
     state[:, :n] = position
     model = system.content.model
@@ -133,11 +171,59 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray) -> tuple[Trajectory,
         cause="",
         statistics={},
         immobile=(),
-        warnings=(),
+        warnings=tuple(warnings),
         steps=(times[:0], times[:0], times[:0]),
         band=times[:0],
     )
     return path, Record(X=X, V=0.0 * X, A=0.0 * X, multiplier=np.zeros((times.size, 0)), **kept)
+
+
+def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
+    """Rates of the inputs in a slow motion, shape (instants, inputs); None if nothing depends on its sense."""
+    parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSES]
+    friction_parts = [part for part in parts if SENSES[part.declaration.section][1]]
+    if friction != "none" and not friction_parts:
+        what = f"friction = '{friction}' of a mechanism without friction in ideal joints or gas springs"
+        raise InputError(what, "components [[pin_friction]], [[guide_friction]], [[gas_spring]]", "friction = 'none'")
+    one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
+    if not one_way and friction == "none":
+        return None
+    closure = Closure(whole)
+    if start_of(closure) is None or closure.mobility != 0:
+        name = (one_way or friction_parts)[0].name
+        raise InputError(
+            f"statics with '{name}', whose sense is unknown, as the drives do not determine the motion", "a drive more"
+        )
+    rates = np.gradient(inputs.over(times), times, axis=0)
+    fastest = np.abs(rates).max(axis=1, keepdims=True)
+    sense = -1.0 if friction == "backward" else 1.0
+    return np.asarray(sense * CREEP * rates / np.where(fastest > 0.0, fastest, 1.0))
+
+
+def _creeping(at: At, rates: np.ndarray, friction: Friction) -> At:
+    """The same position in a slow motion."""
+    mechanism = at.plan.mechanism
+    pending = iter(rates.tolist())
+
+    def slowly(motion: Any) -> Polynomial:
+        return Polynomial((motion.coefficients[0], next(pending)))
+
+    drives = tuple(dataclasses.replace(drive, motion=slowly(drive.motion)) for drive in mechanism.drives)
+    rods = tuple(dataclasses.replace(rod, motion=slowly(rod.motion)) if rod.motion else rod for rod in mechanism.rods)
+    changed = dataclasses.replace(mechanism, drives=drives, rods=rods)
+    slow = at.plan.case(changed) if at.plan.fits(changed) else plan(changed)
+    system = make_system(slow)
+    content = system.content
+    count_turns(slow, content, turns(at.plan, at.system.content))
+    for i, part in enumerate(slow.components):
+        speed, coefficients = SENSES.get(part.declaration.section, (0, ()))
+        if part.declaration.section in SENSES:
+            content.parameters.component[i, speed] = AT_ONCE
+            content.parameters.component[i, list(coefficients)] *= friction != "none"
+    position = slow.coordinates.nearest(basis_at_start(content)[0], at.natural)
+    start = assemble(slow, content, Start(position, 0.0 * position), Held())
+    content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory
+    return At(slow, system, np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))]))
 
 
 def _samples(rests: Sequence[At], state: np.ndarray, times: np.ndarray) -> Samples:
@@ -187,9 +273,9 @@ def _envelope(variables: Variables, times: np.ndarray) -> Variables:
     }
 
 
-def _warnings(plan: Plan, variables: Variables) -> list[str]:
+def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
     """Reactions that are not determined, and curves and strokes that are left, in words."""
-    warnings, times = [], variables["time"].values
+    warnings, times = list(path.warnings), variables["time"].values
     for _, part, output in beyond_outputs(plan):
         section = part.declaration.section
         far = variables[f"{section}_beyond"].values[:, variables[section].values.tolist().index(part.name)]
@@ -199,7 +285,7 @@ def _warnings(plan: Plan, variables: Variables) -> list[str]:
             warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
     lost = np.isnan(variables["reaction"].values).any(axis=(0, 2))
     names = variables["joint"].values[lost].tolist()
-    if names:
+    if names and not path.warnings:
         joints = in_words([repr(name) for name in names])
         warnings.append(f"reactions of {joints} are not determined: there are more joints than needed")
     return warnings

@@ -225,6 +225,17 @@ def test_joints_are_ranked_from_any_sampling() -> None:
     assert "6 samples of 4 numbers" in table.notes[0]
 
 
+def test_numbers_of_an_unclear_trend_are_ranked() -> None:
+    """Contract: a fit that predicts no point that it has not seen leaves the ranks; one that does is the answer itself."""
+    described = study(design=Design("random", 20), measures=("peak_force",))
+    numbers = described.numbers(np.arange(20)).values["A.clearance"]
+    noise = np.random.default_rng(3).lognormal(size=20)
+    for values, tables in ((1.0 + 0.0 * numbers + noise, 1), (numbers, 0)):
+        found = made_up(described, values)
+        assert [trend.clear for trend, *_ in trends(described, found).values()] == [not tables]
+        assert len(rankings(described, found)) == tables
+
+
 def test_where_they_are_met_is_said() -> None:
     """Closed form: below 1000 N where the clearance is below 0.25 mm; 0.25 mm is within the data."""
     described, found = proportional(1000.0)

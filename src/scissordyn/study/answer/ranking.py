@@ -1,4 +1,4 @@
-"""Which numbers a response without a trend goes with most: rank correlations, from any sample."""
+"""Which numbers a response without a clear trend goes with most: rank correlations, from any sample."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RESAMPLES = 400
 
 
 def rankings(study: Study, results: xr.Dataset) -> list[Table]:
-    """A table for each response without a trend: the numbers by their rank correlation with it, and how sure that is."""
+    """A table for each response without a clear trend: the numbers by their rank correlation with it, and how sure that is."""
     names = [factor.name for factor in (*study.factors, *study.uncertain) if not factor.labels]
     if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
         return []
@@ -34,7 +34,8 @@ def rankings(study: Study, results: xr.Dataset) -> list[Table]:
     for response in answered(study, results):
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
-        if response.name in fitted or rows.sum() < FEWEST or np.unique(values[rows]).size < 3:
+        clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
+        if clear or rows.sum() < FEWEST or np.unique(values[rows]).size < 3:
             continue
         tables.append(_table(response.name, names, numbers[rows], values[rows]))
     return tables

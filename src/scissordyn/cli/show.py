@@ -173,8 +173,9 @@ def show_summary(run: Run, to: Console, mechanism: Mechanism | None = None) -> N
     if run.sizes["time"]:
         residual = float(np.abs(run["energy_residual"].values).max())
         turned_over = energy_turned_over(run)
-        relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
-        parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
+        closes = short(residual, "J")
+        relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 and closes != "0 J" else ""
+        parts.append(f"The energy balance closes to {closes}{relative}.")
     to.print(" ".join(parts))
     for warning in warning_lines(warnings_of(run), mechanism):
         to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}")

@@ -291,6 +291,47 @@ def test_free_floating_joint_drive() -> None:
     assert np.allclose(again["coordinate_drive_force"], run["coordinate_drive_force"], atol=1e-10)
 
 
+def test_backlash() -> None:
+    """Closed form: instants at which a free wheel meets both flanks in turn, and how long and how hard, with elastic flanks."""
+    driven = dataclasses.replace(gear_pair(-0.5), components=()).driven(speed=4.0, body="first")
+    loose = sd.with_backlash(driven, "mesh", 0.02, stiffness=1e5, restitution=1.0)
+    assert [body.name for body in loose.bodies] == ["first", "second", "mesh flanks"]
+    assert sum(body.inertia or 0.0 for body in loose.bodies) == pytest.approx(0.07)
+    run = sd.simulate(loose, until=0.2, **TIGHT)
+    inertia, speed, stiffness = 0.99 * 0.05, 2.0, 1e5
+    depth = (1.25 * inertia * speed**2 / stiffness) ** 0.4
+    lasting = 2.0 * depth / speed * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9)
+    when = run["event_time"].values
+    touches = 0.005 + np.arange(when.size // 2) * (lasting + 0.01)
+    assert when.size == 22
+    assert np.allclose(when[::2], touches, atol=1e-8)
+    assert np.allclose(when[1::2], touches + lasting, atol=1e-8)
+    assert list(run["event_name"].values[:4:2]) == ["mesh leading flank", "mesh trailing flank"]
+    assert np.allclose(run["angle_stop_peak_torque"].values, stiffness * depth**1.5, rtol=1e-7)
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
+    # in mesh under a torque it moves as without backlash
+    pressed = sd.simulate(sd.with_backlash(gear_pair(), "mesh", 0.02, stiffness=1e7, restitution=0.2), until=3.0)
+    ideal = sd.simulate(gear_pair(), until=3.0)
+    assert abs(float(pressed["angular_velocity"][-1, 0] / ideal["angular_velocity"][-1, 0]) - 1.0) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "coupling 'gear'; allowed: one of mesh"),
+        (lambda: sd.with_backlash(gear_pair(), "mesh", 0.0), "backlash = 0"),
+        (
+            lambda: sd.with_backlash(dataclasses.replace(gear_pair(), joints=()), "mesh", 0.01),
+            "backlash at body 'second', which no pin holds on 'ground'",
+        ),
+    ],
+)
+def test_bad_backlash(wrong: Callable[[], object], line: str) -> None:
+    """Contract: one line that says what came."""
+    with pytest.raises(sd.InputError, match=line):
+        wrong()
+
+
 def two_links() -> sd.Mechanism:
     """Two links whose tip is led along a circle."""
     tip, turn = ("lower", "end"), 0.5 * math.pi

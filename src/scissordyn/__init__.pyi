@@ -83,6 +83,7 @@ from scissordyn.model.bending import with_bending as with_bending
 from scissordyn.model.body import Body as Body, bar as bar, point_mass as point_mass
 from scissordyn.model.clearance import Clearance as Clearance
 from scissordyn.model.connection import Weld as Weld
+from scissordyn.model.backlash import with_backlash as with_backlash
 from scissordyn.model.coupling import CoordinateDrive as CoordinateDrive
 from scissordyn.model.coupling import Coupling as Coupling
 from scissordyn.model.coupling import Distance as Distance

@@ -150,6 +150,15 @@ def rack_and_pinion() -> Values:
     return [radius * (4.0 * 0.5 - math.cos(rad(30))), torque, mass * G * 0.5]
 
 
+def rack_with_backlash() -> Values:
+    """Touch, end of the contact, touch of the other flank; J v^2/2 = (2/5) K d^(5/2), duration 2 d/v times B(2/5, 1/2) 2/5."""
+    speed, backlash, stiffness, inertia = 20.0 * math.pi / 30.0, rad(1.0), 1e5, 1e-5 + 4.0 * 0.05**2
+    depth = (1.25 * inertia * speed**2 / stiffness) ** 0.4
+    lasting = 2.0 * depth / speed * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9)
+    first = 0.5 * backlash / speed
+    return [first, first + lasting, first + lasting + backlash / speed, stiffness * depth**1.5]
+
+
 def screw_driven_array() -> Values:
     """Slider, and torque at constant speed of the slider: (I th'' + I' th'^2 / 2 + V') / (L cos th) times the lead, by (S5)."""
     length, mass, end, lead = 1.0, 2.0, 1.0, 0.02 / (2.0 * math.pi)
@@ -335,6 +344,7 @@ CLOSED_FORMS: dict[str, Callable[[], Values]] = {
         polar_arch,
         press,
         rack_and_pinion,
+        rack_with_backlash,
         retractable_roof,
         rolling_bridge,
         screw_driven_array,

@@ -24,7 +24,7 @@ from scissordyn.plot.file import write
 from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import structure
-from scissordyn.run.advance.spacing import spread_samples
+from scissordyn.run.advance.instants import spread_samples
 from scissordyn.run.simulate import simulate
 
 ROOT = Path(__file__).parent.parent

@@ -30,6 +30,7 @@ def loop_of(functions: Mapping[str, Any]) -> Callable[..., None]:
 @cache
 def _loop(problem: Problem) -> Callable[..., None]:
     def advance_problem(systems: I1, addresses: I1, most_steps: int, statuses: I1) -> None:
-        loop.advance_all(problem, systems, addresses, most_steps, statuses)
+        for k in range(systems.size):
+            statuses[k] = loop.advance(problem, systems[k], addresses[k], most_steps)
 
     return in_c(advance_problem)

@@ -17,7 +17,7 @@ from scissordyn.mechanics import functions
 from scissordyn.plan.flexible import contact_frequency, mode_count
 from scissordyn.plan.plan import plan
 from scissordyn.plan.shapes import shapes_of
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.start import prepare_start
 
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7

@@ -13,7 +13,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.start import prepare_start
 
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import pty
 import re
@@ -13,13 +14,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
-from scissordyn.run import simulate
 from scissordyn.run.store import load
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
@@ -296,16 +297,16 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     assert not list(folder.iterdir())
 
 
-def test_a_run_is_computed_again_for_its_curves_only(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: samples = "auto" integrates once where nothing is saved or drawn, and twice where curves are kept."""
-    counted: list[int] = []
-    compute = simulate.compute
-    monkeypatch.setattr(simulate, "compute", lambda *given, **named: counted.append(1) or compute(*given, **named))
-    command = ["run", str(PAPER), *SHORT[:4], "--samples", "auto", "-q"]
-    assert status_of(command) == 0
-    assert len(counted) == 1
-    assert status_of([*command, "-o", "run.nc"]) == 0
-    assert len(counted) == 3
+def test_curves_take_no_second_run(folder: Path) -> None:
+    """Identity: samples = "auto" takes the steps of a run with equally spaced samples, and has its samples among its own."""
+    command = ["run", str(PAPER), *SHORT[:4], "-q", "--samples"]
+    assert status_of([*command, "101", "-o", "plain.nc"]) == 0
+    assert status_of([*command, "auto", "-o", "auto.nc"]) == 0
+    plain, auto = load("plain.nc"), load("auto.nc")
+    assert auto.sizes["time"] > 2001
+    np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
+    steps = [json.loads(run.attrs["statistics"])["steps"] for run in (plain, auto)]
+    assert steps[0] == steps[1]
 
 
 def test_check_says_what_a_long_run_costs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

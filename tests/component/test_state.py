@@ -11,7 +11,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.tolerance import Tolerances, error_weights
 
 TORQUE = 2.0

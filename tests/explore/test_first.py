@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from scissordyn.config.code import Code
 from scissordyn.explore.case import Case, open_case
@@ -19,7 +18,8 @@ from scissordyn.explore.session import Session
 from scissordyn.explore.worker import Outcome, Worker
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.simulate import simulate
+from scissordyn.run.results import Results
+from scissordyn.run.simulate import results_of, simulate
 from scissordyn.run.store import save
 
 from .browser import CASE
@@ -39,13 +39,13 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
     """Runs with clearance that wait for an event before they begin, and a list with an entry for each; ideal ones go on."""
     opened, runs = threading.Event(), []
 
-    def held(mechanism: Mechanism, **named: Any) -> xr.Dataset:
+    def wait(mechanism: Mechanism, *given: Any, **named: Any) -> Results:
         if mechanism != mechanism.ideal():
             runs.append(1)
             assert opened.wait(PATIENCE)
-        return simulate(mechanism, **named)
+        return results_of(mechanism, *given, **named)
 
-    monkeypatch.setattr("scissordyn.run.simulate.simulate", held)
+    monkeypatch.setattr("scissordyn.run.simulate.results_of", wait)
     return opened, runs
 
 
@@ -126,7 +126,7 @@ def test_long_run_is_preceded_by_a_coarse_one(case: Case, monkeypatch: pytest.Mo
     monkeypatch.setattr("scissordyn.explore.worker.JUDGED", 0.0)
     monkeypatch.setattr("scissordyn.explore.worker.LONG", 0.0)
     found: list[Outcome] = []
-    worker = Worker(found.append, lambda number, fraction: None)
+    worker = Worker(lambda outcome: found.append(outcome) if outcome.fine is None else None, lambda number, fraction: None)
     number = worker.order(case, staged=True)
     until(lambda: bool(found) and not found[-1].note)
     worker.close()
@@ -166,7 +166,7 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
 def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
     """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
-    run = simulate(case.mechanism, until=case.options.until, samples=case.options.samples)
+    run = results_of(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)).dataset()
     save(run, tmp_path / "run.nc")
     saved = open_case(tmp_path / "run.nc")
     session = Session(saved, lambda what: None)

@@ -13,7 +13,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.run.advance.slice import next_slice
+from scissordyn.run.advance.driver import next_slice
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase
 
@@ -91,7 +91,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: the run for which it is simulated has not begun, and does not begin after that."""
-    from scissordyn.run.start.start import ideal_path
+    from scissordyn.run.start import ideal_path
 
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=1.0).track("tip", "slider", "centre")
     compute = ideal_path.compute

@@ -13,11 +13,20 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.show import run_record
 from scissordyn.laws.elastic.persson import Persson
-from scissordyn.run.advance.instants import MOST_INSTANTS, own_instants
-from scissordyn.run.advance.spacing import equally_spaced, spread_samples, time_mean
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.instants import (
+    MOST_INSTANTS,
+    chosen_rows,
+    equally_spaced,
+    spread_samples,
+    time_mean,
+    with_recorded,
+)
+from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.answer.advice import MEANS, force_at_equal_energy, warning_lines
 from scissordyn.run.answer.summary import at_limit
-from scissordyn.run.simulate import refined
+from scissordyn.run.options import Options
+from scissordyn.run.simulate import results_of
 from scissordyn.warning import RunWarning, group, line, warning
 
 TOLERANCE = 0.05e-3
@@ -153,18 +162,61 @@ def test_auto_samples_meet_every_peak() -> None:
     assert float(plain["normal_force"].max()) < float(force.max())
     np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
     assert auto.sizes["time"] <= MOST_INSTANTS
-    drawn = refined(plain, array)
-    assert float(drawn["normal_force"].max()) == pytest.approx(float(plain["peak_force"].max()), rel=1e-8)
-    np.testing.assert_array_equal(drawn["position"].sel(time=plain["time"]), plain["position"])
-    assert drawn.attrs == plain.attrs
+    wanted = results_of(array, Options(0.05), curves=True)
+    np.testing.assert_array_equal(wanted["position"].values, plain["position"].values)
+    drawn = wanted.finer.dataset()
+    xr.testing.assert_identical(drawn.drop_attrs(), auto.drop_attrs())
+    assert drawn.attrs == wanted.dataset().attrs
+
+
+@pytest.mark.parametrize("events", ["located", "crossed"])
+@pytest.mark.parametrize("contact", ["compliant", "hard"])
+def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) -> None:
+    """Identity: the samples are those of a run that is asked for these instants, and the same where steps are left out."""
+    joint = sd.Clearance(5e-4, contact=contact, friction=sd.Ambrosio(0.1))
+    array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
+    options = Options(0.05, samples="auto", events=events)
+    path = with_recorded(compute(plan(array), options, curves=True))
+    again = compute(plan(array), options, times=path.samples.time)
+    ends = np.isin(path.samples.time, path.steps[0])  # behind the impact of a hard contact, back on the constraints
+    assert ends.sum() > 100
+    inside = ~ends
+    for mine, other in zip(path.samples, again.samples, strict=True):
+        np.testing.assert_array_equal(mine[inside], other[inside])
+    scale = np.abs(again.samples.state).max(axis=0)
+    if contact == "compliant":
+        assert np.max(np.abs(path.samples.state - again.samples.state)[ends] / scale) < 1e-6
+    log = path.log[path.log["time"] <= path.end]
+    rounding = 4.0 * np.spacing(log["time"])
+    assert np.all(np.abs(path.samples.time[:, None] - log["time"]).min(axis=0) <= rounding)
+
+
+def test_recorded_steps_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limit: a record that is full keeps events and largest values, and every other of the other steps."""
+    array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
+    whole = compute(plan(array), Options(0.3), curves=True)
+    monkeypatch.setattr("scissordyn.run.advance.trajectory.MOST_RECORDED", 1024)
+    path = compute(plan(array), Options(0.3), curves=True)
+    assert whole.recorded.time.size > 2000
+    assert path.recorded.every[0] > 1
+    assert path.recorded.time.size < 0.7 * whole.recorded.time.size
+    assert np.isin(path.log["time"], path.recorded.time).all()
+    rows, every_row = (
+        {(time, *state) for time, state in zip(run.time, run.state, strict=True)} for run in (path.recorded, whole.recorded)
+    )
+    assert rows <= every_row
 
 
 def test_auto_samples_have_a_largest_number() -> None:
-    """Limit: more contacts than samples; the equally spaced instants stay."""
-    start = np.linspace(0.0, 0.999, 50_000)
-    found = own_instants(np.zeros(50_000, int), start, np.full(50_000, 1e-6), np.full(50_000, 2e-6), np.empty(0), 1.0)
-    assert found.size <= MOST_INSTANTS
-    assert np.isin(np.linspace(0.0, 1.0, 2001), found).all()
+    """Limit: more contacts than samples; every third of their instants stays."""
+    time = np.linspace(0.0, 1.0, 100_000)
+    equal = np.linspace(0.0, 1.0, 2001)
+    rows = chosen_rows(equal, time, time[::2])
+    assert 0.4 * MOST_INSTANTS < rows.size <= MOST_INSTANTS - equal.size
+    assert np.sum(rows % 2 == 0) == 16_667
+    few = chosen_rows(equal, time, time[::1000])
+    assert np.isin(np.arange(0, 100_000, 1000), few).all()
+    assert few.size <= MOST_INSTANTS - equal.size
 
 
 def test_auto_in_a_case_file(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
-from scissordyn.run.advance.spacing import time_mean
+from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 PART = re.compile(r"unit (\d+)/(bar \d+)")

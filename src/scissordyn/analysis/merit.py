@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
-from scissordyn.run.advance.spacing import time_mean
+from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.answer.joints import clearance_joints, largest_force
 from scissordyn.run.configuration import number_attribute, read_configuration
 

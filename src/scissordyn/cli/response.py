@@ -159,7 +159,7 @@ def motor(
     if bool(least) != bool(first and last and require) or (not least and (first or last or require)):
         raise InputError("a search for the least value", "--least, --from, --to and --require together", LEAST)
     read = read_case(case, change or [])
-    options = read.run.once if plot is None else read.run
+    options = read.run.equally_spaced if plot is None else read.run
     needed = torque_over_speed(simulate(read.mechanism, **{**options.keywords, "trust": False}), of)
     _print_needed(needed, curve)
     if least:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,14 +22,10 @@ from scissordyn.cli.output import (
 from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:  # the help of a command loads no libraries
-    import xarray as xr
-
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.advance.checkpoint import Checkpoint
+    from scissordyn.run.options import Options
     from scissordyn.run.results import Results
-
-PATIENCE = 20.0
-"""Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
 
 
 def run(
@@ -63,12 +58,13 @@ def run(
     _check_outputs(case, output, plot, film)
     keeper = None if checkpoint is None else _checkpoint(checkpoint, output, case)
     changes = [*(change or ()), *["run.trust=true"] * trust, *([] if samples is None else [f"run.samples={samples}"])]
+    drawn = plot is not None or film is not None
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [], keeper)
+        mechanism, result = _again(case, changes, allow_code or [], keeper, drawn=drawn)
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
-        mechanism, result = _from_case(case, changes, keeper, drawn=any((output, plot, film)))
+        mechanism, result = _from_case(case, changes, keeper, saved=output is not None, drawn=drawn)
     silent, stopped = quiet or as_json, False
     try:
         if output is not None:
@@ -84,8 +80,8 @@ def run(
         print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
     if stopped:
         return INTERRUPTED
-    drawn = result.sizes["time"] > 1 and status != "interrupted"
-    pictures = _pictures(result, mechanism, plot, film) if drawn else []
+    moved = result.sizes["time"] > 1 and status != "interrupted"
+    pictures = _pictures(result, mechanism, plot, film) if moved else []
     if as_json:
         print_json(run_record(result, [*([] if output is None else [output]), *pictures]))
     elif not quiet:
@@ -126,7 +122,8 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     from scissordyn.run.advance.interrupt import pass_on
     from scissordyn.run.simulate import simulate
 
-    run, files = _refined(result.dataset(), mechanism), []
+    finer = result.sizes["contact"] and result.attrs["status"] == "complete"
+    run, files = (result.finer if finer else result).dataset(), []
     if plot is not None:
         ideal = pass_on(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
         files += draw_all(run, ideal, plot, mechanism)
@@ -167,7 +164,9 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     return Checkpoint(path, seconds, keep=True)
 
 
-def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, drawn: bool) -> tuple[Mechanism, Results]:
+def _from_case(
+    path: Path, changes: list[str], keeper: Checkpoint | None, *, saved: bool, drawn: bool
+) -> tuple[Mechanism, Results]:
     """The case's run; the further samples of "auto", which are for curves, only if it is saved or drawn."""
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
@@ -176,11 +175,21 @@ def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, dra
 
     case = read_case(path, changes)
     check_samples(plan(case.mechanism), case.run.count)
+    options = case.run if saved or drawn else case.run.equally_spaced
     with progress_bar(case.run.until) as progress:
-        return case.mechanism, results_of(case.mechanism, case.run if drawn else case.run.once, progress, keeper)
+        return case.mechanism, results_of(case.mechanism, options, progress, keeper, curves=drawn and _unchosen(case.run))
 
 
-def _again(path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None) -> tuple[Mechanism, Results]:
+def _unchosen(options: Options | None) -> bool:
+    """Whether nobody chose samples, so that pictures may have others."""
+    from scissordyn.run.options import EQUALLY_SPACED
+
+    return options is not None and options.samples == EQUALLY_SPACED
+
+
+def _again(
+    path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, drawn: bool
+) -> tuple[Mechanism, Results]:
     from scissordyn.run.configuration import read_configuration
     from scissordyn.run.simulate import replayed
     from scissordyn.run.store import load
@@ -193,18 +202,6 @@ def _again(path: Path, changes: list[str], allow_code: list[Path], keeper: Check
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
-        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper)
+        curves = drawn and _unchosen(configuration.options)
+        result = replayed(saved, allow_code=allow_code, progress=progress, checkpoint=keeper, curves=curves)
     return configuration.build_mechanism(allow_code), result
-
-
-def _refined(result: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """The run with the instants of its contacts, for its pictures, where that takes no long time and nobody chose samples."""
-    from scissordyn.run.configuration import read_configuration
-    from scissordyn.run.options import EQUALLY_SPACED
-    from scissordyn.run.simulate import refined
-
-    options, seconds = read_configuration(result).options, json.loads(result.attrs["statistics"])["seconds"]
-    chosen = options is None or options.samples != EQUALLY_SPACED
-    if chosen or not result.sizes["contact"] or seconds > PATIENCE or result.attrs["status"] != "complete":
-        return result
-    return refined(result, mechanism)

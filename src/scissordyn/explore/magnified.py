@@ -52,7 +52,7 @@ def factor_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> flo
 def magnified_scene(run: xr.Dataset, mechanism: Mechanism, factor: float, number: int) -> str:
     """The scene of a run with larger deflections, which takes seconds."""
     from scissordyn.plot.canvas import packed_scene
-    from scissordyn.run.advance.spacing import spread_samples
+    from scissordyn.run.advance.instants import spread_samples
     from scissordyn.run.answer.deflection import magnified_deflection
 
     frames = min(run.sizes["time"], FRAMES)

@@ -196,7 +196,7 @@ class Session:
             if self.first is not None and self.first.number == outcome.number:
                 self.first = outcome
             if self.good is not None and self.good.number == outcome.number:
-                self.fine = outcome.fine
+                self.good, self.fine = outcome, outcome.fine
                 self.updated("fine")
             return
         if outcome.note:

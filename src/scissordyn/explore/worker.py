@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 import logging
 import threading
 import time
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.case import Case
+    from scissordyn.run.results import Results
 
 log = logging.getLogger(__name__)
 
@@ -28,12 +28,6 @@ PREVIEW = 2.0
 
 JUDGED, LONG = 1.0, 5.0
 """When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""
-
-PAUSE = 0.25
-"""A run is computed once more for its curves if nothing else is asked for during this time [s]."""
-
-PATIENCE = 20.0
-"""Curves of a run that took longer [s] go through its samples, unless the case asks for its own instants."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +42,7 @@ class Outcome:
     # The same motion with the instants of the contacts among its samples, for curves and orbits: the run is reported once
     # more when it has been computed
     fine: xr.Dataset | None = None
+    results: Results | None = None  # What `run` was made of
 
 
 class Worker:
@@ -101,31 +96,27 @@ class Worker:
             for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
                 if number == self.number and not self._closed:
                     self._done(outcome)
-            if is_refined(outcome):
-                with self._changed:
-                    replaced = self._changed.wait_for(lambda: self._closed or self._order is not None, PAUSE)
-                fine = None if replaced else self._fine(outcome)
+            if outcome.results is not None and number == self.number and not self._closed:
+                fine = self._fine(outcome)
                 if fine is not None:
-                    self._done(replace(outcome, fine=fine))
-
-    def _look(self, number: int) -> None:
-        """Ask a run to end that is not wanted any more."""
-        if self._closed or number != self.number or number <= self._stopped:
-            raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
+                    self._done(replace(outcome, fine=fine, results=None))
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
-        """A run with the instants of its contacts; None if a newer order has taken its place, or it was stopped."""
+        """A run with the instants of its contacts, for curves; None if it has none."""
         from scissordyn.run.configuration import write_configuration
-        from scissordyn.run.simulate import refined
 
-        assert outcome.run is not None
-        mechanism, options = outcome.case.mechanism, outcome.case.options
+        run, results = outcome.run, outcome.results
+        if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
+            return None
         try:
-            fine = refined(outcome.run, mechanism, lambda time: self._look(outcome.number))
+            fine = results.finer
         except Exception:  # the run is there without it
             log.exception("curves go through the samples of the run")
             return None
-        return None if fine is outcome.run else fine.assign_attrs(configuration=write_configuration(mechanism, options))
+        if fine is results:
+            return None
+        configuration = write_configuration(outcome.case.mechanism, outcome.case.options)
+        return fine.dataset().assign_attrs(configuration=configuration)
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """The runs of a staged order, the accurate one last."""
@@ -153,31 +144,24 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        from scissordyn.run.simulate import simulate  # in the thread that needs it: the page comes first
+        from scissordyn.run.simulate import results_of  # in the thread that needs it: the page comes first
 
         def look(time: float) -> None:
-            self._look(number)
+            if self._closed or number != self.number or number <= self._stopped:
+                raise KeyboardInterrupt  # what a run takes as the wish to end between two steps
             if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
             self._progress(number, time / case.options.until)
 
-        options = {name: getattr(case.options, name) for name in case.options.__dataclass_fields__}
-        try:  # that of samples = "auto" is computed a second time when it has been shown
-            return Outcome(number, case, simulate(case.mechanism, **options | {"samples": case.options.count}, progress=look))
+        try:
+            results = results_of(case.mechanism, case.options.equally_spaced, look, curves=True)
+            return Outcome(number, case, results.dataset(), results=results)
         except ScissordynError as error:
             return Outcome(number, case, None, str(error))
         except KeyboardInterrupt:
             return Outcome(number, case, None, "stopped before the first step")
         except Exception as error:  # a fault of the program must not end the thread silently
             return Outcome(number, case, None, f"{type(error).__name__}: {error}")
-
-
-def is_refined(outcome: Outcome) -> bool:
-    """Whether a run is computed once more with the instants of its contacts."""
-    run = outcome.run
-    if run is None or outcome.note or run.attrs["status"] != "complete" or not run.sizes.get("contact", 0):
-        return False
-    return outcome.case.options.samples == "auto" or json.loads(run.attrs["statistics"])["seconds"] <= PATIENCE
 
 
 def _stopwatch() -> Callable[[], float]:

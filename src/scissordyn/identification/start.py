@@ -16,7 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 
 ROUND_OFF = 1e-9
 """Singular values of the constraints below this fraction of the largest are zero."""

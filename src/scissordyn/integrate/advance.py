@@ -48,6 +48,7 @@ from scissordyn.integrate.integration import (
     MODE,
     RISE,
     TIME,
+    WHEN,
     open_integration,
 )
 from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step, step_integral
@@ -78,16 +79,6 @@ MISSED = 100.0
 
 
 @kernel
-def advance_all(problem, systems, addresses, most_steps, statuses):
-    """Advance some integrations one after another, each as `advance` does, without Python in between.
-
-    Shapes: `systems, addresses` (k,), `statuses` (k,).
-    """
-    for k in range(systems.size):
-        statuses[k] = advance(problem, systems[k], addresses[k], most_steps)
-
-
-@kernel
 def advance(problem, S, address, most_steps):
     """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
     r = open_integration(address)
@@ -113,8 +104,10 @@ def room(r):
         return LOG_FULL
     if r.work.delays.size > 0 and s.history_length[0] >= s.history.shape[0]:
         return HISTORY_FULL
-    if 0 < r.steps.time.size <= counts.recorded:
-        return RECORD_FULL
+    if r.steps.time.size > 0:
+        inside = s.peak.shape[0] + 2 * r.work.rise_guard.size if r.steps.inside[0] == 1 else 0
+        if counts.recorded + 1 + inside > r.steps.time.size:
+            return RECORD_FULL
     return ADVANCING
 
 
@@ -266,6 +259,8 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= now:
             complete(problem, T, t, h, s, w, S)
             write_samples(T, t, h, now, s, w, r.samples)
+        if r.steps.time.size > 0 and r.steps.inside[0] == 1:
+            record_inside(problem, T, t, h, now, s, w, S, r.steps)
         if clock.monitors == 1:
             for q in range(s.total.size):
                 s.total[q] += step_integral(T, h, w, q)
@@ -283,7 +278,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         carry(T, s, w)
     clock.stalled = clock.stalled + 1 if now <= t else 0
     if r.steps.time.size > 0:
-        record_step(now, s, r.steps)
+        record_step(now, guard >= 0, s, r.steps)
     if guard >= 0:
         take_events(problem, T, now, full, guard, s, w, S, r.log)
     if clock.longest < 0.0:
@@ -292,14 +287,35 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
 
 
 @kernel
-def record_step(now, s, steps):
+def record_step(now, event, s, steps):
     """Keep the end of a step."""
+    if not event and s.counts[0].steps % steps.every[0] > 0:
+        return
     at = s.counts[0].recorded
-    steps.time[at] = now
-    for i in range(s.y.size):
-        steps.state[at, i] = s.y[i]
-    for k in range(s.mode.size):
-        steps.mode[at, k] = s.mode[k]
+    steps.time[at], steps.end[at] = now, 1
+    write_state(at, s, steps)
+    s.counts[0].recorded += 1
+
+
+@kernel
+def record_inside(problem, T, t, h, now, s, w, S, steps):
+    """Keep the instants of a step at which values are largest so far, and at which guards are crossed."""
+    for row in range(s.peak.shape[0]):
+        if t < s.peak[row, WHEN] < now:
+            record_at(problem, T, s.peak[row, WHEN], t, h, s, w, S, steps)
+    for c in range(w.rise_count[0]):
+        record_at(problem, T, t + fraction(w.scaling[0], w.rise_place[c]) * h, t, h, s, w, S, steps)
+    for c in range(w.crossing_count[0]):
+        record_at(problem, T, t + fraction(w.scaling[0], w.crossing_place[c]) * h, t, h, s, w, S, steps)
+
+
+@kernel
+def record_at(problem, T, when, t, h, s, w, S, steps):
+    """Keep an instant inside a step."""
+    complete(problem, T, t, h, s, w, S)
+    at = s.counts[0].recorded
+    steps.time[at], steps.end[at] = when, 0
+    write_sample(T, when, t, h, at, s, w, steps)
     s.counts[0].recorded += 1
 
 
@@ -353,32 +369,39 @@ def take_event(problem, now, guard, s, w, S, log):
 def write_samples(T, t, h, reached, s, w, out):
     """Write the samples up to the instant that a step of size h from t has reached."""
     counts = s.counts[0]
-    while counts.samples < out.time.size:
-        at = counts.samples
-        when = out.time[at]
-        if when > reached:
-            return
-        theta = 1.0
+    while counts.samples < out.time.size and out.time[counts.samples] <= reached:
         if h > 0.0:
-            theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h)))
-            dense_value(theta, T.pattern, s.y, w.dense, out.state[at])
+            write_sample(T, out.time[counts.samples], t, h, counts.samples, s, w, out)
         else:
-            for i in range(s.y.size):
-                out.state[at, i] = s.y[i]
-        if h > 0.0 and s.clock[0].monitors == 1:
-            integrals_at(T, theta, h, s, w, out.total[at])
-        else:
-            for q in range(s.total.size):
-                out.total[at, q] = s.total[q]
-        for k in range(s.mode.size):
-            out.mode[at, k] = s.mode[k]
-            out.memory[at, k] = s.memory[k]
-        for c in range(w.rise_count[0]):
-            if theta < w.rise_place[c]:
-                out.mode[at, w.rise_guard[c]] = 0
-        for c in range(w.crossing_count[0]):
-            if theta > w.crossing_place[c]:
-                out.mode[at, w.crossing_guard[c]] = 0
-        for i in range(s.reference.size):
-            out.reference[at, i] = s.reference[i]
+            write_state(counts.samples, s, out)
         counts.samples += 1
+
+
+@kernel
+def write_sample(T, when, t, h, at, s, w, out):
+    """Write a sample inside the step just made, before its end is taken over."""
+    theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h)))
+    write_state(at, s, out)
+    dense_value(theta, T.pattern, s.y, w.dense, out.state[at])
+    if s.clock[0].monitors == 1:
+        integrals_at(T, theta, h, s, w, out.total[at])
+    for c in range(w.rise_count[0]):
+        if theta < w.rise_place[c]:
+            out.mode[at, w.rise_guard[c]] = 0
+    for c in range(w.crossing_count[0]):
+        if theta > w.crossing_place[c]:
+            out.mode[at, w.crossing_guard[c]] = 0
+
+
+@kernel
+def write_state(at, s, out):
+    """Write the present state as a sample."""
+    for i in range(s.y.size):
+        out.state[at, i] = s.y[i]
+    for q in range(s.total.size):
+        out.total[at, q] = s.total[q]
+    for k in range(s.mode.size):
+        out.mode[at, k] = s.mode[k]
+        out.memory[at, k] = s.memory[k]
+    for i in range(s.reference.size):
+        out.reference[at, i] = s.reference[i]

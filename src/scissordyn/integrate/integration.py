@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -108,6 +108,12 @@ class State(NamedTuple):
     history_length: I1  # (1,)
 
 
+STATE_TYPES: dict[str, np.dtype] = {
+    name: kind.__metadata__[0].dtype for name, kind in get_type_hints(State, include_extras=True).items()
+}
+"""The table of what a state is: saving, restoring, comparing and checkpoints go over it."""
+
+
 class Work(NamedTuple):
     """Error weights and scratch."""
 
@@ -172,11 +178,17 @@ class Samples(NamedTuple):
 
 
 class StepRecord(NamedTuple):
-    """Time and state at the end of each step, as long as there is room; no rows: not wanted."""
+    """Samples at ends of steps, after which events follow, and at what is located inside steps; no rows: not wanted."""
 
     time: F1
     state: F2
+    total: F2
     mode: I2
+    memory: F2
+    reference: F2
+    end: I1  # (rows,) whether it is the end of a step
+    every: I1  # (1,) of so many steps one end is kept, besides those on events
+    inside: I1  # (1,) whether events and largest values that are located inside steps are kept
 
 
 class Integration(NamedTuple):
@@ -323,6 +335,7 @@ def make_samples(time: np.ndarray, state: State) -> Samples:
     )
 
 
-def make_record(rows: int, state: State) -> StepRecord:
-    """Room for so many steps."""
-    return StepRecord(np.zeros(rows), np.zeros((rows, state.y.size)), np.zeros((rows, state.mode.size), np.int64))
+def make_record(rows: int, state: State, *, inside: bool = False) -> StepRecord:
+    """Room for so many rows."""
+    samples = make_samples(np.zeros(rows), state)
+    return StepRecord(*samples, np.zeros(rows, np.int64), np.ones(1, np.int64), np.array([int(inside)]))

@@ -18,7 +18,17 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from scissordyn.integrate.advance import ADVANCING, CHANGE_POINT, FINISHED, NOT_FINITE, STUCK, record_step, room, take_event
+from scissordyn.integrate.advance import (
+    ADVANCING,
+    CHANGE_POINT,
+    FINISHED,
+    NOT_FINITE,
+    STUCK,
+    record_step,
+    room,
+    take_event,
+    write_state,
+)
 from scissordyn.integrate.control import REMAINDER
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
@@ -91,16 +101,6 @@ open_touching = opener(Touching)
 
 
 @kernel
-def advance_jumps(problem, jumps, systems, contacts, touching, addresses, most_steps, statuses):
-    """Advance some integrations one after another.
-
-    Shapes: `systems, contacts, touching, addresses` (k,), `statuses` (k,).
-    """
-    for k in range(systems.size):
-        statuses[k] = advance(problem, jumps, systems[k], contacts[k], touching[k], addresses[k], most_steps)
-
-
-@kernel
 def advance(problem, jumps, S, H, touching, address, most_steps):
     """Advance until the end of the clock, or for `most_steps` steps; returns a status."""
     r, K = open_integration(address), open_touching(touching)
@@ -108,7 +108,7 @@ def advance(problem, jumps, S, H, touching, address, most_steps):
     clock = s.clock[0]
     for _ in range(most_steps):
         if clock.time >= clock.end:
-            write_linear(clock.time, clock.time, s, w, r.samples)
+            write_present(clock.time, s, r.samples)
             return FINISHED
         status = room(r)
         if status == ADVANCING:
@@ -138,7 +138,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     """One step, with what begins and ends to touch in it, and the guards of other parts at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
-        write_linear(t, t, s, w, r.samples)  # the start
+        write_present(t, s, r.samples)  # the start
     h, last = choose_size(t, s, w, K)
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
@@ -171,7 +171,13 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if clock.monitors == 1:
         jumps.monitor(t + 0.5 * h, h, s.y, S, H, w.power[0], w.monitored[0])
         follow(t, h, s, w, K)
-    write_between(t, now, s, w, K, r.samples)
+    while counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= now:
+        write_between(r.samples.time[counts.samples], counts.samples, t, now, s, w, K, r.samples)
+        counts.samples += 1
+    if r.steps.time.size > 0 and r.steps.inside[0] == 1 and happens_inside(t, now, s, w, K):
+        r.steps.time[counts.recorded], r.steps.end[counts.recorded] = t + 0.5 * h, 0
+        write_between(t + 0.5 * h, counts.recorded, t, now, s, w, K, r.steps)
+        counts.recorded += 1
     if clock.monitors == 1:
         for q in range(s.total.size):
             s.total[q] += h * w.power[0, q]
@@ -187,7 +193,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         take_impacts(jumps, now, s, w, S, H, K, r.log)
         clock.longest = take_over(problem, now, s.y, w, S, K)
     if r.steps.time.size > 0:
-        record_step(now, s, r.steps)
+        record_step(now, strikes, s, r.steps)
     if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed: what touches answers at once
         take_impacts(jumps, now, s, w, S, H, K, r.log)
         clock.longest = take_over(problem, now, s.y, w, S, K)
@@ -331,15 +337,21 @@ def rise(now, i, s, K, log):
 
 
 @kernel
+def parts(i, w, K):
+    """Whether something ends to touch in the step just made."""
+    touched = K.result[i, IMPULSE] > 0.0
+    return (touched and K.result[i, CLOSED] != 1.0) or (not touched and w.saved_mode[K.which[i]] != 0)
+
+
+@kernel
 def fall(now, i, s, w, K, log):
     """Log that something ends to touch, if it does."""
-    guard, out = K.which[i], K.result[i]
-    touched = out[IMPULSE] > 0.0
-    if (touched and out[CLOSED] == 1.0) or (not touched and w.saved_mode[guard] == 0):
+    if not parts(i, w, K):
         return
+    guard = K.which[i]
     row = log[s.counts[0].events]
     row[:] = 0.0
-    row[TIME], row[GUARD], row[MODE], row[DATA] = now, guard, FALL, out[REBOUND]
+    row[TIME], row[GUARD], row[MODE], row[DATA] = now, guard, FALL, K.result[i, REBOUND]
     for q in range(ENDED, row.size):
         row[q] = s.peak[guard, q - ENDED]
     s.mode[guard] = 0
@@ -414,49 +426,41 @@ def keep_linear(record, t, h, s, w, S):
 
 
 @kernel
-def write_between(t, now, s, w, K, out):
-    """Write the samples after t up to the end of the step, between s.y and w.new; what jumps in it is the nearer one."""
-    counts, monitors = s.counts[0], s.clock[0].monitors == 1
-    while counts.samples < out.time.size:
-        at = counts.samples
-        when = out.time[at]
-        if when > now:
-            return
-        along = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
-        part = along
-        if K.impact[0] == 1:
-            part = 0.0 if along < 0.5 else 1.0
-        for i in range(s.y.size):
-            share = along if i < K.smooth[0] else part
-            out.state[at, i] = (1.0 - share) * s.y[i] + share * w.new[i]
+def happens_inside(t, now, s, w, K):
+    """Whether something begins or ends to touch in the middle of a step, or a value is largest there."""
+    for i in range(K.which.size):
+        if parts(i, w, K):
+            return True
+    for row in range(s.peak.shape[0]):  # noqa: SIM110 -- kernels have no generator expressions
+        if t < s.peak[row, WHEN] < now:
+            return True
+    return False
+
+
+@kernel
+def write_between(when, at, t, now, s, w, K, out):
+    """Write a sample of the step just made, between s.y and w.new; what jumps in it is the nearer one."""
+    along = min(1.0, max(0.0, (when - t) / (now - t))) if now > t else 1.0
+    share = along
+    if K.impact[0] == 1:
+        share = 0.0 if along < 0.5 else 1.0
+    write_state(at, s, out)
+    for i in range(s.y.size):
+        weight = along if i < K.smooth[0] else share
+        out.state[at, i] = (1.0 - weight) * s.y[i] + weight * w.new[i]
+    if s.clock[0].monitors == 1:
         for q in range(s.total.size):
-            out.total[at, q] = s.total[q] + (part * (now - t) * w.power[0, q] if monitors else 0.0)
-        write_modes(at, s, out)
-        if part == 0.0:
-            for i in range(K.which.size):
-                if w.saved_mode[K.which[i]] == 0:
-                    out.mode[at, K.which[i]] = 0
+            out.total[at, q] = s.total[q] + share * (now - t) * w.power[0, q]
+    if share == 0.0:
+        for i in range(K.which.size):
+            if w.saved_mode[K.which[i]] == 0:
+                out.mode[at, K.which[i]] = 0
 
 
 @kernel
-def write_modes(at, s, out):
-    """Write modes, memories and references of a sample."""
-    for k in range(s.mode.size):
-        out.mode[at, k] = s.mode[k]
-        out.memory[at, k] = s.memory[k]
-    for i in range(s.reference.size):
-        out.reference[at, i] = s.reference[i]
-    s.counts[0].samples += 1
-
-
-@kernel
-def write_linear(t, reached, s, w, out):
+def write_present(reached, s, out):
     """Write the samples up to an instant with the present state."""
     counts = s.counts[0]
     while counts.samples < out.time.size and out.time[counts.samples] <= reached:
-        at = counts.samples
-        for i in range(s.y.size):
-            out.state[at, i] = s.y[i]
-        for q in range(s.total.size):
-            out.total[at, q] = s.total[q]
-        write_modes(at, s, out)
+        write_state(counts.samples, s, out)
+        counts.samples += 1

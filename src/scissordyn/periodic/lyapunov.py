@@ -10,7 +10,6 @@ import xarray as xr
 
 from scissordyn.analysis.lyapunov import exponent_from_growth
 from scissordyn.errors import InputError, whole_number
-from scissordyn.integrate.advance import FINISHED
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.laws.damping.none import NoDamping
@@ -20,9 +19,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.plan.plan import plan
-from scissordyn.run.advance.driver import make_system
 from scissordyn.run.advance.snapshot import Snapshot
-from scissordyn.run.advance.trajectory import Trajectory, broken_off, compute, make_driver
+from scissordyn.run.advance.system import make_system
+from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, reach
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options, StartKind
 from scissordyn.units import checked
@@ -136,10 +135,11 @@ class _Pair:
     def advance(self, until: float) -> str:
         """Go on until a time [s]; returns why one of the two cannot, empty if both can."""
         self.drivers[1].restore(self.companion)
-        ended = [driver.advance(until) for driver in self.drivers]
-        broken = next((pair for pair in zip(ended, self.drivers, strict=True) if pair[0] != FINISHED), None)
-        if broken is not None:
-            return broken_off(*broken)
+        cause = next(
+            filter(None, [reach(driver, until, Options.most_steps, since=driver.tried) for driver in self.drivers]), ""
+        )
+        if cause:
+            return cause
         for driver in self.drivers:
             driver.clear_log()
         reference, companion = (driver.snapshot() for driver in self.drivers)

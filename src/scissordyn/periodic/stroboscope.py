@@ -12,7 +12,6 @@ import numpy as np
 
 from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError, whole_number
-from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.time_functions import check_tables
@@ -21,7 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.snapshot import Snapshot
-from scissordyn.run.advance.trajectory import broken_off, make_driver
+from scissordyn.run.advance.trajectory import make_driver, reach
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.options import Options, StartKind
@@ -118,7 +117,7 @@ def _cycled(
     extremes, model = Extremes(driver.plan), driver.system.content.model
     companion, oiled = companions(model), oiled_contacts(model)
     last = np.where(companion >= 0, companion, np.arange(companion.size))
-    done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
+    done, events, cause, end = 0, 0, "", driver.snapshot()
     began, before = clocks.perf_counter(), counted(state)
     try:
         for number in numbers:
@@ -129,11 +128,11 @@ def _cycled(
             # energies and peaks are those of the cycle; a contact that lasts across its start is monitored from there on
             state.total[:] = state.peak[:] = 0.0
             driver.peak["largest_time"] = driver.time
-            status = driver.advance((number + 1) * period, most_steps=options.most_steps)
+            cause = reach(driver, (number + 1) * period, options.most_steps, since=driver.tried)
             state = driver.state
             if wanted:
                 extremes.add(driver)
-            if status != loop.FINISHED:
+            if cause:
                 break
             log, begin = driver.log, number * period
             summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
@@ -151,9 +150,6 @@ def _cycled(
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
-    if status == loop.ADVANCING and not cause and done < cycles:
-        cause = f"{options.most_steps} steps are not enough for a cycle"
-    cause = cause or broken_off(status, driver)
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
         cause = f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 import numpy as np
 
 from scissordyn.mechanics.band import width
@@ -53,6 +57,15 @@ def damped_components(plan: Plan) -> list[tuple[int, int]]:
     kinds = [part.declaration for part in plan.components]
     damped = [(i, min(len(kind.port.forces), AXES)) for i, kind in enumerate(kinds) if kind.section not in CONSTANT]
     return [(i, axis) for i, rows in damped for axis in range(rows)]
+
+
+HARD_STATE: Mapping[str, Any] = MappingProxyType(
+    {"mode": 0, "stuck": 0, "slope": 0, "pressed": 0, "struck": 0, "ahead": (-np.inf, np.inf), "longest": np.inf}
+)
+"""What the next step depends on, and its start."""
+
+HARD_COUNTED = MappingProxyType({"stick": 0, "counts": 0, "overlap": 0})
+"""What has been counted since the start."""
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
@@ -116,10 +129,8 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
             made.restitution[i], made.kinetic[i], made.static[i] = hard_numbers(clearance)
         made.law[i], made.energy[i], made.elastic[i] = elastic_law(clearance)
         made.floor[i] = FLOOR * clearance.clearance
-    for part in (made.mode, made.stuck, made.slope, made.stick, made.counts, made.pressed, made.overlap, made.struck):
-        part[:] = 0
-    made.ahead[:] = -np.inf, np.inf
-    made.longest[:] = np.inf
+    for name, start in {**HARD_STATE, **HARD_COUNTED}.items():
+        getattr(made, name)[:] = start
 
 
 Entries = list[tuple[np.ndarray, np.ndarray]]

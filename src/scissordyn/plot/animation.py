@@ -17,7 +17,7 @@ from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces
-from scissordyn.run.advance.spacing import spread_samples
+from scissordyn.run.advance.instants import spread_samples
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.joints import clearance_joints
 

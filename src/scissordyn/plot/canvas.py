@@ -15,7 +15,7 @@ from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.label_place import LOOKS
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
-from scissordyn.run.advance.spacing import spread_samples
+from scissordyn.run.advance.instants import spread_samples
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,14 +11,12 @@ from typing import Protocol
 import numpy as np
 
 from scissordyn.errors import ScissordynError
-from scissordyn.integrate import advance as loop
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.driver import SLICE, UNFINISHED, Driver, advance_together, make_system
-from scissordyn.run.advance.numbers import put_numbers
-from scissordyn.run.advance.slice import FIRST
-from scissordyn.run.advance.trajectory import broken_off, crosses, model_failure
+from scissordyn.run.advance.driver import FIRST, SLICE, UNFINISHED, Driver, advance_together
+from scissordyn.run.advance.system import make_system, put_numbers
+from scissordyn.run.advance.trajectory import broken_off, crosses, model_failure, reach
 from scissordyn.run.answer.hard_contact import ignored_roots, stepping_warnings
 from scissordyn.run.answer.measure import Ended
 from scissordyn.run.options import Options
@@ -122,21 +120,17 @@ class Worker:
         """Advance to the end from where `_together` got; returns the time of both, None if it did not get there."""
         began, options = clocks.perf_counter(), self.options
         try:
-            if status in UNFINISHED:
-                status = driver.advance(options.until, most_steps=options.most_steps - driver.tried)
+            cause = reach(driver, options.until, options.most_steps) if status in UNFINISHED else broken_off(status, driver)
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None
-        failure = model_failure(driver) if status == loop.FINISHED else ""
-        if failure:
-            self.cases.failed(case, failure)
+        if cause:
+            cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
+        cause = cause or model_failure(driver)
+        if cause:
+            self.cases.failed(case, cause)
             return None
-        if status == loop.FINISHED:
-            return seconds + clocks.perf_counter() - began
-        steps = f"{options.most_steps} steps are not enough"
-        cause = steps if status == loop.ADVANCING else broken_off(status, driver)
-        self.cases.failed(case, f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}")
-        return None
+        return seconds + clocks.perf_counter() - began
 
     def _compare(self, driver: Driver) -> IdealPath:
         """Have the driver compare with the commanded path, which is computed anew only where it is another one."""

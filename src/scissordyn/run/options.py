@@ -25,7 +25,7 @@ EventKind = Literal["auto", "located", "crossed"]
 
 SampleCount = Annotated[
     int | Literal["auto"],
-    Quantity("1", minimum=2, maximum=10_000_000, help='recorded instants, or "auto": those of contacts too, at twice the time'),
+    Quantity("1", minimum=2, maximum=10_000_000, help='recorded instants, or "auto": those of contacts too'),
 ]
 
 
@@ -46,7 +46,7 @@ class Options:
         positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
     samples : int or "auto"
         Number of recorded instants, equally spaced; steps and events do not depend on it. With "auto" those of the contacts
-        themselves are added, so that no curve misses its own peaks: the run is computed a second time at them.
+        themselves are added, so that no curve misses its own peaks.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
@@ -94,8 +94,8 @@ class Options:
         return EQUALLY_SPACED if isinstance(self.samples, str) else self.samples
 
     @property
-    def once(self) -> Options:
-        """The same with equally spaced samples, so that a run is computed once."""
+    def equally_spaced(self) -> Options:
+        """The same without samples at the instants of contacts."""
         return dataclasses.replace(self, samples=self.count)
 
     @property

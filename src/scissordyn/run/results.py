@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from functools import cache, lru_cache
+from collections.abc import Callable, Mapping
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -56,8 +56,15 @@ class Results:
     """The variables and attributes of a run, in the words of a Dataset."""
 
     def __init__(self, variables: Variables, attrs: dict[str, Any]) -> None:
-        self.variables = variables
-        self.attrs = attrs
+        self.variables, self.attrs = variables, attrs
+        self.make_finer: Callable[[], Results] | None = None
+
+    @cached_property
+    def finer(self) -> Results:
+        """The same run with the instants of its contacts among its samples, for curves, if it has recorded them."""
+        if self.make_finer is None:
+            return self
+        return Results(self.make_finer().variables, self.attrs)
 
     def __getitem__(self, name: str, /) -> Variable:
         return self.variables[name]

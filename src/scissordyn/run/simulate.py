@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
 from scissordyn.run.advance.cut import recorded
-from scissordyn.run.advance.instants import MOST_INSTANTS, of_run, of_trajectory
+from scissordyn.run.advance.instants import MOST_INSTANTS, sample_times, sampled_at, with_recorded
 from scissordyn.run.advance.trajectory import FAILED, Trajectory, compute
+from scissordyn.run.answer.advice import warnings_of
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.hard_contact import hard_contact_warnings
 from scissordyn.run.answer.painleve import painleve_warnings
@@ -27,12 +25,12 @@ from scissordyn.run.answer.state_scale import scale_warnings
 from scissordyn.run.answer.track import deviation_variables
 from scissordyn.run.answer.warn import contact_failures, run_warnings
 from scissordyn.run.configuration import is_run, read_configuration, write_configuration
-from scissordyn.run.options import AUTO, EQUALLY_SPACED, EndTime, EventKind, Options, SampleCount, StartKind
+from scissordyn.run.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.results import Results, Run
 from scissordyn.run.start.demand import check_samples
 from scissordyn.run.start.ideal_path import IdealPath, deviates, ideal_path
 from scissordyn.units import Meaning, checked
-from scissordyn.warning import plain, warning
+from scissordyn.warning import RunWarning, plain, warning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +66,7 @@ def simulate(
         positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
     samples : int or "auto"
         Number of recorded instants, equally spaced; steps and events do not depend on it. With "auto" those of the contacts
-        themselves are added, so that no curve misses its own peaks: the run is computed a second time at them.
+        themselves are added, so that no curve misses its own peaks.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
@@ -155,13 +153,15 @@ def replayed(
     allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     progress: Callable[[float], None] | None,
     checkpoint: Checkpoint | None,
+    curves: bool = False,
 ) -> Results:
     """As `replay`, before a Dataset is made of it."""
     configuration = read_configuration(run)
     if configuration.options is None or not is_run(run):
-        given = run.attrs.get("title", "a dataset without a title")
-        raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
-    return results_of(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)
+        title = run.attrs.get("title", "a dataset without a title")
+        raise InputError(f"replay of {title!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(title), ""))
+    mechanism = configuration.build_mechanism(allow_code)
+    return results_of(mechanism, configuration.options, progress, checkpoint, curves=curves)
 
 
 def results_of(
@@ -169,48 +169,52 @@ def results_of(
     options: Options,
     progress: Callable[[float], None] | None = None,
     checkpoint: Checkpoint | None = None,
+    *,
+    curves: bool = False,
 ) -> Results:
-    """As `simulate`, before a Dataset is made of it."""
-    made = plan(mechanism)
-    check_tables(made, options.until)
-    check_samples(made, MOST_INSTANTS if options.samples == AUTO else options.count)
+    """As `simulate`, before a Dataset is made of it; with `curves` it has `finer` ones unless there is a checkpoint."""
+    tables = plan(mechanism)
+    check_tables(tables, options.until)
+    check_samples(tables, MOST_INSTANTS if options.samples == AUTO else options.count)
     configuration = write_configuration(mechanism, options)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
-    run = _computed(made, options, configuration, progress, keeper)
+    ideal = ideal_path(tables, options) if tables.tracks and deviates(mechanism) else None
+    records = options.samples == AUTO or (curves and keeper is None)
+    states = None
+    if options.trust:
+        path, states = compared(tables, options, progress, curves=records, ideal=ideal, keeper=keeper)
+    else:
+        times = sample_times(options, curves=records)
+        path = compute(tables, options, progress, times=times, curves=records, ideal=ideal, keeper=keeper)
+    asked = with_recorded(path) if options.samples == AUTO else sampled_at(path, sample_times(options)) if records else path
+    run = _answered(asked, options, configuration, ideal, progress)
+    if records and options.samples != AUTO and path.status == "complete":
+        run.make_finer = lambda: _answered(with_recorded(path), options, configuration, ideal, progress)
+    if states is not None:
+        horizon = predictability(options, path, states, run, progress, keeper)
+        run.attrs.update(horizon.attributes)
+        if horizon.interrupted:
+            cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
+            run.attrs.update(status="interrupted", cause=cause)
+    if keeper is not None and keeper.problem:
+        _add_warnings(run, [*warnings_of(run), warning("checkpoints", problem=keeper.problem)])
     if keeper is not None and run.attrs["status"] != "interrupted":
         keeper.finish()
     return run
 
 
-def refined(run: xr.Dataset, mechanism: Mechanism, progress: Callable[[float], None] | None = None) -> xr.Dataset:
-    """A run with the instants of its contacts among its samples, for pictures: the same motion bit for bit."""
-    options = read_configuration(run).options
-    assert options is not None
-    made, once = plan(mechanism), dataclasses.replace(options, trust=False, samples=EQUALLY_SPACED)
-    found = _computed(made, once, str(run.attrs["configuration"]), progress, None, of_run(run)).dataset()
-    return found.assign_attrs(run.attrs) if found.attrs["status"] == "complete" else run
-
-
-def _computed(
-    plan: Plan,
+def _answered(
+    path: Trajectory,
     options: Options,
     configuration: str,
+    ideal: IdealPath | None,
     progress: Callable[[float], None] | None,
-    keeper: Keeper | None,
-    times: np.ndarray | None = None,
 ) -> Results:
-    ideal = ideal_path(plan, options) if plan.tracks and deviates(plan.mechanism) else None
-    states = None
-    if options.trust:
-        path, states = compared(plan, options, progress, ideal=ideal, keeper=keeper)
-    else:
-        path = compute(plan, options, progress, times=times, ideal=ideal, keeper=keeper)
-    further: list[str] = []
-    if options.samples == AUTO and path.status == "complete":
-        path, further = _at_own_instants(plan, options, path, progress, ideal)
+    """All results of a trajectory, with its warnings."""
+    plan = path.plan
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = results(plan, configuration, path, record)
-    warnings = [*plain([*further, *path.warnings]), *run_warnings(plan, run, path.immobile)]
+    warnings = [*plain(path.warnings), *run_warnings(plan, run, path.immobile)]
     warnings += plain(passing_warnings(plan, run, options.until)) + painleve_warnings(path, record)
     warnings += scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":
@@ -219,26 +223,12 @@ def _computed(
     if ideal is not None:
         run.variables.update(deviation_variables(run, path, ideal, options))
         warnings += plain(ideal.warnings)
-    if states is not None:
-        horizon = predictability(options, path, states, run, progress, keeper)
-        run.attrs.update(horizon.attributes)
-        if horizon.interrupted:
-            cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
-            run.attrs.update(status="interrupted", cause=cause)
-    if keeper is not None and keeper.problem:
-        warnings.append(warning("checkpoints", problem=keeper.problem))
-    unique = list({str(item): item for item in warnings}.values())
-    run.attrs.update(
-        warnings=json.dumps([str(item) for item in unique]), warning_data=json.dumps([item.data for item in unique])
-    )
+    _add_warnings(run, warnings)
     return run
 
 
-def _at_own_instants(
-    plan: Plan, options: Options, path: Trajectory, progress: Callable[[float], None] | None, ideal: IdealPath | None
-) -> tuple[Trajectory, list[str]]:
-    """The same run recorded at the instants of its contacts too, and a warning if that was interrupted."""
-    anew = compute(plan, options, progress, times=of_trajectory(path), ideal=ideal)
-    if anew.status != "complete":
-        return path, ['samples = "auto" was interrupted: the samples are equally spaced, and curves can miss their peaks']
-    return dataclasses.replace(path, samples=anew.samples), []
+def _add_warnings(run: Results, warnings: list[RunWarning]) -> None:
+    """Write warnings as attributes, each once, as sentences and as data."""
+    unique = list({str(item): item for item in warnings}.values())
+    run.attrs["warnings"] = json.dumps([str(item) for item in unique])
+    run.attrs["warning_data"] = json.dumps([item.data for item in unique])

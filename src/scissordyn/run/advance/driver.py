@@ -17,6 +17,7 @@ from scissordyn.integrate.integration import (
     Integration,
     Samples,
     State,
+    StepRecord,
     make_record,
     make_samples,
     make_state,
@@ -28,22 +29,23 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
-from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.change_point import step_across
 from scissordyn.run.advance.interrupt import look
 from scissordyn.run.advance.log import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.loop import advance_systems
-from scissordyn.run.advance.slice import FIRST, next_slice
 from scissordyn.run.advance.snapshot import Snapshot
+from scissordyn.run.advance.stepping import Stepping
 from scissordyn.run.start.tolerance import Tolerances
 
 if TYPE_CHECKING:
-    from scissordyn.run.advance.stepping import Stepping
     from scissordyn.run.start.method import Choice
 
 SLICE = 20_000
 """Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
+
+FIRST, LASTING = 200, 0.1
+"""Steps of the first call of the loop, and how long the others last [s]: Python looks at Ctrl-C between two calls only."""
 
 LOG_ROWS = 256
 RECORD_ROWS = 1024
@@ -53,35 +55,15 @@ def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -
     """Go on until a time with some drivers, in one call of the loop."""
     for driver in drivers:
         driver.state.clock["end"] = until
-    found = [0] * len(drivers)
-    for stepped in (False, True):
-        places = [k for k, driver in enumerate(drivers) if (driver.stepping is not None) is stepped]
-        if places:
-            for k, status in zip(places, _advance([drivers[k] for k in places], most_steps), strict=True):
-                found[k] = status
-    return found
-
-
-def _advance(drivers: Sequence[Driver], most_steps: int) -> list[int]:
-    """The same for drivers of one loop."""
-    steppings = [driver.stepping for driver in drivers if driver.stepping is not None]
-    if steppings:
-        from scissordyn.run.advance.stepping import advance_stepping  # compiles its loop
-
-        return advance_stepping(drivers, steppings, most_steps)
     statuses = np.zeros(len(drivers), np.int64)
-    systems = np.array([driver.system.address for driver in drivers], np.int64)
-    integrations = np.array([driver.integration.address for driver in drivers], np.int64)
-    advance_systems(systems, integrations, most_steps, statuses)
-    finished: list[int] = statuses.tolist()
-    return finished
+    addresses = (np.array(column, np.int64) for column in zip(*(driver.addresses for driver in drivers), strict=True))
+    advance_systems(*addresses, most_steps, statuses)
+    return list(map(int, statuses))
 
 
-def make_system(plan: Plan) -> Handle:
-    """A system at rest with everything open, for one thread."""
-    model, numbers = plan.model, plan.numbers()
-    state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
-    return Handle(System(model, numbers, state, work, plan.friction_workspace()))
+def next_slice(steps: int, seconds: float, most: int) -> int:
+    """Steps of the next call of the loop, by those of the last one; what is computed does not depend on them."""
+    return max(1, min(int(steps * LASTING / max(seconds, 1e-9)), 2 * steps, most))
 
 
 class Driver:
@@ -103,7 +85,7 @@ class Driver:
     ) -> None:
         self.plan, self.system, self.method = plan, system, method.method
         self.stepping: Stepping | None = None
-        self._pace, self._rows = FIRST, dict[int, np.ndarray]()
+        self._pace, self._most, self._rows = FIRST, np.inf, dict[int, np.ndarray]()
         content: System = system.content
         state, model = content.state, content.model
         signals = state.initial_history.size
@@ -142,8 +124,6 @@ class Driver:
         samples, record = make_samples(np.zeros(0), integrated), make_record(0, integrated)
         self.integration = Handle(Integration(coefficients, integrated, work, samples, record, log))
         if method.step > 0.0:
-            from scissordyn.run.advance.stepping import Stepping  # loads the kernels of hard contact
-
             self.stepping = Stepping(plan, method.step, method.turn, located=crosses == ENDS)
         self._begin(initial_events)
 
@@ -189,10 +169,17 @@ class Driver:
         state.clock["longest"] = accepted[1]
 
     @property
+    def addresses(self) -> tuple[int, int, int, int]:
+        """Of system, hard contacts and what touches, 0 without, and integration."""
+        stepping = self.stepping
+        hard, touching = (0, 0) if stepping is None else (stepping.hard.address, stepping.touching.address)
+        return self.system.address, hard, touching, self.integration.address
+
+    @property
     def state(self) -> State:
         """The integrator's state: live arrays."""
-        found: State = self.integration.content.state
-        return found
+        state: State = self.integration.content.state
+        return state
 
     @property
     def time(self) -> float:
@@ -226,11 +213,11 @@ class Driver:
         return Samples(*(part[:reached] for part in written))
 
     @property
-    def steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Time, state and modes at the end of each step so far, if they are recorded."""
+    def recorded(self) -> StepRecord:
+        """The ends of steps so far, and what is located inside them, as far as they are recorded."""
+        steps: StepRecord = self.integration.content.steps
         count = int(self.state.counts["recorded"][0])
-        time, state, mode = self.integration.content.steps
-        return time[:count], state[:count], mode[:count]
+        return steps._replace(**{name: part[:count] for name, part in _rows_of(steps)})
 
     def rows(self, kind: int) -> np.ndarray:
         """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
@@ -262,10 +249,10 @@ class Driver:
         """
         self.system.exchange("parameters", ideal=table, ideal_step=np.array([step]))
 
-    def record_steps(self) -> None:
-        """Keep time and state at the end of each step from here on."""
-        self._exchange(steps=make_record(RECORD_ROWS, self.state))
-        self.state.counts["recorded"] = 0
+    def record_steps(self, *, inside: bool = False, most: float = np.inf) -> None:
+        """Keep the ends of steps from here on, and inside them events and largest values; thinned out at `most` rows."""
+        self._exchange(steps=make_record(RECORD_ROWS, self.state, inside=inside))
+        self.state.counts["recorded"], self._most = 0, most
 
     def monitor(self, on: bool) -> None:
         """Integrate powers and monitor numbers from here on, or leave both as they are; the motion does not depend on it."""
@@ -317,12 +304,31 @@ class Driver:
         if status == loop.LOG_FULL:
             self._exchange(log=np.vstack([content.log, np.zeros_like(content.log)]))
         elif status == loop.RECORD_FULL:
-            doubled = (np.concatenate([part, np.zeros_like(part)]) for part in content.steps)
-            self._exchange(steps=type(content.steps)(*doubled))
+            if len(content.steps.time) >= self._most and self._thin_out():
+                return
+            doubled = {name: np.concatenate([part, np.zeros_like(part)]) for name, part in _rows_of(content.steps)}
+            self._exchange(steps=content.steps._replace(**doubled))
         else:
             history = np.vstack([content.state.history, np.zeros_like(content.state.history)])
             self.system.exchange("state", history=history)
             self._exchange(state=content.state._replace(history=history))
+
+    def _thin_out(self) -> bool:
+        """Leave out every other end of a step without event or largest value; returns whether that leaves much room."""
+        steps, log = self.integration.content.steps, self.log
+        count = int(self.state.counts["recorded"][0])
+        wanted = np.concatenate([log["time"], log["largest_time"], log["whole_time"], self.peak["largest_time"]])
+        kept = np.isin(steps.time[:count], wanted)
+        others = np.flatnonzero(~kept)
+        kept[others[::2]] = True
+        rows = np.flatnonzero(kept)
+        if rows.size > 0.75 * len(steps.time):
+            return False
+        for _, part in _rows_of(steps):
+            part[: rows.size] = part[rows]
+        steps.every[0] *= 2
+        self.state.counts["recorded"] = rows.size
+        return True
 
     def snapshot(self) -> Snapshot:
         """The state, to be put back or stored."""
@@ -332,61 +338,61 @@ class Driver:
 
     def restore(self, snapshot: Snapshot) -> None:
         """Put a state back, of this mechanism or of one that differs in parameters only."""
-        state, length = self.state, int(snapshot.arrays["history_length"][0])
-        while length >= state.history.shape[0] > 0:
-            self.grow(loop.HISTORY_FULL)
-            state = self.state
-        for name, part in state._asdict().items():
-            stored = snapshot.arrays[name]
-            if name == "history":
-                part[:length] = stored
-            elif part.shape == stored.shape:
-                part[...] = stored
-            else:
-                raise InputError(f"a state with {stored.shape} numbers as '{name}'", f"{part.shape}, a state of this mechanism")
-        state.clock["prepared"] = 0
+        self._put({f"state.{name}": part for name, part in snapshot.arrays.items()})
+        self.state.clock["prepared"] = 0
         if self.stepping is not None:
             self.stepping.forget()
         functions.activate(self.system.address)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays that the way onwards depends on, and what has been recorded so far, by name; live."""
-        content, counts = self.integration.content, self.state.counts
-        named = {"state": content.state, "work": content.work, "workspace": self.system.content.work}
-        found = {f"{owner}.{name}": part for owner, parts in named.items() for name, part in parts._asdict().items()}
-        found["state.history"] = found["state.history"][: int(self.state.history_length[0])]
-        for owner, parts, rows in (("samples", content.samples, "samples"), ("steps", content.steps, "recorded")):
-            found |= {f"{owner}.{name}": part[: int(counts[rows][0])] for name, part in parts._asdict().items()}
-        hard = {} if self.stepping is None else self.stepping.arrays()
-        return found | hard | {"log": self._events}
+        content, state = self.integration.content, self.state
+        parts = {"state": state, "work": content.work, "workspace": self.system.content.work}
+        parts |= {"samples": self.samples, "steps": self.recorded}
+        arrays = {f"{owner}.{name}": array for owner, part in parts.items() for name, array in part._asdict().items()}
+        arrays["state.history"] = state.history[: int(state.history_length[0])]
+        return arrays | ({} if self.stepping is None else self.stepping.arrays()) | {"log": self._events}
 
     def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit."""
-        mine = self.arrays()
-        if arrays.keys() != mine.keys():
-            raise InputError(f"a state without '{min(mine.keys() ^ arrays.keys())}'", "a state of the same version")
+        names = self.arrays().keys()
+        if arrays.keys() != names:
+            raise InputError(f"a state without '{min(names ^ arrays.keys())}'", "a state of the same version")
+        self._put(arrays)
+
+    def _put(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put arrays in place, by the names of `arrays`."""
         for name, status in (("state.history", loop.HISTORY_FULL), ("steps.time", loop.RECORD_FULL), ("log", loop.LOG_FULL)):
-            while len(arrays[name]) > len(self._store(name)) > 0:
+            while len(arrays.get(name, ())) > len(self._store(name)) > 0:
                 self.grow(status)
-        for name, part in self.arrays().items():
-            owner = name.partition(".")[0]
-            rows = arrays[name].shape[0] if owner in ("samples", "steps", "log") or name == "state.history" else None
-            place = part if rows is None else self._store(name)[:rows]
-            if place.shape != arrays[name].shape:
-                raise InputError(f"a state with {arrays[name].shape} numbers as '{name}'", f"{place.shape}")
-            place[...] = arrays[name]
+        for name, stored in arrays.items():
+            place = self._store(name)
+            if name == "state.history" or name.partition(".")[0] in ("samples", "steps", "log"):
+                place = place[: len(stored)]
+            if place.shape != stored.shape:
+                raise InputError(
+                    f"a state with {stored.shape} numbers as '{name.rpartition('.')[2]}'",
+                    f"{place.shape}, a state of this mechanism",
+                )
+            place[...] = stored
 
     def _store(self, name: str) -> np.ndarray:
-        """All rows of an array that is filled row by row."""
+        """All rows of an array."""
         owner, _, part = name.partition(".")
-        found = getattr(self.integration.content, owner)
-        return np.asarray(getattr(found, part) if part else found)
+        owners = {"workspace": self.system.content.work, "hard": self.stepping and self.stepping.content}
+        source = owners.get(owner) or getattr(self.integration.content, owner)
+        return np.asarray(getattr(source, part) if part else source)
 
     def bind(self, parameters: Parameters) -> None:
         """Go on with other numbers of the same model."""
         self.system = Handle(self.system.content._replace(parameters=parameters))
         self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0
+
+
+def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
+    """The arrays of a record that have a row for each instant."""
+    return [(name, getattr(steps, name)) for name in (*Samples._fields, "end")]
 
 
 def _stores(method: Choice) -> str:

@@ -1,77 +1,98 @@
-"""The instants of ``samples = "auto"``: equally spaced ones, and those of the contacts themselves."""
+"""The instants at which a run has samples: equally spaced ones, and with ``samples = "auto"`` those of its contacts too."""
 
 from __future__ import annotations
 
-import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.run.advance.trajectory import Trajectory
+from scissordyn.integrate.integration import Samples
 from scissordyn.run.answer.contacts import columns
-from scissordyn.run.options import EQUALLY_SPACED
+from scissordyn.run.options import EQUALLY_SPACED, Options
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from scissordyn.run.advance.trajectory import Trajectory
 
 MOST_INSTANTS = 20_001
 """Most samples of ``samples = "auto"``: ten times the equally spaced ones."""
 
-WITHIN = 8
-"""Instants inside each contact and each flight of a joint, at most."""
+ROUNDED = 4.0
+"""Roundings by which the sum of a start and a duration may miss the instant that was recorded."""
+
+EQUAL = 1e-6
+"""Relative difference of distances in time that counts as none."""
 
 
-def of_trajectory(path: Trajectory) -> np.ndarray:
-    """The instants of a trajectory; see `own_instants`."""
-    table = columns(path.contacts())
-    further = np.concatenate([path.peak["largest_time"], table["start"] + table["peak_normal_time"]])
-    return own_instants(table["joint"], table["start"], table["peak_time"], table["duration"], further, path.end)
+def equally_spaced(time: np.ndarray) -> bool:
+    """Whether all samples are equally far apart."""
+    step = np.diff(time)
+    return bool(step.size == 0 or np.ptp(step) <= EQUAL * float(np.mean(step)))
 
 
-def of_run(run: xr.Dataset) -> np.ndarray:
-    """The instants of a run, from its table of contacts and its located largest values; see `own_instants`."""
-    names = [name for name in run.variables if re.search("peak_.*_time$", str(name)) and run[name].dims != ("contact",)]
-    located = [run[name].values.ravel() for name in names]
-    joint = np.unique(run["contact_joint"].values, return_inverse=True)[1]
-    start, peak, duration = (run[name].values for name in ("contact_start", "peak_time", "contact_duration"))
-    further = np.concatenate([start + run["peak_normal_time"].values, *located])
-    return own_instants(joint, start, peak, duration, further, float(run.attrs["end"]))
+def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Mean over time: of the samples where they are equally spaced, by the trapezoidal rule where they are not.
 
-
-def own_instants(
-    joint: np.ndarray, start: np.ndarray, peak: np.ndarray, duration: np.ndarray, further: np.ndarray, last: float
-) -> np.ndarray:
-    """Instants at which a run is recorded so that no curve misses its own peaks.
-
-    Equally spaced ones; start, largest force and end of every contact; the located largest values of everything else that is
-    monitored; and inside each contact and each flight of a joint as many more as `MOST_INSTANTS` leaves room for.
-
-    Shapes: `joint` (contacts,), `start, peak, duration` (contacts,) [s].
+    Shapes: `values` (samples, ...), `time` (samples,) [s]; returns (...).
     """
-    end = np.where(np.isfinite(duration), start + duration, last)
-    located = np.concatenate([start, start + peak, end, further])
-    parts = [np.linspace(0.0, last, EQUALLY_SPACED), located]
-    pieces = _pieces(joint, start, end, last)
-    room = MOST_INSTANTS - EQUALLY_SPACED - located.size
-    inside = min(WITHIN, room // max(1, len(pieces)))
-    if inside > 0 and len(pieces):
-        part = (np.arange(inside) + 1.0) / (inside + 1.0)
-        parts.append((pieces[:, :1] + (pieces[:, 1:] - pieces[:, :1]) * part).ravel())
-    found = np.unique(np.concatenate(parts))
-    found = found[np.isfinite(found) & (found >= 0.0) & (found <= last)]
-    if found.size > MOST_INSTANTS:  # more contacts than samples: the equally spaced ones stay, and a part of the others
-        further = np.setdiff1d(found, parts[0])
-        kept = further[:: -(-further.size // (MOST_INSTANTS - EQUALLY_SPACED))]
-        found = np.union1d(parts[0], kept)
-    return np.asarray(found)
+    if equally_spaced(time):
+        return np.asarray(np.mean(values, axis=0))
+    return np.asarray(np.trapezoid(values.astype(float), time, axis=0) / (time[-1] - time[0]))
 
 
-def _pieces(joint: np.ndarray, start: np.ndarray, end: np.ndarray, last: float) -> np.ndarray:
-    """Starts and ends of the contacts and of the flights between them, joint by joint, shape (pieces, 2) [s]."""
-    found = [np.empty((0, 2))]
-    for number in np.unique(joint):
-        here = joint == number
-        edges = np.concatenate([[0.0], np.stack([start[here], end[here]], axis=1).ravel(), [last]])
-        found.append(np.stack([edges[:-1], edges[1:]], axis=1))
-    pieces = np.concatenate(found)
-    return pieces[pieces[:, 1] > pieces[:, 0]]
+def spread_samples(time: np.ndarray, count: int) -> np.ndarray:
+    """So many samples, equally spread over the time, the first and the last among them."""
+    if equally_spaced(time):
+        return np.unique(np.linspace(0, time.size - 1, count).round().astype(int))
+    wanted = np.linspace(time[0], time[-1], count)
+    after = np.clip(np.searchsorted(time, wanted), 1, time.size - 1)
+    return np.unique(after - (wanted - time[after - 1] < time[after] - wanted))
+
+
+def sample_times(options: Options, *, curves: bool = False) -> np.ndarray:
+    """The equally spaced instants of a run [s], with those of curves if these are wanted too."""
+    asked = np.linspace(0.0, options.until, options.count)
+    return np.union1d(asked, np.linspace(0.0, options.until, EQUALLY_SPACED)) if curves else asked
+
+
+def sampled_at(path: Trajectory, times: np.ndarray) -> Trajectory:
+    """A trajectory with those of its samples alone that are at some instants."""
+    wanted = np.isin(path.samples.time, times)
+    return replace(path, samples=Samples(*(part[wanted] for part in path.samples)))
+
+
+def with_recorded(path: Trajectory) -> Trajectory:
+    """A trajectory with the instants among its samples that its integration has kept, so that no curve misses its own peaks.
+
+    These are start, largest force and end of every contact, the located largest values of everything else that is monitored,
+    and as many ends of steps as `MOST_INSTANTS` leaves room for.
+    """
+    table, kept = columns(path.contacts()), path.recorded
+    assert kept is not None
+    start = table["start"]
+    spans = [table[name] for name in ("peak_time", "peak_normal_time", "duration")]
+    wanted = np.concatenate([start, *(start + span for span in spans), path.peak["largest_time"]])
+    wanted = np.unique(wanted[np.isfinite(wanted) & (wanted >= 0.0) & (wanted <= path.end)])
+    time = kept.time.copy()
+    if time.size and wanted.size:  # an instant and the one that was recorded for it may differ by rounding
+        order = np.argsort(time, kind="stable")
+        after = np.clip(np.searchsorted(time[order], wanted), 1, max(1, time.size - 1))
+        near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
+        row = np.where(np.abs(time[near[0]] - wanted) <= np.abs(time[near[1]] - wanted), near[0], near[1])
+        same = np.abs(time[row] - wanted) <= ROUNDED * np.spacing(wanted)
+        time[row[same]] = wanted[same]
+    rows = chosen_rows(path.samples.time, time, wanted)
+    parts = (np.concatenate([here, getattr(kept, name)[rows]]) for name, here in path.samples._asdict().items())
+    samples = Samples(*parts)._replace(time=np.concatenate([path.samples.time, time[rows]]))
+    _, order = np.unique(samples.time, return_index=True)  # of equal instants the first, which is one of the equally spaced
+    return replace(path, samples=Samples(*(part[order] for part in samples)))
+
+
+def chosen_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Which recorded instants become samples beside equally spaced ones: those that are wanted, and a part of the others."""
+    chosen, room = np.zeros(0, int), max(0, MOST_INSTANTS - max(equal.size, EQUALLY_SPACED))
+    is_wanted = np.isin(time, wanted)
+    for rows in (np.flatnonzero(is_wanted), np.flatnonzero(~is_wanted)):
+        if rows.size and room > chosen.size:
+            chosen = np.concatenate([chosen, rows[:: -(-rows.size // (room - chosen.size))]])
+    return np.sort(chosen)

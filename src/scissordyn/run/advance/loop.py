@@ -1,4 +1,4 @@
-"""The time loops over the mechanics."""
+"""The time loop over the mechanics."""
 
 from __future__ import annotations
 
@@ -14,12 +14,10 @@ HARD = Jumps(**HARD_FUNCTIONS)
 
 
 @entry
-def advance_systems(systems: I1, integrations: I1, most_steps: int, statuses: I1) -> None:
-    """See `integrate.advance.advance_all`."""
-    advance.advance_all(MECHANICS, systems, integrations, most_steps, statuses)
-
-
-@entry
-def advance_hard(systems: I1, hard: I1, touching: I1, integrations: I1, most_steps: int, statuses: I1) -> None:
-    """See `integrate.time_stepping.advance_jumps`."""
-    time_stepping.advance_jumps(MECHANICS, HARD, systems, hard, touching, integrations, most_steps, statuses)
+def advance_systems(systems: I1, hard: I1, touching: I1, integrations: I1, most_steps: int, statuses: I1) -> None:
+    """Advance systems one after another, without Python in between; `hard` is 0 for one without hard contacts."""
+    for k in range(systems.size):
+        if hard[k] == 0:
+            statuses[k] = advance.advance(MECHANICS, systems[k], integrations[k], most_steps)
+        else:
+            statuses[k] = time_stepping.advance(MECHANICS, HARD, systems[k], hard[k], touching[k], integrations[k], most_steps)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.integrate.integration import CLOCK, COUNTS, State
+from scissordyn.integrate.integration import STATE_TYPES
 
 
 @dataclass(frozen=True)
@@ -47,26 +46,17 @@ class Snapshot:
     @classmethod
     def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
         """The state that `plain` wrote."""
-        found: dict[str, np.ndarray] = {}
-        for name, kind in _KINDS.items():
+        state: dict[str, np.ndarray] = {}
+        for name, kind in STATE_TYPES.items():
             if name not in arrays:
                 raise InputError(f"a state without '{name}'", "a state that this version of scissordyn wrote")
             part = np.asarray(arrays[name])
-            if isinstance(kind, np.dtype) and kind.names is not None:
-                if part.shape != (len(kind.names),):
-                    raise InputError(f"a state with {part.shape} numbers as '{name}'", f"{len(kind.names)} numbers")
-                record = np.zeros(1, kind)
-                for field, number in zip(kind.names, part.tolist(), strict=True):
-                    record[field] = number
-                found[name] = record
-            else:
-                found[name] = np.ascontiguousarray(part, kind)
-        return cls(found)
-
-
-_KINDS: dict[str, Any] = dict.fromkeys(State._fields, float) | {
-    "clock": CLOCK,
-    "counts": COUNTS,
-    "mode": np.int64,
-    "history_length": np.int64,
-}
+            if kind.names is None:
+                state[name] = np.ascontiguousarray(part, kind)
+                continue
+            if part.shape != (len(kind.names),):
+                raise InputError(f"a state with {part.shape} numbers as '{name}'", f"{len(kind.names)} numbers")
+            state[name] = np.zeros(1, kind)
+            for field, number in zip(kind.names, part.tolist(), strict=True):
+                state[name][field] = number
+        return cls(state)

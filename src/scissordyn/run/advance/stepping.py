@@ -1,9 +1,8 @@
-"""What a driver of a mechanism with hard contacts has beside its integration, and the loop that advances it."""
+"""What a driver of a mechanism with hard contacts has beside its integration."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,15 +10,8 @@ from scissordyn.integrate.time_stepping import Touching
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import impulse_solver as solver
 from scissordyn.mechanics.hard_rows import HardContacts
-from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
+from scissordyn.plan.hard_contact import HARD_COUNTED, HARD_STATE, hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.loop import advance_hard
-
-if TYPE_CHECKING:
-    from scissordyn.run.advance.driver import Driver
-
-KEPT = ("mode", "stuck", "slope", "stick", "ahead", "counts", "pressed", "overlap", "longest", "struck")
-"""What the next step depends on, and what has been counted."""
 
 
 class Stepping:
@@ -50,8 +42,8 @@ class Stepping:
     @property
     def content(self) -> HardContacts:
         """Live arrays."""
-        found: HardContacts = self.hard.content
-        return found
+        content: HardContacts = self.hard.content
+        return content
 
     @property
     def size(self) -> float:
@@ -66,24 +58,25 @@ class Stepping:
 
     def forget(self) -> None:
         """Begin anew from a state that was put back."""
-        for name in ("mode", "stuck", "slope", "pressed", "struck"):
-            getattr(self.content, name)[:] = 0
-        self.content.ahead[:] = -np.inf, np.inf
-        self.content.longest[:] = np.inf
+        for name, start in HARD_STATE.items():
+            getattr(self.content, name)[:] = start
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All arrays that the way onwards depends on."""
-        return {f"hard.{name}": getattr(self.content, name) for name in KEPT}
+        """All arrays that the way onwards depends on, and what has been counted, by name; live."""
+        return {f"hard.{name}": getattr(self.content, name) for name in (*HARD_STATE, *HARD_COUNTED)}
 
     def statistics(self, time: float) -> dict[str, Any]:
         """The step, the counters, and the part of the time for which each joint has stuck."""
         names = [contact.name for contact in self.plan.contacts]
         which = self.content.which.tolist()
-        stuck = zip(which, self.content.stick.tolist(), strict=True)
-        sticking = {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0}
-        deep = {names[j]: beyond for j, beyond in zip(which, self.content.overlap.tolist(), strict=True) if beyond > 0.0}
-        found = {"step": self.size, "impacts_located": bool(self.content.locate[0]), **self.counted()}
-        return {**found, "sticking": sticking, "overlap": deep}
+        stuck, overlap = (zip(which, part.tolist(), strict=True) for part in (self.content.stick, self.content.overlap))
+        return {
+            "step": self.size,
+            "impacts_located": bool(self.content.locate[0]),
+            **self.counted(),
+            "sticking": {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0},
+            "overlap": {names[j]: depth for j, depth in overlap if depth > 0.0},
+        }
 
     def counted(self) -> dict[str, int]:
         """Counters of the solver of impulses by name."""
@@ -98,15 +91,3 @@ class Stepping:
             "over_determined_steps": solver.DEPENDENT,
         }
         return {name: int(counts[place]) for name, place in names.items()}
-
-
-def advance_stepping(drivers: Sequence[Driver], steppings: Sequence[Stepping], most_steps: int) -> list[int]:
-    """Advance some drivers one after another."""
-    statuses = np.zeros(len(drivers), np.int64)
-    systems = np.array([driver.system.address for driver in drivers], np.int64)
-    integrations = np.array([driver.integration.address for driver in drivers], np.int64)
-    hard = np.array([each.hard.address for each in steppings], np.int64)
-    touching = np.array([each.touching.address for each in steppings], np.int64)
-    advance_hard(systems, hard, touching, integrations, most_steps, statuses)
-    found: list[int] = statuses.tolist()
-    return found

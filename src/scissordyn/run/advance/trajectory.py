@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time as clocks
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import CROSSES, ENDS, IGNORES, Samples
+from scissordyn.integrate.integration import CROSSES, ENDS, IGNORES, Samples, StepRecord
 from scissordyn.kernel import Handle
 from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics import functions
@@ -19,7 +19,9 @@ from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.cause import failed_latch, full_coordinates, immobile_joints, jam, singular_position
 from scissordyn.run.advance.checkpoint import Keeper
-from scissordyn.run.advance.driver import Driver, counted, make_system
+from scissordyn.run.advance.driver import Driver, counted
+from scissordyn.run.advance.instants import MOST_INSTANTS
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.answer.contacts import Contact, contacts
 from scissordyn.run.options import Options
 from scissordyn.run.start.method import Choice, choose_method
@@ -34,6 +36,9 @@ CROSSED_FROM = 6
 
 HARD_CROSSED_FROM = 3
 """The same where contacts are hard: impacts that push other joints in follow each other ever faster when they are located."""
+
+MOST_RECORDED = 2 * MOST_INSTANTS
+"""Rows of recorded steps from which on every other one is left out."""
 
 UNSOLVED = 0.01
 """Part of the steps with contacts whose impulses are not solved above which a run has failed."""
@@ -65,10 +70,17 @@ class Trajectory:
     statistics: dict[str, Any]  # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
     immobile: tuple[str, ...]  # Clearance joints that cannot move
     warnings: tuple[str, ...]  # From the start
-    steps: tuple[np.ndarray, np.ndarray, np.ndarray]  # Time, state and modes at the end of each step, if they were recorded
     band: np.ndarray  # (monitors,) Of what is monitored throughout
     # Instants at which the motion passed them, and half the steps across [s]
     change_points: tuple[tuple[float, float], ...] = ()
+    recorded: StepRecord | None = None  # Ends of steps, and what is located inside them
+
+    @property
+    def steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Time, state and modes at the recorded ends of steps, before the events there."""
+        assert self.recorded is not None
+        ends = self.recorded.end == 1
+        return self.recorded.time[ends], self.recorded.state[ends], self.recorded.mode[ends]
 
     def contacts(self) -> list[Contact]:
         """All contacts in order of their starts."""
@@ -130,19 +142,20 @@ def compute(
     *,
     times: np.ndarray | None = None,
     record_steps: bool = False,
+    curves: bool = False,
     monitor: bool = True,
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
     part: str = "run",
 ) -> Trajectory:
-    """Simulate a mechanism."""
+    """Simulate a mechanism; `curves` records what `instants.with_recorded` adds to the samples."""
     driver, prepared, choice = make_driver(plan, options)
     content = driver.system.content
     still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))
     driver.sample_at(np.linspace(0.0, options.until, options.count) if times is None else times)
     driver.monitor(monitor)
-    if record_steps:
-        driver.record_steps()
+    if record_steps or curves:
+        driver.record_steps(inside=curves, most=np.inf if record_steps else MOST_RECORDED)
     if ideal is not None:
         driver.compare_with(ideal.table, ideal.step)
     cause, seconds = _advance(driver, options, progress, keeper, part)
@@ -156,14 +169,12 @@ def compute(
         **({} if driver.stepping is None else driver.stepping.statistics(driver.time)),
         "seconds": seconds,
     }
-    return reached(
-        driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings, steps=driver.steps
-    )
+    return reached(driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings)
 
 
 def reached(driver: Driver, **more: Any) -> Trajectory:
     """What a driver has come to, with further parts of a `Trajectory`."""
-    known: dict[str, Any] = {"status": "complete", "cause": "", "statistics": {}, "immobile": (), "warnings": (), "steps": ()}
+    usual: dict[str, Any] = {"status": "complete", "cause": "", "statistics": {}, "immobile": (), "warnings": ()}
     return Trajectory(
         plan=driver.plan,
         system=driver.system,
@@ -173,7 +184,8 @@ def reached(driver: Driver, **more: Any) -> Trajectory:
         end=driver.time,
         band=driver.band.copy(),
         change_points=tuple(driver.change_points),
-        **{**known, **more},
+        recorded=driver.recorded,
+        **{**usual, **more},
     )
 
 
@@ -185,18 +197,36 @@ def _advance(
     if keeper is not None:
         began -= keeper.take_up(part, driver)
         progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
-    cause, status = "", loop.ADVANCING
     try:
-        status = driver.advance(options.until, most_steps=options.most_steps - driver.tried, progress=progress)
-        if status == loop.ADVANCING:
-            cause = f"{options.most_steps} steps are not enough"
+        cause = reach(driver, options.until, options.most_steps, progress)
     except KeyboardInterrupt:
         cause = INTERRUPTED
     seconds = clocks.perf_counter() - began
-    if keeper is not None and (status == loop.FINISHED or cause == INTERRUPTED):
+    if keeper is not None and cause in ("", INTERRUPTED):
         keeper.write(part, driver, seconds)
-    cause = cause or broken_off(status, driver)
-    return (model_failure(driver) if not cause and status == loop.FINISHED else cause), seconds
+    return cause or model_failure(driver), seconds
+
+
+def reach(
+    driver: Driver, until: float, most_steps: int, progress: Callable[[float], None] | None = None, *, since: int = 0
+) -> str:
+    """Go on to a time; returns why it was not reached, empty if it was. `since` steps do not count."""
+    status = driver.advance(until, most_steps=most_steps - (driver.tried - since), progress=progress)
+    return f"{most_steps} steps are not enough" if status == loop.ADVANCING else broken_off(status, driver)
+
+
+def stops(
+    driver: Driver, instants: Iterable[float], most_steps: int, progress: Callable[[float], None] | None = None
+) -> Iterator[str]:
+    """Go on from instant to instant; yields at each why it was not reached, empty if it was, and ends after the first such.
+
+    Instants that a driver is beyond already, as one from a checkpoint, are passed over.
+    """
+    for until in instants:
+        cause = reach(driver, until, most_steps, progress) if until > driver.time else ""
+        yield cause
+        if cause:
+            return
 
 
 def model_failure(driver: Driver) -> str:

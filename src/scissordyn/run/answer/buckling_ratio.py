@@ -13,7 +13,7 @@ from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import basis_at_start
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.answer.bars import axial_force_at_points, bar_motions, marks_of, part_names
 from scissordyn.run.answer.geometric_stiffness import element_form, stiffness_of_bar, stiffness_of_element
 from scissordyn.run.answer.internal_forces import Bar, bars_of

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.spacing import time_mean
+from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.results import Variable, Variables
 
 MIXED = 3.0

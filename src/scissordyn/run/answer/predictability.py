@@ -14,14 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.checkpoint import Keeper
-from scissordyn.run.advance.driver import counted
-from scissordyn.run.advance.trajectory import Trajectory, broken_off, compute, make_driver
+from scissordyn.run.advance.instants import sample_times, sampled_at
+from scissordyn.run.advance.trajectory import Trajectory, compute, make_driver, stops
 from scissordyn.run.options import Options
 from scissordyn.run.results import Run
 from scissordyn.run.start.ideal_path import IdealPath
@@ -93,16 +91,17 @@ def compared(
     *,
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
+    curves: bool = False,
 ) -> tuple[Trajectory, Comparable]:
     """A run, and its state at all instants at which it can be compared with another."""
-    asked = np.linspace(0.0, options.until, options.count)
+    asked = sample_times(options, curves=curves)
     every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
-    path = compute(plan, options, progress, times=every, record_steps=True, ideal=ideal, keeper=keeper)
-    found, wanted = path.samples, np.isin(path.samples.time, asked)
-    own = np.isin(found.time, np.linspace(0.0, options.until, INSTANTS))
-    times, index = np.unique(np.concatenate([path.steps[0], found.time[own]]), return_index=True)
-    states = np.concatenate([path.steps[1], found.state[own]])[index]
-    return dataclasses.replace(path, samples=Samples(*(part[wanted] for part in found))), Comparable(times, states)
+    path = compute(plan, options, progress, times=every, record_steps=True, curves=curves, ideal=ideal, keeper=keeper)
+    samples, (step_ends, end_states, _) = path.samples, path.steps
+    here = np.isin(samples.time, np.linspace(0.0, options.until, INSTANTS))
+    times, index = np.unique(np.concatenate([step_ends, samples.time[here]]), return_index=True)
+    states = np.concatenate([end_states, samples.state[here]])[index]
+    return sampled_at(path, asked), Comparable(times, states)
 
 
 def predictability(
@@ -168,35 +167,24 @@ def _repeated(
     if keeper is not None:
         began -= keeper.take_up(REPETITION, driver)
         progress = keeper.watching(REPETITION, driver, progress, lambda: clocks.perf_counter() - began)
-    seen, cause = 0, ""
-
-    def steps() -> int:
-        counts = counted(driver.state)
-        return counts["steps"] + counts["rejected"]
-
-    pieces = max(1, min(PIECES, int(path.statistics["steps"]) // STEPS_OF_A_PIECE))
-    for end in np.linspace(0.0, options.until, pieces + 1)[1:].tolist():
-        try:
-            status = loop.FINISHED  # of what a checkpoint has
-            if end > driver.time:
-                status = driver.advance(end, most_steps=max(1, options.most_steps - steps()), progress=progress)
-        except KeyboardInterrupt:
-            if keeper is not None:
-                keeper.write(REPETITION, driver, clocks.perf_counter() - began)
-            return _Repeated(driver.time, steps(), interrupted=True)
-        if status != loop.FINISHED:
-            enough = status != loop.ADVANCING
-            cause = broken_off(status, driver) if enough else f"{options.most_steps} steps are not enough"
-        reached = driver.samples
-        new = slice(seen, reached.time.size)
-        apart = _apart(path, compared.time[new], compared.state[new], reached.state[new])
-        beyond = np.flatnonzero(~(apart < 1.0))
-        if beyond.size:
-            return _Repeated(float(compared.time[new][beyond[0]]), steps(), diverged=True)
-        if cause:
-            return _Repeated(driver.time, steps(), cause=cause)
-        seen = reached.time.size
-    return _Repeated(driver.time, steps())
+    seen, pieces = 0, max(1, min(PIECES, int(path.statistics["steps"]) // STEPS_OF_A_PIECE))
+    ends = np.linspace(0.0, options.until, pieces + 1)[1:].tolist()
+    try:
+        for cause in stops(driver, ends, options.most_steps, progress):
+            states = driver.samples.state
+            new = slice(seen, len(states))
+            apart = _apart(path, compared.time[new], compared.state[new], states[new])
+            beyond = np.flatnonzero(~(apart < 1.0))
+            if beyond.size:
+                return _Repeated(float(compared.time[new][beyond[0]]), driver.tried, diverged=True)
+            if cause:
+                return _Repeated(driver.time, driver.tried, cause=cause)
+            seen = len(states)
+    except KeyboardInterrupt:
+        if keeper is not None:
+            keeper.write(REPETITION, driver, clocks.perf_counter() - began)
+        return _Repeated(driver.time, driver.tried, interrupted=True)
+    return _Repeated(driver.time, driver.tried)
 
 
 def _apart(path: Trajectory, times: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -24,8 +24,8 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rest import at_rest, loads_at
 from scissordyn.run.advance.cause import full_coordinates, jam
-from scissordyn.run.advance.driver import make_system
 from scissordyn.run.advance.log import LOG, PEAK
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.dataset import results
 from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
@@ -172,7 +172,6 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
         statistics={},
         immobile=(),
         warnings=tuple(warnings),
-        steps=(times[:0], times[:0], times[:0]),
         band=times[:0],
     )
     return path, Record(X=X, V=0.0 * X, A=0.0 * X, multiplier=np.zeros((times.size, 0)), **kept)

@@ -18,7 +18,7 @@ from scissordyn.mechanics.system import APPROACH_FLOOR, RESULTS
 from scissordyn.plan.elastic_law import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
-from scissordyn.run.advance.spacing import time_mean
+from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.answer.bars import mode_warnings
 from scissordyn.run.answer.film_range import film_peak_warnings, film_warnings
 from scissordyn.run.results import Run, along

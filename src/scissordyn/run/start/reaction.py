@@ -9,7 +9,7 @@ from scissordyn.kinematics.assembly import Held, Start, assemble, held_rods, pla
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.plan.plan import Plan
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.answer.coupling import with_coupling_forces
 from scissordyn.run.start.distributed import with_distributed_mass
 

@@ -11,7 +11,7 @@ from scissordyn.component.torque import Torque
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.rest import count_turns, equilibrium, touch_closed, turns
 from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_clearances
 from scissordyn.run.start.stiffness import At

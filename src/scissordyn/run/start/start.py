@@ -35,7 +35,7 @@ from scissordyn.plan.elastic_law import elastic_law
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.cause import check_springs, full_coordinates
-from scissordyn.run.advance.driver import make_system
+from scissordyn.run.advance.system import make_system
 from scissordyn.run.options import StartKind
 from scissordyn.run.start.reaction import ideal_reactions
 from scissordyn.run.start.rest import Rest, count_turns, equilibrium, turns

@@ -152,7 +152,7 @@ def _of_datasets(study: Study, numbers: Cases, runs: xr.Dataset, measures: Seque
     status, cause = runs["status"].values.astype(object), runs["cause"].values.astype(object)
     # the largest torque is located between samples: a motor's curve needs no further ones, which take a second run
     only_motors = all(isinstance(function, MotorCurve) for function in functions.values())
-    options = {**(study.options.once if only_motors else study.options).keywords, "trust": False}
+    options = {**(study.options.equally_spaced if only_motors else study.options).keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look()
         name = ""

@@ -1,4 +1,4 @@
-"""Another case in the arrays of a system."""
+"""The arrays of a system, and another case in them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,15 @@ import numpy as np
 
 from scissordyn.kernel import Handle
 from scissordyn.mechanics.system import System
-from scissordyn.mechanics.workspace import initial_state
+from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
+
+
+def make_system(plan: Plan) -> Handle:
+    """A system at rest with everything open, for one thread."""
+    model, numbers = plan.model, plan.numbers()
+    state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
+    return Handle(System(model, numbers, state, work, plan.friction_workspace()))
 
 
 def put_numbers(system: Handle, plan: Plan) -> bool:

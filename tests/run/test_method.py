@@ -14,9 +14,9 @@ import scissordyn as sd
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver
 from scissordyn.run.options import Options, StartKind
+from scissordyn.run.start import method
+from scissordyn.run.start import tolerance as tolerance_module
 from scissordyn.run.start.method import STABLE, fastest_modes, film_steps
-from scissordyn.run.start.start import method
-from scissordyn.run.start.start import tolerance as tolerance_module
 from scissordyn.run.start.tolerance import error_weights
 
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}

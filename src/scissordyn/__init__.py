@@ -75,9 +75,9 @@ def _public(home: str, name: str) -> Any:
     from scissordyn.keyword import suggesting
 
     room = import_module(f"scissordyn.{home}")
-    found = getattr(room, name)
-    value = suggesting(found)
-    if value is not found:
+    member = getattr(room, name)
+    value = suggesting(member)
+    if value is not member:
         setattr(room, name, value)  # where others find it by its name, as pickle does
     return value
 

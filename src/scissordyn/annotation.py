@@ -37,13 +37,13 @@ def is_a(value: object, kind: type[Kind]) -> TypeGuard[Kind]:
 
     `isinstance` looks for every attribute of a protocol each time; all instances of a dataclass have the same ones.
     """
-    known = type(value), kind
-    found = _IS_A.get(known)
-    if found is None:
-        found = isinstance(value, kind)
-        if dataclasses.is_dataclass(known[0]):
-            _IS_A[known] = found
-    return found
+    pair = type(value), kind
+    answer = _IS_A.get(pair)
+    if answer is None:
+        answer = isinstance(value, kind)
+        if dataclasses.is_dataclass(pair[0]):
+            _IS_A[pair] = answer
+    return answer
 
 
 @cache
@@ -63,13 +63,13 @@ def members(hint: Any) -> tuple[Any, ...]:
 
 def accepted(value: Any, hint: Any) -> Any:
     """The value as its annotation says it, with numbers and sequences of other libraries as Python's own."""
-    known = hint, type(value)
-    if known in _ACCEPTED:
+    pair = hint, type(value)
+    if pair in _ACCEPTED:
         return value
-    found = _accepted(value, hint)
-    if found is value and type_decides(hint):
-        _ACCEPTED.add(known)
-    return found
+    fitting = _accepted(value, hint)
+    if fitting is value and type_decides(hint):
+        _ACCEPTED.add(pair)
+    return fitting
 
 
 @cache
@@ -79,15 +79,15 @@ def type_decides(hint: Any) -> bool:
 
 
 def _accepted(value: Any, hint: Any) -> Any:
-    found = members(hint)
-    if len(found) > 1:
-        for member in found:
+    kinds = members(hint)
+    if len(kinds) > 1:
+        for member in kinds:
             try:
                 return accepted(value, member)
             except MismatchError:
                 continue
         raise MismatchError
-    hint = found[0]
+    hint = kinds[0]
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if hint in (float, int):
         return _number(value, hint)
@@ -157,23 +157,23 @@ def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
     hints = inside[:1] * len(items) if inside[1:] == (Ellipsis,) else inside
     if len(items) != len(hints):
         raise MismatchError
-    found = tuple(accepted(item, hint) for item, hint in zip(items, hints, strict=True))
-    return _unless_same(value, found) if isinstance(value, tuple) else found
+    entries = tuple(accepted(item, hint) for item, hint in zip(items, hints, strict=True))
+    return _unless_same(value, entries) if isinstance(value, tuple) else entries
 
 
-def _unless_same(value: Any, found: Any) -> Any:
+def _unless_same(value: Any, new: Any) -> Any:
     """The value itself unless an entry of it was converted."""
-    pairs = zip(value.items(), found.items(), strict=True) if isinstance(value, Mapping) else zip(value, found, strict=True)
-    return value if all(one is other or (isinstance(one, tuple) and one == other) for one, other in pairs) else found
+    pairs = zip(value.items(), new.items(), strict=True) if isinstance(value, Mapping) else zip(value, new, strict=True)
+    return value if all(old is other or (isinstance(old, tuple) and old == other) for old, other in pairs) else new
 
 
 def in_words(hint: Any) -> str:
     """An annotation in the words of a message, such as "text" or "ConstantSpeed, Harmonic or None"."""
-    found = members(hint)
-    if len(found) > 1:
-        words = list(dict.fromkeys(map(in_words, found)))
+    kinds = members(hint)
+    if len(kinds) > 1:
+        words = list(dict.fromkeys(map(in_words, kinds)))
         return f"{', '.join(words[:-1])} or {words[-1]}" if words[1:] else words[0]
-    hint = found[0]
+    hint = kinds[0]
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Literal:
         return " or ".join(f'"{name}"' for name in inside)
@@ -187,8 +187,8 @@ def in_words(hint: Any) -> str:
         return "a function"
     if isinstance(origin, type):
         return f"several, each {in_words(inside[0])}" if inside else "several"
-    known = {str: "text", float: "a number", int: "a whole number", bool: "True or False", types.NoneType: "None"}
-    return known.get(hint) or f"{getattr(hint, '__name__', hint)}"
+    names = {str: "text", float: "a number", int: "a whole number", bool: "True or False", types.NoneType: "None"}
+    return names.get(hint) or f"{getattr(hint, '__name__', hint)}"
 
 
 def shown(value: Any) -> str:

@@ -124,8 +124,8 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     """The known name nearest to `name`, as a question to append to a message, or nothing."""
     names = list(known)
     word = str(name).strip().casefold().replace(" ", "_").replace("-", "_")
-    same = [each for each in names if each.casefold() == str(name).casefold()]  # "a" is "A" before it is "all"
-    same = same or [each for each in names if word in OTHER_WORDS.get(each, "").split()]
+    same = [candidate for candidate in names if candidate.casefold() == str(name).casefold()]  # "a" is "A" before it is "all"
+    same = same or [candidate for candidate in names if word in OTHER_WORDS.get(candidate, "").split()]
     if word in ABSENT_WORDS and not same:
         return ""
     near = same or get_close_matches(str(name), names, n=1, cutoff=0.5)

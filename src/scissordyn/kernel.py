@@ -55,9 +55,9 @@ ENTRIES: dict[str, Entry] = {}
 
 def entry(function: Callable[..., Any]) -> Any:
     """A kernel that Python calls: `int`, `float`, arrays such as `F1` and named tuples of these as arguments."""
-    made = Entry(function)
-    ENTRIES[made.symbol] = made
-    return made
+    entry_point = Entry(function)
+    ENTRIES[entry_point.symbol] = entry_point
+    return entry_point
 
 
 class Entry:

@@ -22,9 +22,9 @@ def unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
     unknown = next((key for key in named if key not in parameters), None)
     if unknown is None:
         return ""
-    known = [key for key, parameter in parameters.items() if parameter.kind is not parameter.VAR_POSITIONAL and key != "self"]
-    near = did_you_mean(unknown, known)
-    return f"got an unexpected keyword argument '{unknown}'{near or '; allowed: ' + ', '.join(known)}"
+    names = [key for key, parameter in parameters.items() if parameter.kind is not parameter.VAR_POSITIONAL and key != "self"]
+    near = did_you_mean(unknown, names)
+    return f"got an unexpected keyword argument '{unknown}'{near or '; allowed: ' + ', '.join(names)}"
 
 
 def knows_keywords(function: Called) -> Called:
@@ -49,9 +49,9 @@ def _wrapped(function: Any, name: str) -> Any:
         try:
             return function(*given, **named)
         except TypeError:
-            said = unexpected(inspect.signature(function), named) if named else ""
-            if not said:
+            text = unexpected(inspect.signature(function), named) if named else ""
+            if not text:
                 raise
-            raise TypeError(f"{name}() {said}") from None
+            raise TypeError(f"{name}() {text}") from None
 
     return knows_keywords(suggested)

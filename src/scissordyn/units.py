@@ -237,7 +237,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
             if key == "self" or parameter.kind is parameter.VAR_KEYWORD or value is parameter.default:
                 continue
             if parameter.kind is parameter.VAR_POSITIONAL:
-                bound.arguments[key] = tuple(_fitted(owner, key, each, hints[key]) for each in value)
+                bound.arguments[key] = tuple(_fitted(owner, key, item, hints[key]) for item in value)
             elif key in hints:
                 bound.arguments[key] = _fitted(owner, key, value, hints[key])
         return function(*bound.args, **bound.kwargs)
@@ -250,8 +250,8 @@ def _hints(described: Any) -> Mapping[str, Any]:
     """Of what is given; the type of a result may be one that only type checkers import."""
     if isinstance(described, type):
         return get_type_hints(described, include_extras=True)
-    given = {name: hint for name, hint in described.__annotations__.items() if name != "return"}
-    return get_type_hints(SimpleNamespace(__annotations__=given), described.__globals__, include_extras=True)
+    hints = {name: hint for name, hint in described.__annotations__.items() if name != "return"}
+    return get_type_hints(SimpleNamespace(__annotations__=hints), described.__globals__, include_extras=True)
 
 
 @cache
@@ -340,10 +340,10 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
 
 def _allowed(hint: Any) -> str:
     """An annotation in words; for a protocol, whose name says nothing to a user, what it means."""
-    meant = next((extra.help for extra in extras(hint) if isinstance(extra, Meaning)), "")
+    meaning = next((extra.help for extra in extras(hint) if isinstance(extra, Meaning)), "")
     kinds = (plain_hint(hint), *get_args(plain_hint(hint)))
     named = any(getattr(kind, "_is_protocol", False) or hasattr(kind, "slot") for kind in kinds)
-    return meant if meant and named else in_words(hint)
+    return meaning if meaning and named else in_words(hint)
 
 
 def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:
@@ -360,8 +360,8 @@ def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quant
 
 def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
     """What to write in Python in place of a number with its unit."""
-    found = LEADING_NUMBER.match(text)
-    number, unit = (float(found[0]), text[found.end() :].strip()) if found else (math.nan, "")
+    start = LEADING_NUMBER.match(text)
+    number, unit = (float(start[0]), text[start.end() :].strip()) if start else (math.nan, "")
     factor = {"deg": math.radians(1.0), "rpm": math.pi / 30.0, "mm": 1e-3, "ms": 1e-3, quantity.unit: 1.0, "": 1.0}.get(unit)
     value = number * factor if factor is not None and math.isfinite(number) else math.nan
     return Sample(name, value, quantity.unit) if quantity.admits(value) else f"{name}=NUMBER"
@@ -369,7 +369,7 @@ def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
 
 def _example(name: str, value: Any, hint: Any, field: Any) -> str:
     """What to write in Python in place of a value of another type."""
-    meant = next((extra.example for extra in extras(hint) if isinstance(extra, Meaning) and extra.example), "")
+    sample = next((extra.example for extra in extras(hint) if isinstance(extra, Meaning) and extra.example), "")
     if isinstance(value, type):
         try:
             accepted(value(), hint)
@@ -377,14 +377,14 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
             pass
         else:
             return f"{name}={value.__name__}()"
-    if not meant and isinstance(value, str) and plain_hint(hint) == tuple[str, str] and "." in value:
+    if not sample and isinstance(value, str) and plain_hint(hint) == tuple[str, str] and "." in value:
         body, _, point = value.rpartition(".")
-        meant = f'("{body}", "{point}")'
-    if not meant and field is not None and field.default_factory is not dataclasses.MISSING:
-        meant = f"{field.default_factory.__name__}()" if isinstance(field.default_factory, type) else ""
-    if not meant or "=" in meant.partition("(")[0]:
-        return meant
-    return f"{name}={meant}"
+        sample = f'("{body}", "{point}")'
+    if not sample and field is not None and field.default_factory is not dataclasses.MISSING:
+        sample = f"{field.default_factory.__name__}()" if isinstance(field.default_factory, type) else ""
+    if not sample or "=" in sample.partition("(")[0]:
+        return sample
+    return f"{name}={sample}"
 
 
 def counted(number: int, thing: str = "contact") -> str:

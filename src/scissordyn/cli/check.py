@@ -396,8 +396,8 @@ def _forces(ideal: xr.Dataset) -> list[str]:
         for place, name in enumerate(ideal[dim].values if dim in ideal else ()):
             quantity, unit = ("torque", "N m") if ideal[f"{dim}_unit"].values[place] == "rad" else ("force", "N")
             peak, when = (float(ideal[part].values[place]) for part in (f"peak_{dim}_force", f"peak_{dim}_force_time"))
-            said = f"{short(peak, unit)} at {short(when, 's')}"
-            lines.append(f"Largest {quantity} of '{name}' with ideal joints: {said}.")
+            size = f"{short(peak, unit)} at {short(when, 's')}"
+            lines.append(f"Largest {quantity} of '{name}' with ideal joints: {size}.")
     for name, unit, subject in (("drive_torque", "N m", "driving torque"), ("rod_force", "N", "force in a rod")):
         if name in ideal and ideal[name].size:
             values = np.abs(ideal[name].values.reshape(time.size, -1)).max(axis=1)

@@ -93,19 +93,22 @@ def fit(
         print_json(_record(fitted, predicted))
     elif not quiet:
         _show(fitted, predicted)
-    if plot is not None:
-        from scissordyn.plot.file import write
-        from scissordyn.plot.fit import fit_correlation, fit_curves
-
-        plot.mkdir(parents=True, exist_ok=True)
-        pictures = {"fit": fit_curves(fitted), "correlation": fit_correlation(fitted)}
-        written = [write(axes, plot / f"{name}.png") for name, axes in pictures.items()]
-        if not silent:
-            print(*written, sep="\n")
+    pictures = [] if plot is None else _draw(fitted, plot)
+    if pictures and not silent:
+        print(*pictures, sep="\n")
     if fitted.attrs["status"] != "complete":
         print(f"scissordyn: {printable(fitted.attrs['cause'])}", file=sys.stderr)
         return UNFINISHED
     return DONE
+
+
+def _draw(fitted: xr.Dataset, folder: Path) -> list[Path]:
+    from scissordyn.plot.file import write
+    from scissordyn.plot.fit import fit_correlation, fit_curves
+
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures = {"fit": fit_curves(fitted), "correlation": fit_correlation(fitted)}
+    return [write(axes, folder / f"{name}.png") for name, axes in pictures.items()]
 
 
 def _ranges(free: list[str]) -> dict[str, str | None]:

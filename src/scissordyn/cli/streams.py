@@ -29,14 +29,14 @@ def prepare_streams() -> None:
 def _written(error: UnicodeError) -> tuple[bytes, int]:
     """Letters that an encoding does not have, in those that every encoding has; bytes of file names as they are."""
     assert isinstance(error, UnicodeEncodeError)
-    found = b""
+    written = b""
     for letter in error.object[error.start : error.end]:
         plain = IN_ASCII.get(letter) or unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
         if "\udc80" <= letter <= "\udcff":
-            found += bytes([ord(letter) - 0xDC00])
+            written += bytes([ord(letter) - 0xDC00])
         else:
-            found += (plain or letter).encode("ascii", "backslashreplace")
-    return found, error.end
+            written += (plain or letter).encode("ascii", "backslashreplace")
+    return written, error.end
 
 
 def give_up(name: str) -> None:

@@ -32,14 +32,14 @@ def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.Dat
     if all("slider_position" in run for run in runs):
         yield "displacement", [run["slider_position"] for run in runs]
     torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]
-    for name in _shared([list(found) for found in torques]):
-        yield name, [found[name] for found in torques]
+    for name in _shared([list(curves) for curves in torques]):
+        yield name, [curves[name] for curves in torques]
     if not all("slider_position" in run for run in runs):
         for body in _shared([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
             yield f"angle of {body}", [run["angle"].sel(body=body) for run in runs]
     joints = _shared([clearance_joints(run) for run in runs])
     largest = [largest_forces(run) for run in runs]
-    peaks = [max(found[joint] for found in largest) for joint in joints]
+    peaks = [max(curves[joint] for curves in largest) for joint in joints]
     chosen = {joints[k] for k in np.argsort(-np.array(peaks), kind="stable")[:JOINTS]}
     for joint in joints:
         if joint in chosen:
@@ -74,14 +74,14 @@ def comparison(
     """
     curves = list(shared_curves([run, other]))
     drawn = panels(axes, len(curves), size=(8.5, 0.8 + 1.75 * len(curves)))
-    longer = max(run, other, key=lambda each: float(each["time"].values[-1]))
+    longer = max(run, other, key=lambda part: float(part["time"].values[-1]))
     time = time_scale(longer)
-    for one, (name, pair) in zip(drawn, curves, strict=True):
+    for panel, (name, pair) in zip(drawn, curves, strict=True):
         unit = pair[0].attrs["units"]
         scale = DEGREES if unit == "rad" else engineering(unit, *(curve.values for curve in pair))
         for curve, label, look in zip(pair, labels, ({"color": BLUE, "linewidth": LINE}, SECOND), strict=True):
-            one.plot(time.factor * curve["time"].values, scale.factor * curve.values, label=literal(label), **look)
-        one.set_ylabel(scale.label(literal(name)).replace(" [", "\n["))
+            panel.plot(time.factor * curve["time"].values, scale.factor * curve.values, label=literal(label), **look)
+        panel.set_ylabel(scale.label(literal(name)).replace(" [", "\n["))
     finish(drawn, longer, time)
     legend(drawn, above=axes is None)
     return drawn

@@ -106,14 +106,7 @@ def structure(
         if until is not None and scene.time[k] > until:
             look: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": BEYOND}
             axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **look))
-        if tall:
-            axes.locator_params(axis="x", nbins=4)
-        if tall and k > 0:
-            axes.set_ylabel("")
-            axes.tick_params(labelleft=False)
-        if not tall and k < len(samples) - 1:
-            axes.set_xlabel("")
-            axes.tick_params(labelbottom=False)
+        _share_labels(axes, k, len(samples), tall=tall)
         for name, panel in zip(chosen, panels, strict=True):
             magnified(run, mechanism, sample, name, axes=panel)
             if len(chosen) > CLOSE:
@@ -133,6 +126,18 @@ def structure(
         labels = drawing.labels(k)
         write_labels(drawing.axes, [label for label in labels if label.text in chosen or label.text not in loose])
     return drawn
+
+
+def _share_labels(axes: Axes, k: int, count: int, *, tall: bool) -> None:
+    """Label the outer ones of structures that stand beside or below each other."""
+    if tall:
+        axes.locator_params(axis="x", nbins=4)
+    if tall and k > 0:
+        axes.set_ylabel("")
+        axes.tick_params(labelleft=False)
+    if not tall and k < count - 1:
+        axes.set_xlabel("")
+        axes.tick_params(labelbottom=False)
 
 
 def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Axes]]:

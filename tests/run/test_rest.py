@@ -138,3 +138,12 @@ def test_gain_of_a_rate_does_not_count_at_rest() -> None:
     np.testing.assert_allclose(runs[1]["position"].values[0], runs[0]["position"].values[0], rtol=0.0, atol=1e-10)
     torque = float(runs[1]["control_torque"].values[0, 0])
     assert torque == pytest.approx(2e4 * float(runs[1]["control_error"].values[0, 0]), rel=1e-9)
+
+
+def test_servo_that_cannot_hold_is_named() -> None:
+    """Contract: the rod of a crank is turned by more than the servo's limit, which nothing else bears."""
+    crank = sd.slider_crank(crank=0.3, rod=0.7, angle=1.0, gravity=0.0).with_clearance("crank pin", sd.Clearance(1e-4))
+    crank = crank.controlled(sd.FeedForward(2e4, 300.0, limit=20.0), reference=sd.ConstantSpeed(0.0), name="servo")
+    load = sd.Torque("load", crank.input_body, torque=50.0)
+    with pytest.raises(InputError, match=r"no equilibrium.*actuator 'servo' is at its limit of 20 N m"):
+        resting(dataclasses.replace(crank, components=(*crank.components, load)))

@@ -181,7 +181,7 @@ class _Descent:
         self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
         first = self.system.parameters.contact.size
-        self.actuators = [first + i for i, _ in plan.actuators]
+        self.actuators = plan.actuators
         self.beams = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
@@ -230,7 +230,8 @@ class _Descent:
         functions.linearise(0.0, state, self.handle.address, rate, by_time)
         # forces are those at rest: a derivative gain would keep Newton's corrections of a light cross-section short
         blocks = self.system.model.block_start
-        for e in self.actuators:
+        for i, _ in self.actuators:
+            e = self.system.parameters.contact.size + i
             self.system.work.block_v[blocks[e] : blocks[e + 1]] = 0.0
         self.force = float(np.linalg.norm(rate[n : 2 * n]))
         # only what is tangent to the constraints: a correction across them would be undone, and spoil convergence
@@ -289,6 +290,11 @@ class _Descent:
         left = "the first step cannot be solved"
         if math.isfinite(self.force):
             left = f"{self.force / self.scale:.2g} of the load is unbalanced"
+        torques = self.system.work.result[:, 0]
+        for i, part in self.actuators:
+            limit = getattr(part.controller, "limit", None)
+            if limit is not None and abs(torques[i]) >= limit:
+                left += f"; actuator '{part.name}' is at its limit of {limit:g} N m"
         if step < SHORTEST:
             return f"no equilibrium was found: the descent ends where forces jump or the position is singular ({left})"
         return (

@@ -244,9 +244,11 @@ class ServoDemand(NamedTuple):
     time: float  # When it is largest [s]
     limit: float | None
     above: float  # Fraction of the time for which it is above the limit
+    speed: float  # Largest [rad/s]
 
     def __str__(self) -> str:
-        text = f"Servo '{self.name}' follows its reference with up to {short(self.torque, 'N m')}, at {short(self.time, 's')}"
+        peak = f"up to {short(self.torque, 'N m')}, at {short(self.time, 's')}, and {self.speed * 30.0 / math.pi:.4g} rpm"
+        text = f"Servo '{self.name}' follows its reference with {peak}"
         if self.limit is None:
             return f"{text}."
         ratio, limit = self.torque / self.limit, f"its limit of {short(self.limit, 'N m')}"
@@ -269,7 +271,9 @@ def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list
             limit = getattr(part.controller, "limit", None)
             limit = limit if limit is not None and math.isfinite(limit) else None
             above = 0.0 if limit is None else float(np.mean(torque > limit))
-            demands.append(ServoDemand(part.name, float(largest), float(when), limit, above))
+            speeds = ideal["angular_velocity"].values[:, ideal["body"].values.tolist().index(part.body)]
+            speed = float(np.abs(speeds).max(initial=0.0))
+            demands.append(ServoDemand(part.name, float(largest), float(when), limit, above, speed))
     return demands
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import LINEAR_DENSITY, Imported
 
-ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf")
+TABLES = (".csv", ".tsv")
+
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLES)
 
 LARGEST = 50_000_000
 """Size of a file [bytes] beyond which it is not read."""
@@ -16,14 +18,14 @@ LARGEST = 50_000_000
 def read_drawing(
     source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
 ) -> Imported:
-    """The mechanism of a link of PMKS+, a drawing in DXF, or a model in MJCF or URDF.
+    """The mechanism of a link of PMKS+, a drawing in DXF, a model in MJCF or URDF, or a table of points.
 
     Parameters
     ----------
     source : str or path
-        A link, or a file that ends in .dxf, .xml, .mjcf or .urdf; a file with any other ending holds a link.
+        A link, or a file that ends in .dxf, .xml, .mjcf, .urdf, .csv or .tsv; a file with any other ending holds a link.
     unit : str
-        Of a DXF that names none, see `read_dxf`.
+        Of a DXF that names none, see `read_dxf`; of a table of points, metres if not given.
     linear_density : float
         Mass per length of what has no mass in the drawing [kg/m].
     tolerance : float, optional
@@ -45,12 +47,15 @@ def read_drawing(
         return read_pmks(source, linear_density=linear_density)
     path = Path(source)
     ending = path.suffix.lower()
-    if ending in (".csv", ".tsv", ".xlsx", ".xls", ".txt") and (ending != ".txt" or not path.exists()):
+    if ending in (".xlsx", ".xls"):
         raise InputError(
-            f"'{path}' is a table, no drawing",
-            "files that end in " + ", ".join(ENDINGS) + "; coordinates in a table are read in Python: docs/import.md",
+            f"'{path}' is a workbook", "its sheet of points saved as .csv: docs/import.md", "scissordyn import points.csv"
         )
     text = _text(path)
+    if ending in TABLES:
+        from scissordyn.exchange.points import read_points
+
+        return read_points(text, unit=unit or "m", linear_density=linear_density)
     if ending == ".dxf":
         from scissordyn.exchange.dxf import read_dxf
 

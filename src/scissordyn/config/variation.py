@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,18 +34,19 @@ FORMS = (
     "'0.3 mm +- 20 %'"
 )
 
-PARAMETERS = {
-    "uniform": (2,),
-    "normal": (2,),
-    "truncated": (4,),
-    "lognormal": (2,),
-    "triangular": (3,),
-    "trapezoidal": (4,),
-    "beta": (4,),
-    "weibull": (2, 3),
-    "table": (1,),
+DISTRIBUTIONS: Mapping[str, tuple[type[Any], str, int]] = {
+    "uniform": (Uniform, "vv", 2),
+    "normal": (Normal, "vd", 2),
+    "truncated": (Normal, "vdvv", 4),
+    "lognormal": (LogNormal, "vp", 2),
+    "triangular": (Triangular, "vvv", 3),
+    "trapezoidal": (Trapezoid, "vvvv", 4),
+    "beta": (Beta, "ppvv", 4),
+    "weibull": (Weibull, "pvv", 2),
+    "table": (Empirical, "", 0),
 }
-"""Numbers of parameters of the distributions."""
+"""Classes by their names in a text, the kinds of their numbers, and how many there are at least: v a value with its unit, d a
+deviation in the unit behind the bracket, p a pure number; a table is a file."""
 
 FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_SAMPLE = "'H7/g6 at 10 mm'"
@@ -232,30 +233,24 @@ def _si(text: str, unit: str, quantity: Quantity) -> float:
 
 
 def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
-    if name not in PARAMETERS:
-        raise InputError(f"distribution '{name}'{did_you_mean(name, PARAMETERS)}", ", ".join(PARAMETERS))
-    if name == "table":
+    if name not in DISTRIBUTIONS:
+        raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", ", ".join(DISTRIBUTIONS))
+    distribution, kinds, least = DISTRIBUTIONS[name]
+    if not kinds:
         return Empirical(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
     parts = [part for part in inside.split(",") if part.strip()]
-    if len(parts) not in PARAMETERS[name]:
-        raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{' or '.join(map(str, PARAMETERS[name]))} numbers")
-    if name == "lognormal":
-        return LogNormal(_si(parts[0], unit, quantity), _plain(parts[1]))
-    if name == "uniform":
-        return Uniform(_si(parts[0], unit, quantity), _si(parts[1], unit, quantity))
-    if name in ("triangular", "trapezoidal"):
-        values = [_si(part, unit, quantity) for part in parts]
-        return Triangular(*values) if name == "triangular" else Trapezoid(*values)
-    if name == "beta":
-        return Beta(_plain(parts[0]), _plain(parts[1]), _si(parts[2], unit, quantity), _si(parts[3], unit, quantity))
-    if name == "weibull":
-        return Weibull(_plain(parts[0]), *(_si(part, unit, quantity) for part in parts[1:]))
-    factor = (
-        _si(parts[0], unit, quantity) / float(number_and_unit(parts[0])[0]) if float(number_and_unit(parts[0])[0]) else math.nan
-    )
-    scale = factor if math.isfinite(factor) else (1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit))
-    ends = (_si(parts[2], unit, quantity), _si(parts[3], unit, quantity)) if name == "truncated" else ()
-    return Normal(_si(parts[0], unit, quantity), _plain(parts[1]) * scale, *ends)
+    if not least <= len(parts) <= len(kinds):
+        counts = " or ".join(map(str, range(least, len(kinds) + 1)))
+        raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{counts} numbers")
+    numbers = []
+    for kind, part in zip(kinds, parts, strict=False):
+        number = _si(part, unit, quantity) if kind == "v" else _plain(part)
+        if kind == "d":
+            first = float(number_and_unit(parts[0])[0])
+            number *= numbers[0] / first if first else 1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit)
+        numbers.append(number)
+    variation: Variation = distribution(*numbers)
+    return variation
 
 
 def _plain(text: str) -> float:

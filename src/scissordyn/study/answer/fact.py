@@ -58,6 +58,13 @@ WORDS = MappingProxyType(
         "[; {lacking} fits as well and gives no such value]).",
         "met everywhere": f"{{part}}: by this trend met at every {{number}} of the range{NEEDED}.",
         "not enough": f"{{part}}: by this trend no {{number}} in or near the range is enough{NEEDED}.",
+        # what numbers vary over
+        "over": "{part}: {low:u6} to {high:u6}{unit}",
+        "over interval": "interval: {low:u6} to {high:u6}{unit}[, {logarithmic}]",
+        "over normal": "normal: {mean:u6} ± {deviation:u6}{unit}[, truncated to {low:u6} to {high:u6}{unit}]",
+        "over lognormal": "lognormal: median {median:u6}{unit}, deviation {deviation:g} of the logarithm",
+        "over weibull": "weibull: shape {shape:g}, scale {scale:u6}{unit}, from {location:u6}{unit}",
+        "over beta": "beta: shapes {alpha:g} and {beta:g}, {low:u6} to {high:u6}{unit}",
         # members
         "agree": "Members, whose starts differ by round-off, agree to {least:.1%} of every measure at all points.",
         "disagree": "Members, whose starts differ by round-off, disagree by more than {least:.1%} of a measure at {differ} of "

@@ -11,10 +11,10 @@ import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.answer.measure import MEASURES
-from scissordyn.study.answer.fact import Fact
+from scissordyn.study.answer.fact import WORDS, Fact
 from scissordyn.study.answer.verdict import AGREEMENT, answered, case_values, feasible_fraction
 from scissordyn.study.ask.description import Factor, Study
-from scissordyn.study.ask.distribution import Beta, Interval, Levels, LogNormal, Names, Normal, Uniform, Weibull
+from scissordyn.study.ask.distribution import Levels, Names
 from scissordyn.study.ask.requirement import Requirement, response_unit
 from scissordyn.study.compute.optimise import candidates
 from scissordyn.study.compute.table import column
@@ -55,31 +55,15 @@ def _over(results: xr.Dataset, factor: Factor) -> str:
     about = {"units": results[column(factor.name)].attrs.get("units", "1"), **factor.shown}
     ends = [end for end in variation.ends if np.isfinite(end) and end]
     scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
-    unit = f" {scale.unit}" if scale.unit else ""
-    match variation:
-        case Levels() | Names():
-            values = [scale.text(value, 6) for value in variation.levels()]
-            return ", ".join(values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]) + unit
-        case Interval() | Uniform():
-            low, high = (scale.text(end, 6) for end in variation.ends)
-            logarithmic = ", logarithmic" if isinstance(variation, Interval) and variation.logarithmic else ""
-            return f"{variation.kind}: {low} to {high}{unit}{logarithmic}"
-        case Normal():
-            low, high = (scale.text(end, 6) for end in variation.ends)
-            truncated = f", truncated to {low} to {high}{unit}" if ends else ""
-            return f"normal: {scale.text(variation.mean, 6)} ± {scale.text(variation.deviation, 6)}{unit}{truncated}"
-        case LogNormal():
-            return (
-                f"lognormal: median {scale.text(variation.median, 6)}{unit}, deviation {variation.deviation:g} of the logarithm"
-            )
-        case Weibull():
-            size, least = scale.text(variation.scale, 6), scale.text(variation.location, 6)
-            return f"weibull: shape {variation.shape:g}, scale {size}{unit}, from {least}{unit}"
-        case Beta():
-            low, high = (scale.text(end, 6) for end in variation.ends)
-            return f"beta: shapes {variation.alpha:g} and {variation.beta:g}, {low} to {high}{unit}"
-    low, high = (scale.text(end, 6) for end in variation.ends)
-    return f"{variation.kind}: {low} to {high}{unit}"
+    if isinstance(variation, Levels | Names):
+        values = [scale.text(value, 6) for value in variation.levels()]
+        shown = values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]
+        return ", ".join(shown) + (f" {scale.unit}" if scale.unit else "")
+    low, high = variation.ends if ends or variation.kind != "normal" else (None, None)
+    numbers = {**vars(variation), "low": low, "high": high}
+    numbers["logarithmic"] = "logarithmic" if numbers.get("logarithmic") else None
+    kind = f"over {variation.kind}"
+    return str(Fact(kind if kind in WORDS else "over", variation.kind, numbers, scale))
 
 
 def agreement(study: Study, points: xr.Dataset) -> Fact | None:

@@ -242,7 +242,7 @@ def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder:
     if not least <= len(parts) <= len(kinds):
         counts = " or ".join(map(str, range(least, len(kinds) + 1)))
         raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{counts} numbers")
-    numbers = []
+    numbers: list[float] = []
     for kind, part in zip(kinds, parts, strict=False):
         number = _si(part, unit, quantity) if kind == "v" else _plain(part)
         if kind == "d":

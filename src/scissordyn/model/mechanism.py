@@ -102,10 +102,10 @@ class Mechanism:
 
     def __post_init__(self) -> None:
         for source, field, kind in LISTED:
-            given = getattr(self, source)
-            if own := tuple(part for part in given if isinstance(part, kind)) if isinstance(given, tuple | list) else ():
-                object.__setattr__(self, field, (*getattr(self, field), *own))
-                object.__setattr__(self, source, tuple(part for part in given if not isinstance(part, kind)))
+            listed = getattr(self, source)
+            if moved := tuple(part for part in listed if isinstance(part, kind)) if isinstance(listed, tuple | list) else ():
+                object.__setattr__(self, field, (*getattr(self, field), *moved))
+                object.__setattr__(self, source, tuple(part for part in listed if not isinstance(part, kind)))
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")

@@ -116,10 +116,10 @@ def element(
         base: Any = next((base_class for base_class in bases if base_class in SLOTS.values()), SLOTS.get(slot))
         if base is None:
             raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
-        kinds, given = base.slot.kernels, declared
+        kinds, declarations = base.slot.kernels, declared
         taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         if inspect.isfunction(described):
-            given = {next(iter(kinds)): described, **declared}
+            declarations = {next(iter(kinds)): described, **declared}
             described = _class_of(described, taken)
         if not issubclass(described, base):
             inherited = tuple(base_class for base_class in described.__bases__ if base_class is not object)
@@ -128,7 +128,7 @@ def element(
             described = type(described)(described.__name__, (*inherited, base), content)
         facts = {key: value for key, value in vars(base).items() if key in base.__annotations__ and key != "states"}
         facts |= base.slot.defaults
-        for key in given:
+        for key in declarations:
             if key not in (*kinds, *facts):
                 raise InputError(
                     f"{key} of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
@@ -136,13 +136,13 @@ def element(
         if not hasattr(described, "__post_init__"):
             described.__post_init__ = check_quantities
         cls: Any = dataclass(frozen=True)(described)
-        kernels = {key: given[key] for key in kinds if given.get(key) is not None}
+        kernels = {key: declarations[key] for key in kinds if declarations.get(key) is not None}
         main = kernels.get(next(iter(kinds)))
         named = tuple(quantities(cls))
         if cls.parameters is not Part.parameters:  # the class says itself what its kernels read
-            named = () if main is None else tuple(base_class for base_class in arguments_of(main) if base_class not in taken)
+            named = () if main is None else tuple(argument for argument in arguments_of(main) if argument not in taken)
         spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
-        chosen = {key: given[key] for key in facts if key in given}
+        chosen = {key: declarations[key] for key in facts if key in declarations}
         fields = cls.__dataclass_fields__
         chosen = {key: value for key, value in base.slot.defaults.items() if key not in fields} | chosen
         for key, value in {"name": name or spelled, "source": source, **chosen}.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import scissordyn as sd
+from scissordyn.config.code import Code
+from scissordyn.explore.field import fields_of
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
 
@@ -291,97 +294,6 @@ def test_free_floating_joint_drive() -> None:
     assert np.allclose(again["coordinate_drive_force"], run["coordinate_drive_force"], atol=1e-10)
 
 
-def test_backlash() -> None:
-    """Closed form: instants at which a free wheel meets both flanks in turn, and how long and how hard, with elastic flanks."""
-    driven = dataclasses.replace(gear_pair(-0.5), components=()).driven(speed=4.0, body="first")
-    loose = sd.with_backlash(driven, "mesh", 0.02, stiffness=1e5, restitution=1.0)
-    assert [body.name for body in loose.bodies] == ["first", "second", "mesh flanks"]
-    assert sum(body.inertia or 0.0 for body in loose.bodies) == pytest.approx(0.07)
-    run = sd.simulate(loose, until=0.2, **TIGHT)
-    inertia, speed, stiffness = 0.99 * 0.05, 2.0, 1e5
-    depth = (1.25 * inertia * speed**2 / stiffness) ** 0.4
-    lasting = 2.0 * depth / speed * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9)
-    when = run["event_time"].values
-    touches = 0.005 + np.arange(when.size // 2) * (lasting + 0.01)
-    assert when.size == 22
-    assert np.allclose(when[::2], touches, atol=1e-8)
-    assert np.allclose(when[1::2], touches + lasting, atol=1e-8)
-    assert list(run["event_name"].values[:4:2]) == ["mesh leading flank", "mesh trailing flank"]
-    assert np.allclose(run["angle_stop_peak_torque"].values, stiffness * depth**1.5, rtol=1e-7)
-    assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
-    # in mesh under a torque it moves as without backlash
-    pressed = sd.simulate(sd.with_backlash(gear_pair(), "mesh", 0.02, stiffness=1e7, restitution=0.2), until=3.0)
-    ideal = sd.simulate(gear_pair(), until=3.0)
-    assert abs(float(pressed["angular_velocity"][-1, 0] / ideal["angular_velocity"][-1, 0]) - 1.0) < 0.02
-
-
-@pytest.mark.parametrize(
-    ("wrong", "line"),
-    [
-        (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "coupling 'gear'; allowed: one of mesh"),
-        (lambda: sd.with_backlash(gear_pair(), "mesh", 0.0), "backlash = 0"),
-        (
-            lambda: sd.with_backlash(dataclasses.replace(gear_pair(), joints=()), "mesh", 0.01),
-            "backlash at body 'second', which no pin holds on 'ground'",
-        ),
-    ],
-)
-def test_bad_backlash(wrong: Callable[[], object], line: str) -> None:
-    """Contract: one line that says what came."""
-    with pytest.raises(sd.InputError, match=line):
-        wrong()
-
-
-def two_links() -> sd.Mechanism:
-    """Two links whose tip is led along a circle."""
-    tip, turn = ("lower", "end"), 0.5 * math.pi
-    arms = dataclasses.replace(coupled_arms(), couplings=())
-    placed = (dataclasses.replace(arms.bodies[0], angle=1.2), dataclasses.replace(arms.bodies[1], position=None, angle=-0.3))
-    across = sd.CoordinateDrive("x", sd.Slide(tip), sd.Harmonic(0.30, 0.03, 4.0, turn))
-    up = sd.CoordinateDrive("y", sd.Slide(tip, turn), sd.Harmonic(0.22, 0.03, 4.0))
-    return dataclasses.replace(arms, bodies=placed, coordinate_drives=(across, up))
-
-
-def test_inverse_dynamics() -> None:
-    """Second formulation: torques of shoulder and elbow for a circle of the tip, by the Jacobian and Lagrange's equations."""
-    run = sd.inverse_dynamics(two_links(), {"shoulder": ANGLE("upper"), "elbow": ANGLE("lower", "upper")}, until=1.5)
-    t, angle = run["time"].values, np.cumsum(run["input_value"].values, axis=1)
-    l1, l2, m1, m2 = 0.3, 0.2, 1.0, 0.7
-    assert np.allclose(l1 * np.cos(angle[:, 0]) + l2 * np.cos(angle[:, 1]), 0.3 + 0.03 * np.cos(4.0 * t), atol=1e-12)
-    for (a, b), when, force in zip(angle, t, run["input_force"].values, strict=True):
-        jacobian = np.array([[-l1 * np.sin(a), -l2 * np.sin(b)], [l1 * np.cos(a), l2 * np.cos(b)]])
-        speed = np.linalg.solve(jacobian, [-0.12 * np.sin(4.0 * when), 0.12 * np.cos(4.0 * when)])
-        turning = np.array([[-l1 * np.cos(a), -l2 * np.cos(b)], [-l1 * np.sin(a), -l2 * np.sin(b)]]) @ speed**2
-        acceleration = np.linalg.solve(jacobian, [-0.48 * np.cos(4.0 * when), -0.48 * np.sin(4.0 * when)] - turning)
-        h = 0.5 * m2 * l1 * l2
-        mass = np.array([[(m1 / 3.0 + m2) * l1**2, h * np.cos(a - b)], [h * np.cos(a - b), m2 * l2**2 / 3.0]])
-        moment = mass @ acceleration + h * np.sin(a - b) * np.array([speed[1] ** 2, -(speed[0] ** 2)])
-        moment += 9.81 * np.array([(0.5 * m1 + m2) * l1 * np.cos(a), 0.5 * m2 * l2 * np.cos(b)])
-        assert force == pytest.approx([moment.sum(), moment[1]], abs=1e-11)
-
-
-def test_inverse_dynamics_where_there_is_none() -> None:
-    """Contract: one line where outputs and inputs do not fit, have no authority, or pass a singular position."""
-    links, crank = two_links(), sd.slider_crank(angle=1.0)
-    turn = sd.CoordinateDrive("turn", ANGLE("crank"), sd.Polynomial((1.0, -4.01)))
-    push = {"push": sd.Slide(("slider", "centre"))}
-    cases = (
-        (links, {"s": ANGLE("upper")}, "1 inputs for 2 driven coordinates"),
-        (links, {"s": ANGLE("upper"), "t": ANGLE("upper")}, "input 's' and 't' without authority over 'x' and 'y'"),
-        (coupled_arms(), {"s": ANGLE("upper")}, "without a driven coordinate"),
-        (
-            links.with_parts({"coordinate_drives": links.coordinate_drives[:1]}),
-            {"s": ANGLE("upper")},
-            "with 2 degrees of freedom",
-        ),
-        (links.with_clearance("B", sd.Clearance(1e-4)), {"s": ANGLE("upper")}, "inverse dynamics with clearance at 'B'"),
-        (dataclasses.replace(crank, drives=(turn,)), push, "past a singular position"),  # type: ignore[arg-type]
-    )
-    for mechanism, inputs, line in cases:
-        with pytest.raises(sd.InputError, match=line):
-            sd.inverse_dynamics(mechanism, inputs, until=1.0)
-
-
 def test_servo_between_moving_bodies() -> None:
     """Closed form: a stiff servo of the elbow gives the torque that the prescribed angle takes; its limit holds."""
     arms = dataclasses.replace(coupled_arms(), couplings=()).driven(sd.Cycloidal(0.4, 1.0, 1.0), body="upper")
@@ -556,3 +468,13 @@ def test_bad_input(wrong: Callable[[], object], line: str) -> None:
     """Contract: one line that says what came."""
     with pytest.raises(sd.InputError, match=line):
         wrong()
+
+
+def test_fields_of_the_explorer() -> None:
+    """Contract: ratios and the motions of driven coordinates can be changed in the explorer."""
+    for name, path, number in (
+        ("counter-rotating-wheels", ("coupling", 0, "ratio"), -1.0),
+        ("counter-rotating-wheels", ("coordinate_drive", 0, "motion", "speed"), 10.0 * math.pi),
+    ):
+        fields = {field.place: field for field in fields_of(tomllib.loads(sd.zoo[name].text), Code(None))}
+        assert fields[path].value == pytest.approx((number,))

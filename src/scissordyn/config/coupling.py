@@ -88,7 +88,12 @@ COUPLING: Hints = (
     _NAME,
     ("output", _COORDINATE),
     ("input", _COORDINATE),
-    ("ratio", Annotated[float, _read_ratio, About('output over input, as -0.5 or "5 mm/turn"; negative in opposite senses')]),
+    (
+        "ratio",
+        Annotated[
+            float, _read_ratio, Quantity("1"), About('output over input, as -0.5 or "5 mm/turn"; negative in opposite senses')
+        ],
+    ),
     ("offset", Annotated[float | None, _read_offset, About("output where the input is zero; as assembled without it")]),
 )
 COORDINATE_DRIVE: Hints = (

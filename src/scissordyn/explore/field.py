@@ -208,7 +208,8 @@ def _of_table(
         elif key in BY_KIND or key == "controller":
             yield from _of_law(key, value, given, here, group, code, star=star)
         elif key in INNER and isinstance(value, Mapping):
-            yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", code, star=False)
+            inner = DriveTable if "angle" in given.get("coordinate", ()) else INNER[key]
+            yield from _of_table(inner, value, here, f"{group}, {key.replace('_', ' ')}", code, star=False)
         elif isinstance(value, Mapping):
             kind = next((each for each in get_args(known.hint) if dataclasses.is_dataclass(each)), None)
             if kind is not None:

@@ -266,3 +266,13 @@ def test_refused_beside_other_parts() -> None:
     frictions = tuple(part for part in hard.components if part.name != "pin 2")
     with pytest.raises(sd.InputError, match=r"pin friction 'pin 0' beside hard contact; allowed: contact = 'compliant'"):
         sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)
+
+
+def test_batch_is_the_runs() -> None:
+    """Identity: cases of a batch are the single runs bit for bit, whatever was evaluated before them."""
+    crank = rubbing_crank(0.15, transition=0.02)
+    bodies = tuple(dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
+    crank, values = dataclasses.replace(crank, bodies=bodies), [0.1, 0.3]
+    batch = sd.simulate_many(crank, {"pin 0.kinetic": values}, until=0.1, measures=["damper_loss", "steps"])
+    runs = [sd.simulate(crank.replace("pin 0.kinetic", mu), until=0.1) for mu in values]
+    np.testing.assert_array_equal(batch["damper_loss"], [float(run["damper_loss"][-1]) for run in runs])

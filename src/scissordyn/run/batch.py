@@ -16,8 +16,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import plan
-from scissordyn.run.answer.bar_measures import check_bars
-from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
+from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_bars, component_units, parts_of
 from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
@@ -90,8 +89,8 @@ def simulate_many(
         If a parameter path, a measure or an option is wrong.
     """
     if not isinstance(over, Mapping) or not over:
-        given = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
-        raise InputError(given, "parameters and their values", "{'A.clearance': [1e-4, 2e-4]}")
+        shown = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
+        raise InputError(shown, "parameters and their values", "{'A.clearance': [1e-4, 2e-4]}")
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events, step=step)
     perturbed = Perturbed(members, perturbation, seed)
     measures = usual_measures(mechanism) if measures is None else measures
@@ -128,16 +127,16 @@ def simulate_cases(
 
 def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     """Values by parameter, all of one length."""
-    found = {parameter: np.atleast_1d(np.asarray(given, float)) for parameter, given in over.items()}
-    for parameter, column in found.items():
+    columns = {parameter: np.atleast_1d(np.asarray(values, float)) for parameter, values in over.items()}
+    for parameter, column in columns.items():
         number(mechanism, parameter)
         if column.ndim > 1 or not column.size:
             raise InputError(f"'{parameter}': values of shape {column.shape}", "one dimension; ravel a grid")
-    sizes = {column.size for column in found.values()} - {1}
+    sizes = {column.size for column in columns.values()} - {1}
     if len(sizes) > 1:
         raise InputError(f"columns of {', '.join(map(str, sorted(sizes)))} values", "columns of one length, or single numbers")
     cases = max(sizes, default=1)
-    return {parameter: np.broadcast_to(column, cases) for parameter, column in found.items()}
+    return {parameter: np.broadcast_to(column, cases) for parameter, column in columns.items()}
 
 
 def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
@@ -164,10 +163,10 @@ class Perturbed:
 
     def member_of_each(self, cases: int) -> np.ndarray:
         """The members of so many cases."""
-        found = np.asarray(self.members)
-        if found.dtype.kind not in "iu" or found.ndim > 1 or found.size not in (1, cases) or np.any(found < 0):
-            raise InputError(f"members of shape {found.shape} for {cases} cases", "a whole number >= 0, or one for each case")
-        return np.broadcast_to(found.ravel(), cases)
+        members = np.asarray(self.members)
+        if members.dtype.kind not in "iu" or members.ndim > 1 or members.size not in (1, cases) or np.any(members < 0):
+            raise InputError(f"members of shape {members.shape} for {cases} cases", "a whole number >= 0, or one for each case")
+        return np.broadcast_to(members.ravel(), cases)
 
     def start(self, member: int, y: np.ndarray) -> np.ndarray:
         """The state of a member at its start; the driver projects it onto the constraints."""
@@ -219,8 +218,8 @@ class _Batch:
 
     def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
         """Write the measures of a case that is complete, and its warnings."""
-        found = {name: measure.value(ended) for name, measure in self.measures.items()}
-        for name, value in found.items():
+        values = {name: measure.value(ended) for name, measure in self.measures.items()}
+        for name, value in values.items():
             self.values[name][case] = value
         extremes = Extremes(ended.plan)
         extremes.add(ended.driver)
@@ -234,8 +233,8 @@ def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[
     base, cases = plan(batch.base), batch.status.size
     free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
     workers = [Worker(base, options, batch) for _ in range(min(threads, cases))]
-    for each in workers:
-        free.put(each)
+    for worker in workers:
+        free.put(worker)
 
     def groups() -> Iterator[range]:
         first = 0

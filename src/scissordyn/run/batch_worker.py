@@ -176,7 +176,7 @@ class _Slot:
         if driver is not None and driver.method == choice.method:
             driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events, choice=choice)
             return driver
-        made = Driver(
+        driver = Driver(
             self.plan,
             self.system,
             y,
@@ -185,5 +185,5 @@ class _Slot:
             crosses=across,
             initial_events=prepared.initial_events,
         )
-        self.driver = made
-        return made
+        self.driver = driver
+        return driver

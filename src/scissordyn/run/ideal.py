@@ -71,7 +71,7 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
         {"units": "rad", "long_name": "transmission angle at the inner joint of a dyad"},
     )
     force = np.linalg.norm(run["reaction"].transpose("joint", "time", "axis").values, axis=2)
-    largest = np.array([smooth_peak(run["time"].values, each) for each in force]).reshape(-1, 2)
+    largest = np.array([smooth_peak(run["time"].values, size) for size in force]).reshape(-1, 2)
     run["peak_reaction"] = ("joint", largest[:, 0], {"units": "N", "long_name": "largest reaction"})
     run["peak_reaction_time"] = ("joint", largest[:, 1], {"units": "s", "long_name": "when the reaction is largest"})
     path = path_of(ideal, until)
@@ -85,9 +85,9 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
 def _add_singular(run: xr.Dataset, path: Path | None, until: float) -> None:
     """Write the singular positions of a path, each once for every time that it is passed."""
     rows = [
-        (time, each.place, each.kind, each.subject)
-        for each in (() if path is None else path.singular)
-        for time in instants(path, until, each.place)  # type: ignore[arg-type]
+        (time, position.place, position.kind, position.subject)
+        for position in (() if path is None else path.singular)
+        for time in instants(path, until, position.place)  # type: ignore[arg-type]
     ]
     rows.sort(key=lambda row: row[0])
     unit = {"angle": "rad", "length": "m", "time": "s"}["time" if path is None else path.parameter]
@@ -115,7 +115,7 @@ def motion_range(plan: Plan) -> tuple[float, float, str]:
         (first - 2.0 * math.pi, first + 2.0 * math.pi) if turns else (SHORT * plan.size, max(2.0 * first, FURTHEST * plan.size))
     )
     path = follow(closure, "angle" if turns else "length", lambda value: np.array([value]), start, first, *ends)
-    locks = [each.place for each in path.singular if each.kind == LOCKING]
+    locks = [position.place for position in path.singular if position.kind == LOCKING]
     low = max((place for place in locks if place < first), default=math.nan)
     high = min((place for place in locks if place > first), default=math.nan)
     return low, high, "rad" if turns else "m"

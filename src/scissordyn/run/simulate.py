@@ -186,8 +186,8 @@ def results_of(
     else:
         times = sample_times(options, curves=records)
         path = compute(tables, options, progress, times=times, curves=records, ideal=ideal, keeper=keeper)
-    asked = with_recorded(path) if options.samples == AUTO else sampled_at(path, sample_times(options)) if records else path
-    run = _answered(asked, options, configuration, ideal, progress)
+    sampled = with_recorded(path) if options.samples == AUTO else sampled_at(path, sample_times(options)) if records else path
+    run = _answered(sampled, options, configuration, ideal, progress)
     if records and options.samples != AUTO and path.status == "complete":
         run.make_finer = lambda: _answered(with_recorded(path), options, configuration, ideal, progress)
     if states is not None:

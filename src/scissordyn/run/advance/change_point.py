@@ -104,7 +104,9 @@ def _step_beyond(driver: Driver, ahead: float, size: float) -> bool:
     return True
 
 
-def recorded_across(maps: BodyMaps, system: Handle, samples: Samples, state: np.ndarray, found: Record, passed: Passed) -> None:
+def recorded_across(
+    maps: BodyMaps, system: Handle, samples: Samples, state: np.ndarray, outputs: Record, passed: Passed
+) -> None:
     """Overwrite what is recorded at samples on change points, where it is not defined, with the limit from both sides.
 
     `state` is that of the samples before it was projected. Means of two instants before and behind have errors of second order,
@@ -119,7 +121,7 @@ def recorded_across(maps: BodyMaps, system: Handle, samples: Samples, state: np.
             here.time[:] += width * ASIDE
             here.state[:, :n] += width * ASIDE[:, None] * here.state[:, n : 2 * n]
             beside = record(maps, system, here)
-            for name, part in found._asdict().items():
+            for name, part in outputs._asdict().items():
                 if name != "length_error" and part.dtype == float:
                     part[k] = np.tensordot(WEIGHTS, getattr(beside, name), 1)
 
@@ -130,7 +132,9 @@ def _slope(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.n
     Close to a change point errors of the state enter the multipliers divided by the square of the distance.
     """
     work, n = driver.system.content.work, driver.plan.coordinates.free
-    constraints = [each for each, off in zip(driver.plan.coordinates.constraints, work.inactive, strict=True) if off == 0.0]
+    constraints = [
+        constraint for constraint, off in zip(driver.plan.coordinates.constraints, work.inactive, strict=True) if off == 0.0
+    ]
     active = np.flatnonzero(work.inactive == 0.0)
     gradients = Gradients(n, driver.plan.coordinates.basis, constraints)
     gradients.count_turns(driver.state.reference)

@@ -62,12 +62,12 @@ class Part:
 
     def arrays(self, like: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The arrays, with the types of those of a driver."""
-        found, at = {}, 0
+        arrays, at = {}, 0
         for name, shape in self.layout.items():
             size = int(np.prod(shape)) * (like[name].dtype.itemsize // 8)
-            found[name] = self.words[at : at + size].view(like[name].dtype).reshape(shape)
+            arrays[name] = self.words[at : at + size].view(like[name].dtype).reshape(shape)
             at += size
-        return found
+        return arrays
 
 
 @dataclass
@@ -191,12 +191,12 @@ def _refused(path: str | os.PathLike[str], why: str) -> InputError:
 def _difference(there: Any, here: str, name: str) -> str:
     """The first place at which two JSON texts differ."""
     try:
-        one, other = (json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (there, here))
+        stored, wanted_text = (json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (there, here))
     except (AttributeError, TypeError, ValueError):
         return f"its {name} cannot be read"
-    if one == other:
+    if stored == wanted_text:
         return f"its {name} is written otherwise"
-    place, mine, wanted = first_difference(one, other, name)
+    place, mine, wanted = first_difference(stored, wanted_text, name)
     return f"{place} = {_short(mine)} there, {_short(wanted)} here"
 
 

@@ -33,11 +33,11 @@ def recorded(
     """
     samples = path.samples
     state = samples.state.copy() if path.change_points else samples.state
-    found = record(path.plan.maps, path.system, samples)
-    recorded_across(path.plan.maps, path.system, samples, state, found, path.change_points)
-    undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
+    outputs = record(path.plan.maps, path.system, samples)
+    recorded_across(path.plan.maps, path.system, samples, state, outputs, path.change_points)
+    undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
     if not undefined.size:
-        return path, found
+        return path, outputs
     first, time = int(undefined[0]), float(samples.time[undefined[0]])
     why = singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
     kept = Samples(*(part[:first] for part in samples))

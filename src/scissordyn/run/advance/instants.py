@@ -51,8 +51,8 @@ def spread_samples(time: np.ndarray, count: int) -> np.ndarray:
 
 def sample_times(options: Options, *, curves: bool = False) -> np.ndarray:
     """The equally spaced instants of a run [s], with those of curves if these are wanted too."""
-    asked = np.linspace(0.0, options.until, options.count)
-    return np.union1d(asked, np.linspace(0.0, options.until, EQUALLY_SPACED)) if curves else asked
+    times = np.linspace(0.0, options.until, options.count)
+    return np.union1d(times, np.linspace(0.0, options.until, EQUALLY_SPACED)) if curves else times
 
 
 def sampled_at(path: Trajectory, times: np.ndarray) -> Trajectory:

@@ -31,15 +31,19 @@ class BarAnswer(Words):
     buckled: str  # Which bar takes part in that and is compressed; empty without one
 
     def __str__(self) -> str:
-        known = math.isfinite(self.stress)
-        what = f"largest stress {short(self.stress, 'Pa')}" if known else f"largest bending moment {short(self.moment, 'N m')}"
-        said = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
+        has_material = math.isfinite(self.stress)
+        what = (
+            f"largest stress {short(self.stress, 'Pa')}"
+            if has_material
+            else f"largest bending moment {short(self.moment, 'N m')}"
+        )
+        text = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
         if math.isfinite(self.utilisation):
-            said += f", {self.utilisation:.3g} of its yield strength"
-        said += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
+            text += f", {self.utilisation:.3g} of its yield strength"
+        text += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
         if math.isfinite(self.buckling):
-            said += f"; buckles, drives locked, at {self.buckling:.3g} times its axial forces ({printable(self.buckled)})"
-        return f"{said}."
+            text += f"; buckles, drives locked, at {self.buckling:.3g} times its axial forces ({printable(self.buckled)})"
+        return f"{text}."
 
 
 def bar_answer(run: Run) -> BarAnswer | None:

@@ -85,28 +85,28 @@ class BarMotion:
     turning: tuple[tuple[int, np.ndarray, np.ndarray], ...] = ()
 
 
-def bar_motions(plan: Plan, found: Record, time: np.ndarray) -> list[BarMotion]:
+def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]:
     """Motion of each flexible bar at the instants of a record."""
     matrix, axes = plan.coordinates.matrix, plan.coordinates.natural.axes
     if not axes:
         return []
-    position, velocity, acceleration = (np.asarray((matrix @ part.T).T) for part in (found.X, found.V, found.A))
+    position, velocity, acceleration = (np.asarray((matrix @ part.T).T) for part in (record.X, record.V, record.A))
     acceleration -= plan.coordinates.natural.uniform(plan.gravity_vector)
     running: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
     for i, axis in rail_axes(axes, plan.acting).items():
-        force = -found.wrench[:, len(plan.contacts) + i, :2]
-        running.setdefault(id(axis), []).append((found.coordinate[:, i, 1], force))
+        force = -record.wrench[:, len(plan.contacts) + i, :2]
+        running.setdefault(id(axis), []).append((record.coordinate[:, i, 1], force))
     turning: dict[int, list[tuple[int, np.ndarray, np.ndarray]]] = {}
     films = len(plan.contacts) + len(plan.mechanism.components)
     joints = enumerate(plan.clearance_joints)
     for i, joint in (*joints, *((films + f, joint) for f, (joint, _, _) in enumerate(plan.lubricated))):
         journal, bearing = plan.coordinates.place(joint.journal), plan.coordinates.place(joint.bearing)
         # the force of a film acts on the bearing at the journal's centre, beside its own
-        pulls = np.zeros(time.size), np.sum(found.wrench[:, i, :2] * (journal.at(found.X) - bearing.at(found.X)), axis=1)
+        pulls = np.zeros(time.size), np.sum(record.wrench[:, i, :2] * (journal.at(record.X) - bearing.at(record.X)), axis=1)
         for side, (body, _) in enumerate((joint.journal, joint.bearing)):
             if body in plan.coordinates.natural.tangents:
                 axis, k = plan.coordinates.natural.tangents[body]
-                turning.setdefault(id(axis), []).append((k, found.wrench[:, i, 2 + side], pulls[side * (i >= films)]))
+                turning.setdefault(id(axis), []).append((k, record.wrench[:, i, 2 + side], pulls[side * (i >= films)]))
     return [
         BarMotion(
             axis.vectors(position),
@@ -142,8 +142,8 @@ def _strain(axis: Axis, motion: BarMotion, places: np.ndarray) -> tuple[np.ndarr
     return slope, size - 1.0 - motion.factor[:, None] * thermal_loads(axis.bar)[0], damped, tangent
 
 
-def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
 
 
 def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
@@ -217,7 +217,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
     return Resultants(*zip(first, second, strict=True))
 
 
-def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[str, Variable]) -> Variables:
+def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping[str, Variable]) -> Variables:
     """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have.
 
     Shapes: `time` (nt,).
@@ -226,12 +226,12 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
     if not axes:
         return {}
     elements = [part for part in plan.components if isinstance(part, Beam)]
-    motions = bar_motions(plan, found, time)
+    motions = bar_motions(plan, record, time)
     tables = [_table(axis, motion) for axis, motion in zip(axes, motions, strict=True)]
     names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis.bar)]
     variables = {"beam": Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
     further = len(names) - len(elements)
-    for name, variable in known.items():
+    for name, variable in present.items():
         if "beam" in variable.dims and name != "beam":
             missing = [(0, further if dim == "beam" else 0) for dim in variable.dims]
             variables[name] = variable._replace(values=np.pad(variable.values, missing, constant_values=np.nan))
@@ -239,7 +239,7 @@ def bar_variables(plan: Plan, time: np.ndarray, found: Record, known: Mapping[st
         parts = [table[name] for table in tables]
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
-            parts.insert(0, known[f"beam_{name}"].values if f"beam_{name}" in known else none)
+            parts.insert(0, present[f"beam_{name}"].values if f"beam_{name}" in present else none)
         variables[f"beam_{name}"] = Variable(
             ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
         )

@@ -49,7 +49,7 @@ class Forces(NamedTuple):
         return self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
 
 
-def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapping[str, Variable]) -> np.ndarray:
+def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Mapping[str, Variable]) -> np.ndarray:
     """The largest ratio of each bar's compression to that at which the mechanism would buckle if all axial forces grew alike.
 
     The samples are divided into parts. At the position of each part where bars are compressed most, drives, servos and free
@@ -69,20 +69,20 @@ def buckling_ratios(plan: Plan, samples: Samples, found: Record, variables: Mapp
     for part in np.array_split(np.arange(samples.time.size), INSTANTS):
         if part.size and heed[part].max() > 0.0:
             k = int(part[np.argmax(heed[part])])
-            ratio = np.maximum(ratio, frozen.ratios(k, samples, found, [(f, f.axial[part].min(axis=0)) for f in forces]))
+            ratio = np.maximum(ratio, frozen.ratios(k, samples, record, [(f, f.axial[part].min(axis=0)) for f in forces]))
     return ratio
 
 
 def _forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
     names = {name: k for k, name in enumerate(variables["beam"].values.astype(str).tolist())}
     if bar.whole:
-        own = [names[name] for name in part_names(bar.whole)]
-        parts = [variables[f"beam_{at}axial_force"].values[:, own] for at in ("start_", "", "end_")]
+        columns = [names[name] for name in part_names(bar.whole)]
+        parts = [variables[f"beam_{at}axial_force"].values[:, columns] for at in ("start_", "", "end_")]
         ends = marks_of(bar.whole)
         places = np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1]), ends[1:]], axis=1)
         return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
-    own = [names[beam.name] for beam in bar.beams]
-    return Forces(bar, variables["beam_axial_force"].values[:, own], np.arange(len(own)) + 0.0)
+    columns = [names[beam.name] for beam in bar.beams]
+    return Forces(bar, variables["beam_axial_force"].values[:, columns], np.arange(len(columns)) + 0.0)
 
 
 class _Frozen:
@@ -98,16 +98,16 @@ class _Frozen:
         self.shapes = {name: axis.vectors(by_column) for name, axis in self.axes.items()}
         self.number = {part.name: i for i, part in enumerate(self.ideal.acting)}
 
-    def ratios(self, k: int, samples: Samples, found: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
+    def ratios(self, k: int, samples: Samples, record: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
         """Of all bars at sample k, with some axial forces along them."""
-        at = self._placed(k, samples, found)
+        at = self._placed(k, samples, record)
         stiffness = force_slopes(at, float(samples.time[k]))
         geometric = []
         for force, axial in forces:
             now, added = (
-                self._of_whole(k, samples, found, force, axial)
+                self._of_whole(k, samples, record, force, axial)
                 if force.bar.whole
-                else self._of_elements(k, found, force, axial)
+                else self._of_elements(k, record, force, axial)
             )
             stiffness -= now
             geometric.append(added)
@@ -123,31 +123,31 @@ class _Frozen:
         least = np.minimum(SHARE * np.sum(np.maximum(shares, 0.0), axis=0), shares.max(axis=0))
         return np.asarray(np.max(np.where((shares >= least) & (works > 0.0), works, 0.0), axis=1, initial=0.0))
 
-    def _placed(self, k: int, samples: Samples, found: Record) -> At:
+    def _placed(self, k: int, samples: Samples, record: Record) -> At:
         """The ideal mechanism where the one that is run is at sample k."""
         content, time = self.system.content, float(samples.time[k])
-        turned = {body.name: float(found.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
+        turned = {body.name: float(record.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
         count_turns(self.ideal, content, turned | {"ground": 0.0})
-        natural = np.asarray(self.plan.coordinates.matrix @ found.X[k])
+        natural = np.asarray(self.plan.coordinates.matrix @ record.X[k])
         position = self.ideal.coordinates.nearest(basis_at_start(content, time)[0], natural)
         state = np.concatenate([position, np.zeros(position.size + int(content.model.state_start[-1]))])
         touch_closed(self.system, state)
         return At(self.ideal, self.system, state)
 
     def _of_whole(
-        self, k: int, samples: Samples, found: Record, force: Forces, axial: np.ndarray
+        self, k: int, samples: Samples, record: Record, force: Forces, axial: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Geometric stiffness of a bar by modes, of the present axial forces and of others."""
         bar: Any = force.bar.whole
         axis, by = self.axes[bar.name], self.shapes[bar.name]
-        present = [part[k : k + 1] if isinstance(part, np.ndarray) else part for part in found]
+        present = [part[k : k + 1] if isinstance(part, np.ndarray) else part for part in record]
         motions = bar_motions(self.plan, Record(*present), samples.time[k : k + 1])
         motion = motions[[axis.bar.name for axis in self.plan.coordinates.natural.axes].index(bar.name)]
         vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
         now = stiffness_of_bar(axis, vectors, by, points, axial_force_at_points(axis, motion)[0])
         return now, stiffness_of_bar(axis, vectors, by, points, np.interp(points, force.places, axial) * weights)
 
-    def _of_elements(self, k: int, found: Record, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _of_elements(self, k: int, record: Record, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same of a chain of beam elements."""
         content = self.system.content
         now, added = np.zeros((2, content.model.n, content.model.n))

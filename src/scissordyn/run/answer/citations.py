@@ -61,10 +61,10 @@ class Citations:
     @property
     def bibtex(self) -> str:
         """All of them for BibTeX, what they describe as comments."""
-        return "\n\n".join(f"% {'; '.join(each.uses)}\n{each.reference.bibtex}" for each in self.entries) + "\n"
+        return "\n\n".join(f"% {'; '.join(entry.uses)}\n{entry.reference.bibtex}" for entry in self.entries) + "\n"
 
     def __str__(self) -> str:
-        lines = [f"{', '.join(each.uses)}:\n    {each.reference.text}" for each in self.entries]
+        lines = [f"{', '.join(entry.uses)}:\n    {entry.reference.text}" for entry in self.entries]
         lines += [f"Without a publication: {', '.join(self.without)}."] if self.without else []
         return "\n".join(lines)
 
@@ -72,23 +72,23 @@ class Citations:
 def citations(run: xr.Dataset) -> Citations:
     """What a run has used of others' work, from what it says of itself."""
     configuration = read_configuration(run)
-    found: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
+    uses_of: dict[Reference, list[str]] = {_package(run): ["scissordyn"]}
     without: list[str] = []
     for use, source in _sources((configuration.mechanism, configuration.absent)):
         named = references(source)
         for reference in named:
-            _add(found, reference, use)
+            _add(uses_of, reference, use)
         if not named and source == "the user":
             without.append(use)
     start = configuration.options.start if configuration.options is not None else ""
     for key, use in _methods(run, start):
-        _add(found, bibliography()[key], use)
-    entries = tuple(Citation(reference, tuple(dict.fromkeys(uses))) for reference, uses in found.items())
+        _add(uses_of, bibliography()[key], use)
+    entries = tuple(Citation(reference, tuple(dict.fromkeys(uses))) for reference, uses in uses_of.items())
     return Citations(entries, tuple(dict.fromkeys(without)))
 
 
-def _add(found: dict[Reference, list[str]], reference: Reference, use: str) -> None:
-    found.setdefault(reference, []).append(use)
+def _add(uses_of: dict[Reference, list[str]], reference: Reference, use: str) -> None:
+    uses_of.setdefault(reference, []).append(use)
 
 
 def _package(run: xr.Dataset) -> Reference:
@@ -127,8 +127,8 @@ def _source(described: Any) -> Iterator[tuple[str, str]]:
 
 def _of_docstring(kind: type) -> str:
     """What stands under "References" in the description of a class."""
-    found = re.search(r"^References\n-+\n(.+?)(?:\n\n|\Z)", inspect.getdoc(kind) or "", re.MULTILINE | re.DOTALL)
-    return "; ".join(found[1].splitlines()) if found else ""
+    section = re.search(r"^References\n-+\n(.+?)(?:\n\n|\Z)", inspect.getdoc(kind) or "", re.MULTILINE | re.DOTALL)
+    return "; ".join(section[1].splitlines()) if section else ""
 
 
 def _methods(run: xr.Dataset, start: str) -> Iterator[tuple[str, str]]:

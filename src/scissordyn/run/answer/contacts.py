@@ -67,9 +67,9 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> list[C
     return sorted(closed, key=lambda contact: contact.start)
 
 
-def columns(found: list[Contact]) -> dict[str, np.ndarray]:
+def columns(table: list[Contact]) -> dict[str, np.ndarray]:
     """The contacts as one array per field."""
     return {
-        name: np.array([contact[place] for contact in found], int if name == "joint" else float)
+        name: np.array([contact[place] for contact in table], int if name == "joint" else float)
         for place, name in enumerate(Contact._fields)
     }

@@ -55,35 +55,35 @@ def _named(dim: str, names: list[str]) -> Variable:
     return Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
 
 
-def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) -> xr.Dataset:
+def to_dataset(plan: Plan, configuration: str, path: Trajectory, record: Record) -> xr.Dataset:
     """All results of a run as a Dataset."""
-    return results(plan, configuration, path, found).dataset()
+    return results(plan, configuration, path, record).dataset()
 
 
-def results(plan: Plan, configuration: str, path: Trajectory, found: Record) -> Results:
+def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
     """All results of a run; nothing is simulated here."""
     variables = {
         "time": _described(("time",), path.samples.time, "s", "time"),
         "body": _named("body", [body.name for body in plan.bodies]),
         "joint": _named("joint", list(plan.joint_names)),
         "axis": _named("axis", ["x", "y"]),
-        **_motion_variables(plan, path, found),
-        **_joint_variables(plan, path, found),
-        **_rod_variables(plan, path, found),
-        **_control_variables(plan, path, found),
-        **_energy_variables(plan, path, found),
-        **_drive_variables(plan, path, found),
-        **coupling_variables(plan, path, found),
+        **_motion_variables(plan, path, record),
+        **_joint_variables(plan, path, record),
+        **_rod_variables(plan, path, record),
+        **_control_variables(plan, path, record),
+        **_energy_variables(plan, path, record),
+        **_drive_variables(plan, path, record),
+        **coupling_variables(plan, path, record),
         **_contact_variables(plan, path),
-        **track_variables(path, found),
-        **synchronisation_variables(plan, found),
+        **track_variables(path, record),
+        **synchronisation_variables(plan, record),
         **event_variables(plan, path.log),
     }
-    components = _component_variables(plan, path, found)
+    components = _component_variables(plan, path, record)
     for name in components.keys() & variables.keys():
         raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
     variables |= components
-    ratios = buckling_ratios(plan, path.samples, found, variables)
+    ratios = buckling_ratios(plan, path.samples, record, variables)
     variables |= largest_variables(plan.mechanism, variables, path.samples.time, ratios)
     attributes = {
         "title": TITLE,
@@ -93,84 +93,84 @@ def results(plan: Plan, configuration: str, path: Trajectory, found: Record) -> 
         "statistics": json.dumps(path.statistics),
         "warnings": "[]",
         "configuration": configuration,
-        "length_error": float(found.length_error[0]),
+        "length_error": float(record.length_error[0]),
     }
     return Results(variables, attributes)
 
 
-def largest_along_bars(path: Trajectory, found: Record) -> Variables:
+def largest_along_bars(path: Trajectory, record: Record) -> Variables:
     """`largest_variables` of a run of which nothing else is asked."""
     plan = path.plan
     variables = {
         "body": _named("body", [body.name for body in plan.bodies]),
-        **_motion_variables(plan, path, found),
-        **_component_variables(plan, path, found),
+        **_motion_variables(plan, path, record),
+        **_component_variables(plan, path, record),
     }
-    ratios = buckling_ratios(plan, path.samples, found, variables)
+    ratios = buckling_ratios(plan, path.samples, record, variables)
     return largest_variables(plan.mechanism, variables, path.samples.time, ratios)
 
 
-def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _motion_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     point, rotation = ("time", "body", "axis"), ("time", "body")
     x, y = np.array([body.centre for body in plan.bodies]).T
-    cos, sin = np.cos(found.angle), np.sin(found.angle)
-    origin = found.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    cos, sin = np.cos(record.angle), np.sin(record.angle)
+    origin = record.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
     variables = {
         "origin": _described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
-        "position": _described(point, found.position, "m", "position of the mass centre"),
-        "velocity": _described(point, found.velocity, "m/s", "velocity of the mass centre"),
-        "acceleration": _described(point, found.acceleration, "m/s^2", "acceleration of the mass centre"),
-        "angle": _described(rotation, found.angle, "rad", "angle"),
-        "angular_velocity": _described(rotation, found.angular_velocity, "rad/s", "angular velocity"),
-        "angular_acceleration": _described(rotation, found.angular_acceleration, "rad/s^2", "angular acceleration"),
+        "position": _described(point, record.position, "m", "position of the mass centre"),
+        "velocity": _described(point, record.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(point, record.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(rotation, record.angle, "rad", "angle"),
+        "angular_velocity": _described(rotation, record.angular_velocity, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(rotation, record.angular_acceleration, "rad/s^2", "angular acceleration"),
     }
     guide = plan.output_guide
     if guide is not None:
         guided = path.plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
         for name, values, units in (
-            ("position", guided.at(found.X) - np.array(guide.through), "m"),
-            ("velocity", guided.at(found.V), "m/s"),
-            ("acceleration", guided.at(found.A), "m/s^2"),
+            ("position", guided.at(record.X) - np.array(guide.through), "m"),
+            ("velocity", guided.at(record.V), "m/s"),
+            ("acceleration", guided.at(record.A), "m/s^2"),
         ):
             text = f"{name} of the guided point along its guide"
             variables[f"slider_{name}"] = _described(("time",), values @ along, units, text)
     return variables
 
 
-def _reactions(plan: Plan, found: Record, time: np.ndarray) -> np.ndarray:
+def _reactions(plan: Plan, record: Record, time: np.ndarray) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
     joints, guided, _ = solve_reactions(
-        plan.balance, plan.gravity_vector, with_distributed_mass(plan, with_coupling_forces(plan, found), time)
+        plan.balance, plan.gravity_vector, with_distributed_mass(plan, with_coupling_forces(plan, record), time)
     )
-    reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
+    reaction = np.zeros((record.X.shape[0], len(plan.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
-    reaction[:, at] = found.wrench[:, : at.size, :2]
+    reaction[:, at] = record.wrench[:, : at.size, :2]
     films = len(plan.contacts) + len(plan.mechanism.components)
     for f, (joint, _, _) in enumerate(plan.lubricated):
-        reaction[:, plan.places([joint.name])[0]] += found.wrench[:, films + f, :2]
+        reaction[:, plan.places([joint.name])[0]] += record.wrench[:, films + f, :2]
     for j, point in enumerate(plan.contact_points, len(plan.clearance_joints)):
-        reaction[:, plan.places([point.guide])] += found.wrench[:, j : j + 1, :2]
+        reaction[:, plan.places([point.guide])] += record.wrench[:, j : j + 1, :2]
     reaction[:, plan.places(joint.name for joint in plan.ideal_joints)] = joints
     for g, guide in enumerate(plan.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
-            cos, sin = found.direction[:, plan.body_place(guide.body)].T
+            cos, sin = record.direction[:, plan.body_place(guide.body)].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
         reaction[:, plan.places([guide.name])[0]] = guided[:, g : g + 1] * across
     return reaction
 
 
-def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
     names = list(plan.joint_names)
     per_joint = ("time", "joint")
     what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
-    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, found, path.samples.time), "N", what)}
+    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
     if not plan.contacts:
         return variables
     at = plan.places(contact.name for contact in plan.contacts)
-    instants, contact = found.X.shape[0], found.contact
+    instants, contact = record.X.shape[0], record.contact
 
     def everywhere(values: np.ndarray) -> np.ndarray:
         full = np.full((instants, len(names)), np.nan)
@@ -242,7 +242,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     return variables
 
 
-def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """What the components declare, along one dimension for each kind."""
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
@@ -257,7 +257,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
         declared = parts[index[0]].declaration
         variables[section] = _named(section, [parts[i].name for i in index])
         if declared.force is None:
-            torque = found.wrench[:, [len(plan.contacts) + i for i in index], 2]
+            torque = record.wrench[:, [len(plan.contacts) + i for i in index], 2]
             text = f"torque of a locked {declared.label} on its body"
             variables[f"{section}_torque"] = _described(("time", section), torque, "N m", text)
         else:
@@ -270,7 +270,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
         for output in declared.reported:
             if declared.force is None and not output.coordinate:
                 continue
-            source = found.coordinate if output.coordinate else found.result
+            source = record.coordinate if output.coordinate else record.result
             last = output.first + output.components
             values = source[:, index, output.first : last] if output.components > 1 else source[:, index, output.first]
             dims = ("time", section, "axis") if output.components > 1 else ("time", section)
@@ -288,21 +288,21 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
             found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", found_there)
-    variables.update(bar_variables(plan, path.samples.time, found, variables))
+    variables.update(bar_variables(plan, path.samples.time, record, variables))
     variables.update(film_variables(plan, path.samples.time, variables))
     return variables
 
 
-def _rod_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _rod_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if not plan.rods:
         return {}
     spans = [
-        path.plan.coordinates.place(rod.end).at(found.X) - path.plan.coordinates.place(rod.start).at(found.X)
+        path.plan.coordinates.place(rod.end).at(record.X) - path.plan.coordinates.place(rod.start).at(record.X)
         for rod in plan.rods
     ]
     span = np.stack(spans, axis=1)
     length = np.sqrt(np.sum(span * span, axis=-1))
-    tension = -np.sum(found.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
+    tension = -np.sum(record.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
     return {
         "rod": _named("rod", [rod.name for rod in plan.rods]),
         "rod_force": _described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
@@ -310,7 +310,7 @@ def _rod_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     }
 
 
-def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
     chosen = plan.actuators
     if not chosen:
@@ -320,8 +320,8 @@ def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
     peaks = path.peaks(COMPONENT_FORCE)[index]
     variables: Variables = {
         "actuator": _named("actuator", [part.name for _, part in chosen]),
-        "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
-        "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
+        "control_torque": _described(over, record.result[:, index, 0], "N m", "torque that a controller gives"),
+        "control_error": _described(over, record.observed[:, index, 0], "rad", "reference less measured angle"),
         "peak_control_torque": _described(("actuator",), peaks["largest"], "N m", "largest torque that a controller gives"),
         "peak_control_torque_time": _described(("actuator",), peaks["largest_time"], "s", "when that torque is largest"),
     }
@@ -330,7 +330,7 @@ def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         for name, unit in MEASURED.items():
             at = (recorder[index] >= 0) & [part.controller.recorded == name for _, part in chosen]
             if at.any():
-                values = np.where(at, found.observed[:, index, 1], np.nan)
+                values = np.where(at, record.observed[:, index, 1], np.nan)
                 text = f"{name.replace('_', ' ')} as a controller with a delay records it"
                 variables[f"recorded_{name}"] = _described(over, values, unit, text)
     for place, (i, part) in enumerate(chosen):
@@ -338,23 +338,23 @@ def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         for s, declared in enumerate(part.controller.states):
             name = declared.name
             if name not in variables:
-                empty = np.full((found.X.shape[0], len(chosen)), np.nan)
+                empty = np.full((record.X.shape[0], len(chosen)), np.nan)
                 variables[name] = _described(over, empty, declared.unit, name.replace("_", " "))
             variables[name].values[:, place] = path.samples.state[:, first + s]
     return variables
 
 
-def _energy_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     found_accounts = accounts(plan, path.samples.total, path.log, path.samples.time)
     account = dict(zip(ACCOUNTS, found_accounts.T, strict=True))
-    energy = found.kinetic + found.potential + found.elastic + found.stored
+    energy = record.kinetic + record.potential + record.elastic + record.stored
     lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
     work = account["drive_work"] + account["load_work"] + account["motor_work"]
     named = {
-        "kinetic_energy": (found.kinetic, "kinetic energy"),
-        "potential_energy": (found.potential, "potential energy of gravity"),
-        "elastic_energy": (found.elastic, "elastic energy of the contacts"),
-        "stored_energy": (found.stored, "energy stored in springs and other components"),
+        "kinetic_energy": (record.kinetic, "kinetic energy"),
+        "potential_energy": (record.potential, "potential energy of gravity"),
+        "elastic_energy": (record.elastic, "elastic energy of the contacts"),
+        "stored_energy": (record.stored, "energy stored in springs and other components"),
         "drive_work": (account["drive_work"], "work of the drives, their impulses included"),
         "motor_work": (account["motor_work"], "work of motors and actuators"),
         "load_work": (account["load_work"], "work of forces and torques"),
@@ -368,19 +368,19 @@ def _energy_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     return {name: _described(("time",), np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
 
 
-def _drive_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if not plan.drives:
         return {}
     peaks = path.peaks(DRIVE_TORQUE)
     variables = {
         "drive": _named("drive", [drive.body for drive in plan.drives]),
         # with several drives the first is the one that the contract names; all of them stand beside it
-        "drive_torque": _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque"),
+        "drive_torque": _described(("time",), record.torque[:, 0].copy(), "N m", "driving torque"),
         "peak_drive_torque": _described(("drive",), peaks["largest"], "N m", "largest driving torque"),
         "peak_drive_torque_time": _described(("drive",), peaks["largest_time"], "s", "when the driving torque is largest"),
     }
     if len(plan.drives) > 1:
-        variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")
+        variables["drive_torques"] = _described(("time", "drive"), record.torque, "N m", "driving torque of each drive")
     return variables
 
 
@@ -395,17 +395,17 @@ def _impact_variables(plan: Plan, table: dict[str, np.ndarray], step: float) -> 
         return {}
     estimate, when, least = np.full((3, table["joint"].size), np.nan)
     for j in hard:
-        own, clearance = table["joint"] == j, plan.contacts[j].clearance
+        here, clearance = table["joint"] == j, plan.contacts[j].clearance
         assert clearance is not None
-        struck, lasting = peak_forces(clearance, table["struck"][own]), table["peak_normal_force"][own]
-        estimate[own] = np.fmax(struck, lasting)
+        struck, lasting = peak_forces(clearance, table["struck"][here]), table["peak_normal_force"][here]
+        estimate[here] = np.fmax(struck, lasting)
         # what is largest in the first step of a contact may be an impulse that others pass on to it
-        lasting = np.where(table["peak_normal_time"][own] > step, lasting, 0.0)
-        approach = peak_forces(clearance, table["effective_mass"][own] * table["approach_speed"][own] ** 2)
-        least[own] = np.fmin(np.fmax(approach, lasting), estimate[own])
-        when[own] = np.where(struck >= lasting, table["struck_time"][own], table["peak_normal_time"][own])
+        lasting = np.where(table["peak_normal_time"][here] > step, lasting, 0.0)
+        approach = peak_forces(clearance, table["effective_mass"][here] * table["approach_speed"][here] ** 2)
+        least[here] = np.fmin(np.fmax(approach, lasting), estimate[here])
+        when[here] = np.where(struck >= lasting, table["struck_time"][here], table["peak_normal_time"][here])
         for name in LOCATED:
-            table[name][own] = np.nan
+            table[name][here] = np.nan
     text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
     mass = "effective mass along the normal at the start of a hard contact"
     return {

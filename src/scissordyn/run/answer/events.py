@@ -50,10 +50,10 @@ def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -
 
     Shapes: `total` (nt, powers) [J], `log` (events,), `time` (nt,) [s]; returns (nt, accounts) [J].
     """
-    found = np.column_stack([total, np.zeros(len(time))])
+    energy = np.column_stack([total, np.zeros(len(time))])
     rows = log[log["guard"] >= len(plan.contacts)]
     if rows.size:
         past = time[:, None] > rows["time"]  # a sample at an event is the state before it
-        found[:, ACCOUNTS.index("drive_work")] += past @ rows["drive_work"]
-        found[:, ACCOUNTS.index("switching_loss")] += past @ rows["loss"]
-    return found
+        energy[:, ACCOUNTS.index("drive_work")] += past @ rows["drive_work"]
+        energy[:, ACCOUNTS.index("switching_loss")] += past @ rows["loss"]
+    return energy

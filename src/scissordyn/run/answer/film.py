@@ -49,7 +49,7 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variabl
     dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED * rough)
     missing = np.full(len(joints), math.nan)
     dry, mixed, torn = (
-        time_mean(each, time) if len(time) else missing for each in (dry, mixed, values["tension"] > np.maximum(bears, 0.0))
+        time_mean(share, time) if len(time) else missing for share in (dry, mixed, values["tension"] > np.maximum(bears, 0.0))
     )
     heat = np.trapezoid(values["power_lost"], time, axis=0) if len(time) else missing
     direction = missing

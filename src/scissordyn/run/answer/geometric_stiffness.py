@@ -34,8 +34,8 @@ def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndar
     moved = allowed @ np.linalg.solve(allowed.T @ slopes @ allowed, allowed.T @ force)
     response = _Response(at, moved, loaded.plan.gravity_vector, float(np.linalg.norm(force)))
     uncertain = CANCELLED * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
-    found: np.ndarray = added + response.stiffness(force - slopes @ moved, uncertain)
-    return found
+    whole: np.ndarray = added + response.stiffness(force - slopes @ moved, uncertain)
+    return whole
 
 
 class _Response:
@@ -54,7 +54,7 @@ class _Response:
         """Of all parts and of the reaction of the constraints, which rounding makes uncertain, shape (n, n)."""
         content = self.at.system.content
         model, work, n = content.model, content.work, self.moved.size
-        found = np.zeros((n, n))
+        matrix = np.zeros((n, n))
         contacts, rails = content.parameters.contact.size, rail_axes(self.axes, self.at.plan.acting)
         pushed: dict[int, list[tuple[float, np.ndarray]]] = {id(axis): [] for axis in self.axes}
         for i, component in enumerate(self.at.plan.acting):
@@ -66,24 +66,24 @@ class _Response:
             change[columns[free]] = block[np.ix_(free, free)] @ self.moved[columns[free]]
             maps, rows = component_maps(content, i)
             if isinstance(component, Beam):
-                found += self._of_element(component, maps, rows)
+                matrix += self._of_element(component, maps, rows)
             elif component.declaration.port is LINE:
-                found += self._of_line(maps, rows, change)
+                matrix += self._of_line(maps, rows, change)
             elif component.declaration.port is FRAME:
-                found += self._of_frame(maps, rows, change)
+                matrix += self._of_frame(maps, rows, change)
             elif i in rails:
                 place = float(work.coordinates[i, 1])
                 force, added = self._of_roller(component, rails[i], place, change)
-                found += added
+                matrix += added
                 pushed[id(rails[i])].append((place, force))
         for axis in self.axes:
             added, stretch = self._of_bar(axis, pushed[id(axis)])
-            found += added
+            matrix += added
             reaction = reaction + stretch
         gradients, _ = constraint_slopes(self.at, np.zeros(work.multiplier.size))
         multiplier = np.linalg.lstsq(gradients.T, reaction)[0]
         multiplier[np.abs(multiplier) * np.linalg.norm(gradients, axis=1) < max(self.least, uncertain)] = 0.0
-        return np.asarray(found + constraint_slopes(self.at, multiplier)[1])
+        return np.asarray(matrix + constraint_slopes(self.at, multiplier)[1])
 
     def _of_bar(self, axis: Axis, pushed: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
         """Int N w'^2 ds of a bar by modes, N by equilibrium of the part before each place.

@@ -104,26 +104,30 @@ def internal_forces(
         If no bar bends, or a place is not on a bar.
     """
     described = mechanism or read_configuration(run).build_mechanism()
-    known = bars_of(described)
-    if not known or "beam_axial_force" not in run:
+    present = bars_of(described)
+    if not present or "beam_axial_force" not in run:
         raise InputError("internal forces of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
     at = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.atleast_1d(np.asarray(places, float))
     if at.ndim != 1 or at.size == 0 or not np.all((at >= 0.0) & (at <= 1.0)):
         raise InputError(
             f"places = {places!r} along a bar", "parts of its length from 0 to 1, or how many", "places=[0.25, 0.5]"
         )
-    names = [bar.name for bar in known]
-    chosen = [bar for bar in known if bars == "all" or bar.name in matching("bar", bars, names)]
+    names = [bar.name for bar in present]
+    chosen = [bar for bar in present if bars == "all" or bar.name in matching("bar", bars, names)]
     read = _Read(run, described)
-    found = [_along(bar, read, at) for bar in chosen]
-    for bar, along in zip(chosen, found, strict=True):
+    quantities = [_along(bar, read, at) for bar in chosen]
+    for bar, along in zip(chosen, quantities, strict=True):
         along["buckling_ratio"] = _compression(along) / float(run["bar_buckling_load"][names.index(bar.name)])
     over = ("time", "bar", "place")
     variables: dict[str, Any] = {
-        name: (over, np.stack([one[name] for one in found], axis=1), {"units": unit, "long_name": text})
+        name: (
+            over,
+            np.stack([bar_quantities[name] for bar_quantities in quantities], axis=1),
+            {"units": unit, "long_name": text},
+        )
         for name, (unit, text) in QUANTITIES.items()
     }
-    position = np.stack([one["position"] for one in found], axis=1)
+    position = np.stack([bar_quantities["position"] for bar_quantities in quantities], axis=1)
     variables["position"] = ((*over, "axis"), position, {"units": "m", "long_name": "place of the bar's axis"})
     distance = np.array([[bar.length * part for part in at] for bar in chosen])
     coordinates = {
@@ -138,8 +142,8 @@ def internal_forces(
     return xr.Dataset(variables, coordinates, {"title": "scissordyn internal forces"})
 
 
-def _compression(found: dict[str, np.ndarray]) -> np.ndarray:
-    return np.asarray(np.maximum(-found["axial_force"], 0.0))
+def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
+    return np.asarray(np.maximum(-quantities["axial_force"], 0.0))
 
 
 def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
@@ -160,18 +164,18 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
         ends = marks_of(bar.whole) if bar.whole else np.cumsum([0.0, *(beam.length for beam in bar.beams)])
         within = ends[:-1, None] + np.diff(ends)[:, None] * np.linspace(0.0, 1.0, INSIDE, endpoint=False)
         at = np.append(within.ravel() / ends[-1], 1.0)
-        found = _along(bar, read, at)
-        compression = _compression(found)
+        quantities = _along(bar, read, at)
+        compression = _compression(quantities)
         if ratios[b] > 0.0 and compression.any():
             loads[b] = float(compression.max()) / ratios[b]
-        found["buckling_ratio"] = compression / loads[b]
+        quantities["buckling_ratio"] = compression / loads[b]
         for name, kept in largest.items():
-            size = np.abs(found[name])
+            size = np.abs(quantities[name])
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
-            kept[:, b] = found[name][row, column], time[row], at[column] * ends[-1]
+            kept[:, b] = quantities[name][row, column], time[row], at[column] * ends[-1]
     about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
-    made = {"bar_buckling_load": Variable(("bar",), loads, {"units": "N", "long_name": about})}
-    made |= {"bar": Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
+    variables_of_bars = {"bar_buckling_load": Variable(("bar",), loads, {"units": "N", "long_name": about})}
+    variables_of_bars |= {"bar": Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
     for name, (unit, text) in QUANTITIES.items():
         for k, (suffix, units, about) in enumerate(
             (
@@ -181,8 +185,8 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
             )
         ):
             described = {"units": units, "long_name": f"{about} {text}"}
-            made[f"bar_largest_{name}{suffix}"] = Variable(("bar",), largest[name][k], described)
-    return made
+            variables_of_bars[f"bar_largest_{name}{suffix}"] = Variable(("bar",), largest[name][k], described)
+    return variables_of_bars
 
 
 class _Read:
@@ -226,15 +230,15 @@ def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarr
         inside = (at[which == k] * ends[-1] - ends[k]) / beam.length
         if inside.size:
             parts.append(_element(beam, read, np.clip(inside, 0.0, 1.0)))
-    found = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    quantities = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
     order = np.argsort(np.argsort(which, kind="stable"), kind="stable")
-    found = {name: values[:, order] for name, values in found.items()}
+    quantities = {name: values[:, order] for name, values in quantities.items()}
     first, last = read.pose(bar.beams[0].start[0])[0], read.pose(bar.beams[-1].end[0])[0]
     line = last - first
     line /= np.hypot(*line.T)[:, None]
-    away = found["position"] - first[:, None]
-    found["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
-    return found
+    away = quantities["position"] - first[:, None]
+    quantities["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
+    return quantities
 
 
 def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
@@ -265,8 +269,8 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     deflection = np.zeros((len(start), distance.size))
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
-        inside, own = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
-        deflection[:, inside] = away[:, own] @ _through(marks[own], distance[inside])
+        inside, nodes = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
+        deflection[:, inside] = away[:, nodes] @ _through(marks[nodes], distance[inside])
     strain = np.abs(normal) / bar.axial_stiffness + 0.5 * bar.depth * np.abs(bending) / bar.bending_stiffness
     points = np.stack([read.pose(name)[0] for name in bar.sections], axis=1)
     line = points[:, -1] - points[:, 0]
@@ -305,7 +309,7 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
     between = xi[:, None] + rest[:, None] * NODES
     weight = 0.5 * WEIGHTS * rest[:, None] * beam.length
     px, py = (weight * part for part in shape.load(between))
-    gone_x, gone_y = (each - own[..., None] for each, own in zip(shape.axis(between), (x, y), strict=True))
+    gone_x, gone_y = (beyond - here[..., None] for beyond, here in zip(shape.axis(between), (x, y), strict=True))
     along, across = fx[:, None] + px.sum(axis=2), fy[:, None] + py.sum(axis=2)
     bending = moment[:, None] + (shape.chord[:, None] - x) * fy[:, None] + y * fx[:, None]
     bending = bending + np.sum(gone_x * py - gone_y * px, axis=2)
@@ -357,8 +361,8 @@ class _Shape:
 
     def load(self, xi: np.ndarray) -> np.ndarray:
         """Weight less inertia per length at xi, shape (2, samples, ...)."""
-        found: np.ndarray = -self.beam.mass_per_length * np.einsum("hta,h...->at...", self.moved, _hermite(xi))
-        return found
+        load: np.ndarray = -self.beam.mass_per_length * np.einsum("hta,h...->at...", self.moved, _hermite(xi))
+        return load
 
     def at_end(self) -> tuple[np.ndarray, np.ndarray]:
         """Force [N] along and across the chord, and moment [N m], that the next part exerts on the end of the element."""

@@ -37,21 +37,21 @@ def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: fl
         sizes.append(np.array([whole]))
         whens.append(run["joint_peak_force_time"].sel(joint=joint).values[None])
     elif "contact_joint" in run:
-        own = run["contact_joint"].values.astype(str) == joint
-        sizes.append(run["peak_force"].values[own])
-        begun = run["contact_start"].values[own]
-        whens.append(np.where(np.isnan(sizes[-1]), begun, begun + run["peak_time"].values[own]))
+        here = run["contact_joint"].values.astype(str) == joint
+        sizes.append(run["peak_force"].values[here])
+        begun = run["contact_start"].values[here]
+        whens.append(np.where(np.isnan(sizes[-1]), begun, begun + run["peak_time"].values[here]))
     size, when = np.concatenate(sizes), np.concatenate(whens)
     return float(np.max(size[(when >= start) & (when <= end)], initial=0.0))
 
 
 def some_clearance_joints(run: xr.Dataset) -> list[str]:
     """The same of a run that has to have some."""
-    found = clearance_joints(run)
-    if not found:
+    joints = clearance_joints(run)
+    if not joints:
         raise InputError(
             "a run without clearance joints",
             "a run of a mechanism with a clearance",
             'arm.with_clearance("A", Clearance(0.5e-3))',
         )
-    return found
+    return joints

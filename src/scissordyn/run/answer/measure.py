@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from scissordyn.errors import InputError, ScissordynError
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     COUPLING_FORCE,
@@ -29,12 +30,12 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.trajectory import reached
-from scissordyn.run.answer.bar_measures import along_bars
 from scissordyn.run.answer.contacts import Contact, contacts
+from scissordyn.run.answer.dataset import largest_along_bars
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.internal_forces import bars_of
 from scissordyn.run.answer.peak_estimate import peak_forces
-from scissordyn.run.answer.settling import SETTLING, settling_times
+from scissordyn.run.answer.track import SETTLING, settling_times
 from scissordyn.run.options import Options
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
 
@@ -57,31 +58,31 @@ class Ended:
     @cached_property
     def by_joint(self) -> list[list[Contact]]:
         """The contacts of each clearance joint and contact point."""
-        own: list[list[Contact]] = [[] for _ in self.plan.contacts]
+        contacts: list[list[Contact]] = [[] for _ in self.plan.contacts]
         for contact in self.contacts:
-            own[contact.joint].append(contact)
-        return own
+            contacts[contact.joint].append(contact)
+        return contacts
 
     def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
         """A number from the contacts of each clearance joint and contact point."""
-        return np.array([value(found) for found in self.by_joint], float)
+        return np.array([value(contacts) for contacts in self.by_joint], float)
 
     def largest_forces(self) -> np.ndarray:
         """Largest force of each joint: normal force, friction and film together [N]; NaN for a hard contact."""
-        found = self.per_joint(lambda own: max((c.peak_force for c in own), default=0.0))
-        found[self.plan.hard_places] = math.nan
-        found[oiled_contacts(self.driver.system.content.model)] = self.peaks(JOINT_FORCE)
-        return found
+        forces = self.per_joint(lambda contacts: max((c.peak_force for c in contacts), default=0.0))
+        forces[self.plan.hard_places] = math.nan
+        forces[oiled_contacts(self.driver.system.content.model)] = self.peaks(JOINT_FORCE)
+        return forces
 
     def estimated_forces(self) -> np.ndarray:
         """Estimated largest force of each hard contact [N]; NaN for compliant ones."""
-        found = np.full(len(self.plan.contacts), math.nan)
+        forces = np.full(len(self.plan.contacts), math.nan)
         for j in self.plan.hard_places:
-            own, clearance = self.by_joint[j], self.plan.contacts[j].clearance
+            contacts, clearance = self.by_joint[j], self.plan.contacts[j].clearance
             assert clearance is not None
-            numbers = np.array([(c.struck, c.peak_normal_force) for c in own]).reshape(-1, 2)
-            found[j] = np.max(np.fmax(peak_forces(clearance, numbers[:, 0]), numbers[:, 1]), initial=0.0)
-        return found
+            numbers = np.array([(c.struck, c.peak_normal_force) for c in contacts]).reshape(-1, 2)
+            forces[j] = np.max(np.fmax(peak_forces(clearance, numbers[:, 0]), numbers[:, 1]), initial=0.0)
+        return forces
 
     def lasting(self, contact: Contact) -> float:
         """Duration of a contact, up to now if it goes on [s]."""
@@ -117,8 +118,8 @@ class Ended:
     def accounts(self) -> np.ndarray:
         """Along `events.ACCOUNTS` [J]."""
         driver = self.driver
-        found: np.ndarray = accounts(self.plan, driver.state.total[None], driver.log, np.array([math.inf]))[0]
-        return found
+        energies: np.ndarray = accounts(self.plan, driver.state.total[None], driver.log, np.array([math.inf]))[0]
+        return energies
 
     @cached_property
     def bars(self) -> dict[str, np.ndarray]:
@@ -137,8 +138,8 @@ class Ended:
         for part, kept in zip(state, before, strict=True):
             part[...] = kept
         at = np.stack([run.plan.coordinates.tracked(track).at(rows) for track in self.plan.tracks], axis=1)
-        found = deviation_parts(self.path, self.mechanism, self.options, run.samples.time, at)
-        return np.asarray(np.hypot(found[..., 0], found[..., 1]))
+        parts = deviation_parts(self.path, self.mechanism, self.options, run.samples.time, at)
+        return np.asarray(np.hypot(parts[..., 0], parts[..., 1]))
 
     @cached_property
     def _latches(self) -> list[int]:
@@ -171,8 +172,8 @@ def _of_bars(units: str, quantity: str, text: str) -> Measure:
 def _energy(name: str) -> Measure:
     place = ACCOUNTS.index(name)
     words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
-    known = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
-    return Measure("J", known, (), lambda ended: float(ended.accounts[place]))
+    text = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
+    return Measure("J", text, (), lambda ended: float(ended.accounts[place]))
 
 
 _JOINT, _TRACK = ("joint",), ("track",)
@@ -223,17 +224,26 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "m/s",
             "largest approach speed",
             _JOINT,
-            lambda e: e.per_joint(lambda own: max((c.approach_speed for c in own), default=0.0)),
+            lambda e: e.per_joint(lambda contacts: max((c.approach_speed for c in contacts), default=0.0)),
         ),
         "contact_count": Measure("1", "contacts", _JOINT, lambda e: e.per_joint(len)),
         "contact_fraction": Measure(
-            "1", "fraction of the time in contact", _JOINT, lambda e: e.per_joint(lambda own: sum(map(e.lasting, own))) / e.time
+            "1",
+            "fraction of the time in contact",
+            _JOINT,
+            lambda e: e.per_joint(lambda contacts: sum(map(e.lasting, contacts))) / e.time,
         ),
         "first_contact": Measure(
-            "s", "start of the first contact", _JOINT, lambda e: e.per_joint(lambda own: own[0].start if own else math.inf)
+            "s",
+            "start of the first contact",
+            _JOINT,
+            lambda e: e.per_joint(lambda contacts: contacts[0].start if contacts else math.inf),
         ),
         "impulse": Measure(
-            "N s", "impulse of the normal forces", _JOINT, lambda e: e.per_joint(lambda own: sum(c.impulse for c in own))
+            "N s",
+            "impulse of the normal forces",
+            _JOINT,
+            lambda e: e.per_joint(lambda contacts: sum(c.impulse for c in contacts)),
         ),
         "peak_pressure_velocity": Measure(
             "Pa m/s",
@@ -280,7 +290,7 @@ COMPONENT_UNIT = "component_unit"
 
 def component_units(mechanism: Mechanism) -> dict[str, str]:
     """The unit of what each component exerts, as its port declares it."""
-    ports = {each.name: each.declaration.port for each in mechanism.components}
+    ports = {component.name: component.declaration.port for component in mechanism.components}
     return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
 
 
@@ -301,3 +311,35 @@ def _padded(values: np.ndarray, count: int) -> np.ndarray:
     full = np.full(count, math.nan)
     full[: values.size] = values
     return full
+
+
+NEEDED = {"peak_bar_stress": "youngs_modulus", "peak_utilisation": "yield_strength"}
+"""What bars have to know for a measure."""
+
+
+def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
+    """Raise `InputError` for a measure of bars that bend where none does, or where one lacks a number."""
+    bars = bars_of(mechanism)
+    for name in (name for name, measure in measures.items() if measure.dims == ("bar",)):
+        if not bars:
+            raise InputError(f"measure '{name}' of a mechanism without bars that bend", "bars that bend", "with_bending(...)")
+        needed = NEEDED.get(name, "")
+        lacking = [bar.name for bar in bars if needed and not all(getattr(part, needed) for part in bar.parts)]
+        if lacking:
+            raise InputError(
+                f"measure '{name}': bar '{lacking[0]}' has no {needed}", f"a {needed} of every bar", f"{needed} = ..."
+            )
+
+
+def along_bars(driver: Driver) -> dict[str, np.ndarray]:
+    """Sizes of the largest values along bars that bend, among the samples of a driver, each of shape (bars,)."""
+    state = driver.system.content.state
+    before = [part.copy() for part in state]
+    path = reached(driver)
+    outputs = record(path.plan.maps, path.system, path.samples)
+    for part, kept in zip(state, before, strict=True):
+        part[...] = kept
+    undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
+    if undefined.size:
+        raise ScissordynError(f"stopped at t = {path.samples.time[undefined[0]]:.9g} s: accelerations are not defined")
+    return {name: np.abs(variable.values) for name, variable in largest_along_bars(path, outputs).items() if name != "bar"}

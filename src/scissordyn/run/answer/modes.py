@@ -86,21 +86,23 @@ def modes(
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
         return _at(plan(at_rest(taken)), count, position, released_drive, None)[0]
-    asked = np.asarray(times, float)
-    if asked.ndim != 1 or asked.size == 0 or not np.all(np.isfinite(asked)) or np.any(np.diff(asked) <= 0.0):
+    instants = np.asarray(times, float)
+    if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
         raise InputError("times that are not increasing", "instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]")
     inputs = Inputs(plan(ideal))
     if inputs.count == 0:
         raise InputError("modes along the motion of a mechanism without a drive", "a drive, or modes without times")
-    found, place = [], None
-    for before, time in zip((0.0, *asked.tolist()), asked.tolist(), strict=False):
+    datasets, place = [], None
+    for before, time in zip((0.0, *instants.tolist()), instants.tolist(), strict=False):
         for between in towards(inputs, before, time):
             place = placed(plan(at_rest(ideal, between)), position, place)[1]
-        one, place = _at(plan(at_rest(taken, time)), count, position, released_drive, place)
-        found.append(one)
-    along = xr.concat(found, xr.DataArray(asked, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override")
+        dataset, place = _at(plan(at_rest(taken, time)), count, position, released_drive, place)
+        datasets.append(dataset)
+    along = xr.concat(
+        datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"
+    )
     return along.assign(
-        input=(("time", "drive"), inputs.over(asked), {"long_name": "what the drive holds, in its unit"})
+        input=(("time", "drive"), inputs.over(instants), {"long_name": "what the drive holds, in its unit"})
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
 
 
@@ -121,12 +123,12 @@ def _at(still: Plan, count: int, position: Position, released_drive: bool, befor
     scale = np.where(largest > 0.0, 1.0 / np.where(largest > 0.0, largest, 1.0), 1.0)
     where = places(at.plan, at.natural)[0]
     angle = np.array([body.placed_angle + place.turned[body.name] for body in still.bodies])
-    vector, one = ("mode", "body", "axis"), ("mode", "body")
+    vector, scalar = ("mode", "body", "axis"), ("mode", "body")
     variables = {
         "frequency": ("mode", angular / (2.0 * np.pi), {"units": "Hz", "long_name": "natural frequency"}),
         "angular_frequency": ("mode", angular, {"units": "rad/s", "long_name": "natural angular frequency"}),
         "shape": (vector, bodies * scale[:, None, None], {"units": "m", "long_name": "displacement of the mass centre"}),
-        "rotation": (one, turning * scale[:, None], {"units": "rad", "long_name": "rotation"}),
+        "rotation": (scalar, turning * scale[:, None], {"units": "rad", "long_name": "rotation"}),
         "position": (("body", "axis"), where, {"units": "m", "long_name": "mass centre"}),
         "angle": ("body", angle, {"units": "rad", "long_name": "angle"}),
     }
@@ -143,11 +145,11 @@ def _contacts(at: At) -> dict[str, Any]:
     content = at.system.content
     if not at.plan.contacts:
         return {}
-    numbers, found = content.parameters, content.work.contact
-    force = np.where(content.state.mode[: found.size] == 1, found["elastic"], 0.0)
-    slope = np.zeros(found.size)
+    numbers, contact = content.parameters, content.work.contact
+    force = np.where(content.state.mode[: contact.size] == 1, contact["elastic"], 0.0)
+    slope = np.zeros(contact.size)
     for j in np.flatnonzero(force > 0.0):
-        depth, law, row = float(found["depth"][j]), int(numbers.law["stiffness"][j]), numbers.elastic[j]
+        depth, law, row = float(contact["depth"][j]), int(numbers.law["stiffness"][j]), numbers.elastic[j]
         step = 1e-5 * depth
         slope[j] = (elastic_force(law, depth + step, row) - elastic_force(law, depth - step, row)) / (2.0 * step)
     return {

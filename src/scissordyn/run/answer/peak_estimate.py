@@ -42,15 +42,15 @@ def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np
     sensible = np.isfinite(force) & np.isfinite(energy) & (force > 0.0) & (energy > 0.0)
     s = np.linspace(0.0, 1.0, POINTS)[:-1]
     share = 0.5 * (1.0 - s * s) if xi < SMALL else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
-    known = np.isfinite(struck) & (struck > 0.0)
-    found = np.full(np.shape(struck), np.nan)
-    given = struck[known][:, None] * share[None, :]
-    logs = np.interp(np.log(given), np.log(energy[sensible]), np.log(force[sensible]), left=np.nan, right=np.nan)
+    positive = np.isfinite(struck) & (struck > 0.0)
+    forces = np.full(np.shape(struck), np.nan)
+    energies = struck[positive][:, None] * share[None, :]
+    logs = np.interp(np.log(energies), np.log(energy[sensible]), np.log(force[sensible]), left=np.nan, right=np.nan)
     over = np.exp(logs) * (1.0 + xi * s)
     best = np.clip(np.nanargmax(np.where(np.isnan(over), -1.0, over), axis=1), 1, s.size - 2) if over.size else np.zeros(0, int)
     rows = np.arange(best.size)
     left, middle, right = over[rows, best - 1], over[rows, best], over[rows, best + 1]
     curve = left - 2.0 * middle + right
     step = np.where(curve < 0.0, 0.5 * (left - right) / np.where(curve == 0.0, 1.0, curve), 0.0)
-    found[known] = np.maximum(np.maximum(left, right), middle - 0.25 * (left - right) * np.clip(step, -1.0, 1.0))
-    return found
+    forces[positive] = np.maximum(np.maximum(left, right), middle - 0.25 * (left - right) * np.clip(step, -1.0, 1.0))
+    return forces

@@ -62,9 +62,9 @@ class Placement:
         turn = self.turns * 0.5 * math.pi
         return turn + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
 
-    def vectors(self, given: np.ndarray) -> np.ndarray:
+    def vectors(self, vectors: np.ndarray) -> np.ndarray:
         """Vectors of the mechanism's frame in that of the placement, shape (..., 2)."""
-        return turned(given, self.turns)
+        return turned(vectors, self.turns)
 
     def centre(self, body: str) -> np.ndarray:
         """Mass centre of a body, shape (samples, 2) [m]."""

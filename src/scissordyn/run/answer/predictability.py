@@ -70,7 +70,7 @@ class Horizon:
 
     until: float  # Time until which both runs agree [s]
     contacts: int  # Contacts that began before it
-    found: str  # "to the end", "diverged" or "unknown"
+    agreement: str  # "to the end", "diverged" or "unknown"
     reason: str = ""  # Why it is unknown
     interrupted: bool = False  # Whether the second run was stopped by the user
     cost: float = math.nan  # Steps of both runs over those of the first, rejected ones counted; NaN without a second run
@@ -78,10 +78,10 @@ class Horizon:
     @property
     def attributes(self) -> dict[str, Any]:
         """As attributes of a run; without a time where none can be given."""
-        text = self.found + (f": {self.reason}" if self.reason else "")
-        known = {"trusted_until": self.until, "trusted_contacts": self.contacts} if math.isfinite(self.until) else {}
+        text = self.agreement + (f": {self.reason}" if self.reason else "")
+        until = {"trusted_until": self.until, "trusted_contacts": self.contacts} if math.isfinite(self.until) else {}
         cost = {"predictability_cost": self.cost} if math.isfinite(self.cost) else {}
-        return {"predictability": text, **known, **cost}
+        return {"predictability": text, **until, **cost}
 
 
 def compared(
@@ -94,14 +94,14 @@ def compared(
     curves: bool = False,
 ) -> tuple[Trajectory, Comparable]:
     """A run, and its state at all instants at which it can be compared with another."""
-    asked = sample_times(options, curves=curves)
-    every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
+    wanted = sample_times(options, curves=curves)
+    every = np.union1d(wanted, np.linspace(0.0, options.until, INSTANTS))
     path = compute(plan, options, progress, times=every, record_steps=True, curves=curves, ideal=ideal, keeper=keeper)
     samples, (step_ends, end_states, _) = path.samples, path.steps
     here = np.isin(samples.time, np.linspace(0.0, options.until, INSTANTS))
     times, index = np.unique(np.concatenate([step_ends, samples.time[here]]), return_index=True)
     states = np.concatenate([end_states, samples.state[here]])[index]
-    return sampled_at(path, asked), Comparable(times, states)
+    return sampled_at(path, wanted), Comparable(times, states)
 
 
 def predictability(
@@ -119,7 +119,7 @@ def predictability(
     the error of the first.
     """
     method = str(path.statistics["method"])
-    rtol, atol = (max(TIGHTER * asked, SMALLEST) for asked in (options.rtol, options.atol))
+    rtol, atol = (max(TIGHTER * tolerance, SMALLEST) for tolerance in (options.rtol, options.atol))
     starts = run["contact_start"].values
     if rtol > TOO_NEAR * options.rtol or atol > TOO_NEAR * options.atol:
         return Horizon(math.nan, 0, "unknown", f"no tighter tolerance than rtol = {options.rtol:g} can be computed")
@@ -187,11 +187,11 @@ def _repeated(
     return _Repeated(driver.time, driver.tried)
 
 
-def _apart(path: Trajectory, times: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _apart(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Largest distance of two trajectories at some instants, in units of what counts as divergence, shape (nt,)."""
     plan, system, n = path.plan, path.system.content, path.plan.coordinates.free
     difference = np.zeros((times.size, n + plan.coordinates.basis))  # the drives are the same in both
-    difference[:, :n] = one[:, :n] - other[:, :n]
+    difference[:, :n] = first[:, :n] - second[:, :n]
     vectors = [plan.coordinates.place((body.name, point)) for body in plan.bodies for point in body.points]
     vectors += [plan.coordinates.at(body.name, body.centre) for body in plan.bodies]
     limits = np.full(len(vectors), DIVERGENCE_BODY * plan.coordinates.size)
@@ -204,7 +204,7 @@ def _apart(path: Trajectory, times: np.ndarray, one: np.ndarray, other: np.ndarr
         apart = np.maximum(apart, np.hypot(moved[:, 0], moved[:, 1]) / limit)
     if plan.contact_points:
         points = slice(journals, clearance.size)
-        across = _gaps(path.system, times, one)[:, points] - _gaps(path.system, times, other)[:, points]
+        across = _gaps(path.system, times, first)[:, points] - _gaps(path.system, times, second)[:, points]
         apart = np.maximum(apart, np.max(np.abs(across) / (DIVERGENCE * clearance[points]), axis=1))
     return apart
 

@@ -56,13 +56,13 @@ def scale_warnings(options: Options, path: Trajectory) -> list[RunWarning]:
 
 def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:
     """Of each state of a component: the component's number, itself, the entry of y, the declared state."""
-    start, found = path.system.content.model.state_start, []
+    start, places = path.system.content.model.state_start, []
     controlled = dict(path.plan.actuators)
     for i, component in enumerate(path.plan.acting):
         if i not in controlled:
             first = 2 * path.plan.coordinates.free + int(start[len(path.plan.contacts) + i])
-            found += [(i, component, first + s, state) for s, state in enumerate(component.states)]
-    return found
+            places += [(i, component, first + s, state) for s, state in enumerate(component.states)]
+    return places
 
 
 def _put(path: Trajectory, at: int) -> None:

@@ -69,15 +69,15 @@ class PointAnswer(Words):
         name = f"Tracked point {printable(self.name)}"
         if not math.isfinite(self.deviation):
             return f"{name}: its deviation is not known, as the rigid ideal mechanism does not reach the end of the run."
-        said = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}{_parts(self.parts)}"
-        said += f"; {short(self.at_end, 'm')} at the end{_parts(self.parts_at_end)}"
+        text = f"{name}: off by up to {short(self.deviation, 'm')}, at {short(self.when, 's')}{_parts(self.parts)}"
+        text += f"; {short(self.at_end, 'm')} at the end{_parts(self.parts_at_end)}"
         if self.tolerance is None:
-            return f"{said}; no tolerance is given."
+            return f"{text}; no tolerance is given."
         if self.met:
-            return f"{said}; tolerance {short(self.tolerance, 'm')}: met."
+            return f"{text}; tolerance {short(self.tolerance, 'm')}: met."
         ratio = self.deviation / self.tolerance
         settled = f"; within it from {short(self.settled, 's')} on" if self.settled is not None else ""
-        return f"{said}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}{settled}."
+        return f"{text}; tolerance {short(self.tolerance, 'm')}: not met, by a factor of {ratio:.3g}{settled}."
 
 
 def _parts(sizes: dict[str, float]) -> str:
@@ -109,13 +109,13 @@ class ActuatorAnswer(Words):
             name = f"{self.kind.capitalize()} {printable(self.name)}"
             return f"{name}: the torque grows without limit towards the locking position{when}."
         quantity = "torque" if self.unit == "N m" else "force"
-        said = f"{self.kind.capitalize()} {printable(self.name)}: largest {quantity} {short(self.torque, self.unit)}{when}"
+        text = f"{self.kind.capitalize()} {printable(self.name)}: largest {quantity} {short(self.torque, self.unit)}{when}"
         if self.limit is None:
-            return f"{said}."
+            return f"{text}."
         if not self.saturated:
-            return f"{said}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
+            return f"{text}, {self.torque / self.limit:.2g} of its limit of {short(self.limit, 'N m')}."
         lasting = f"for {short(self.time_at_limit, 's')}" if self.time_at_limit > 0.0 else "for less than a sample"
-        return f"{said}: at its limit of {short(self.limit, 'N m')} {lasting}."
+        return f"{text}: at its limit of {short(self.limit, 'N m')} {lasting}."
 
 
 @dataclass(frozen=True)
@@ -160,21 +160,21 @@ class Summary(Words):
     @property
     def met(self) -> bool | None:
         """Whether every tracked point with a tolerance stays within it; None if there is none."""
-        known = [point.met for point in self.points if point.met is not None]
-        return all(known) if known else None
+        judged = [point.met for point in self.points if point.met is not None]
+        return all(judged) if judged else None
 
     @property
     def lines(self) -> list[str]:
         """One sentence for each answer."""
-        found = [str(part) for part in (*self.points, *self.actuators, self.force, self.span, self.bars) if part is not None]
+        lines = [str(part) for part in (*self.points, *self.actuators, self.force, self.span, self.bars) if part is not None]
         if self.work:
             parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
-            found.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
+            lines.append(f"Work: {', '.join(parts) or 'none'}; dissipated: {short(self.work['dissipated'], 'J')}.")
         if self.horizon is not None:
-            found.append(f"Trusted until {short(self.horizon, 's')}, through {counted(self.horizon_contacts or 0)}.")
+            lines.append(f"Trusted until {short(self.horizon, 's')}, through {counted(self.horizon_contacts or 0)}.")
         elif self.horizon_text:
-            found.append(f"The predictability horizon is {self.horizon_text}.")
-        return found
+            lines.append(f"The predictability horizon is {self.horizon_text}.")
+        return lines
 
     def plain(self) -> dict[str, Any]:
         """Its numbers, and whether the tolerances are met."""
@@ -204,17 +204,19 @@ class JointSummary(Words):
 
 def joint_summaries(run: Run) -> list[JointSummary]:
     """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
-    end, found = float(run.attrs["end"]), []
+    end, summaries = float(run.attrs["end"]), []
     oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
     for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
         here = run["contact_joint"].values == joint
         start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        found.append(JointSummary(str(joint), start.size, fraction, *_largest_force(run, here), least=_least_force(run, here)))
+        summaries.append(
+            JointSummary(str(joint), start.size, fraction, *_largest_force(run, here), least=_least_force(run, here))
+        )
         if joint in oiled:
-            found[-1] = _with_film(run, found[-1])
-    return found
+            summaries[-1] = _with_film(run, summaries[-1])
+    return summaries
 
 
 def _with_film(run: Run, joint: JointSummary) -> JointSummary:
@@ -266,7 +268,7 @@ def _least_force(run: Run, here: np.ndarray) -> float:
 def summary_of(run: Run) -> Summary:
     """What a designer asks of a run, from what it has recorded."""
     trusted = float(run.attrs.get("trusted_until", math.nan))
-    known = math.isfinite(trusted)
+    is_known = math.isfinite(trusted)
     joints = joint_summaries(run) if "contact_joint" in run else []
     largest = max((joint for joint in joints if not math.isnan(joint.largest)), key=lambda joint: joint.largest, default=None)
     described = _mechanism(run)
@@ -277,9 +279,9 @@ def summary_of(run: Run) -> Summary:
         span=_span(run, described),
         bars=bar_answer(run),
         work=_work(run),
-        horizon=trusted if known else None,
-        horizon_contacts=int(run.attrs["trusted_contacts"]) if known else None,
-        horizon_text="" if known else str(run.attrs.get("predictability", "")),
+        horizon=trusted if is_known else None,
+        horizon_contacts=int(run.attrs["trusted_contacts"]) if is_known else None,
+        horizon_text="" if is_known else str(run.attrs.get("predictability", "")),
     )
 
 
@@ -323,7 +325,7 @@ def actuator_limits(run: Run) -> dict[str, float]:
 
 
 def _limits(described: Any) -> dict[str, float]:
-    found = {}
+    limits = {}
     for part in () if described is None else described.components:
         kind = type(part)
         if kind not in (Actuator, Motor):
@@ -333,8 +335,8 @@ def _limits(described: Any) -> dict[str, float]:
         except InputError:  # a controller without such a number
             limit = None
         if limit is not None:
-            found[str(part.name)] = float(limit)
-    return found
+            limits[str(part.name)] = float(limit)
+    return limits
 
 
 def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
@@ -384,13 +386,13 @@ def _span(run: Run, described: Any) -> SpanAnswer | None:
     places = {str(name): k for k, name in enumerate(run["body"].values)}
     position = along(run["position"], "time", "body", "axis")[[0, -1]]
     angle = along(run["angle"], "time", "body")[[0, -1]]
-    found = []
+    points = []
     for body in described.bodies:
         k, local = places[body.name], np.array([body.centre, *dict(body.points).values()], float) - np.array(body.centre, float)
-        found.append(placed(position[:, k], angle[:, k] if body.inertia is not None else np.zeros(2), local))
-    if not found:
+        points.append(placed(position[:, k], angle[:, k] if body.inertia is not None else np.zeros(2), local))
+    if not points:
         return None
-    sides = np.ptp(np.concatenate(found, axis=1), axis=1)
+    sides = np.ptp(np.concatenate(points, axis=1), axis=1)
     start, end = np.where(sides < ROUND_OFF * sides.max(), 0.0, sides).tolist()
     return SpanAnswer(tuple(start), tuple(end))
 

@@ -17,13 +17,13 @@ def units_of(plan: Plan) -> dict[str, tuple[int, int]]:
     """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies."""
     bars: dict[str, dict[str, int]] = {}
     for place, body in enumerate(plan.bodies):
-        found = BAR.fullmatch(body.name)
-        if found and body.rotates:
-            bars.setdefault(found[1], {})[found[2]] = place
+        match = BAR.fullmatch(body.name)
+        if match and body.rotates:
+            bars.setdefault(match[1], {})[match[2]] = place
     return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
 
 
-def synchronisation_variables(plan: Plan, found: Record) -> Variables:
+def synchronisation_variables(plan: Plan, record: Record) -> Variables:
     """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
 
     With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
@@ -36,7 +36,7 @@ def synchronisation_variables(plan: Plan, found: Record) -> Variables:
     if len(units) < 2:
         return {}
     first, second = np.array(list(units.values())).T
-    opening = 0.5 * (found.angle[:, first] - found.angle[:, second])
+    opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
     error = opening - opening[:, :1]
     error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
     about = "deployment angle of the unit less that of the first one"

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from scissordyn.mechanics.monitored import TRACK_DEVIATION
 from scissordyn.mechanics.outputs import Record
+from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
-from scissordyn.run.answer.settling import SETTLING, settling_times
 from scissordyn.run.options import Options
 from scissordyn.run.results import Run, Variable, Variables, along
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
 
+SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
 
-def track_variables(path: Trajectory, found: Record) -> Variables:
+
+def track_variables(path: Trajectory, record: Record) -> Variables:
     """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none."""
     tracks = path.plan.tracks
     if not tracks:
@@ -23,8 +27,8 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
     variables: Variables = {
         "track": Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
     }
-    for name, rows, units in (("position", found.X, "m"), ("velocity", found.V, "m/s"), ("acceleration", found.A, "m/s^2")):
-        values = np.stack([each.at(rows) for each in maps], axis=1)
+    for name, rows, units in (("position", record.X, "m"), ("velocity", record.V, "m/s"), ("acceleration", record.A, "m/s^2")):
+        values = np.stack([tracked.at(rows) for tracked in maps], axis=1)
         text = f"{name} of the tracked point"
         variables[f"track_{name}"] = Variable(dims, values, {"units": units, "long_name": text})
     return variables
@@ -61,3 +65,13 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
 
 def _text(units: str, long_name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
+
+
+def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
+    """From when on the tracked points stay within their tolerances [s].
+
+    Shapes: `bands` (tracks,); returns (tracks,).
+    """
+    settled = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
+    settled[settled >= end * (1.0 - 1e-12)] = math.inf
+    return np.where([track.tolerance is None for track in plan.tracks], math.nan, settled)

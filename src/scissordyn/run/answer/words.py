@@ -21,5 +21,5 @@ def plain(value: Any) -> Any:
     if isinstance(value, Words):
         return value.plain()
     if isinstance(value, tuple):
-        return [plain(each) for each in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -42,13 +42,13 @@ CONTAINER = Path("/sys/fs/cgroup/memory.max")
 def machine_memory() -> int:
     """Memory of this machine, or of the container that this process is in [bytes]."""
     try:
-        found = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):  # not on Windows
-        found = UNKNOWN
+        memory = UNKNOWN
     try:
-        return min(found, int(CONTAINER.read_text(encoding="ascii")))
+        return min(memory, int(CONTAINER.read_text(encoding="ascii")))
     except (OSError, ValueError):  # no container, or "max"
-        return found
+        return memory
 
 
 def count_in_words(count: int) -> str:

@@ -58,9 +58,9 @@ class IdealPath:
         node = np.clip((times / self.step).astype(int), 0, self.table.shape[0] - 2)
         u = (times / self.step - node)[:, None, None]
         a, b = (np.moveaxis(self.table[k].reshape(times.size, -1, 3, 2), 2, 0) for k in (node, node + 1))
-        found = _quintic(u, self.step, a, b)
-        found[times > self.end + 1e-9 * self.step] = np.nan
-        return found
+        positions = _quintic(u, self.step, a, b)
+        positions[times > self.end + 1e-9 * self.step] = np.nan
+        return positions
 
 
 def stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
@@ -94,9 +94,11 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         path = compute(ideal, smooth, times=times, monitor=False)
         if path.status == "interrupted":  # before anything of the run itself has been computed
             raise KeyboardInterrupt
-        found = record(path.plan.maps, path.system, path.samples)
+        outputs = record(path.plan.maps, path.system, path.samples)
         maps = [path.plan.coordinates.tracked(track) for track in ideal.tracks]
-        rows = np.stack([[each.at(part) for each in maps] for part in (found.X, found.V, found.A)])  # kind, track, time, axis
+        rows = np.stack(
+            [[tracked.at(part) for tracked in maps] for part in (outputs.X, outputs.V, outputs.A)]
+        )  # kind, track, time, axis
         values = np.moveaxis(rows, 2, 0).swapaxes(1, 2)  # time, track, kind, axis
         table, between = values[::2], values[1::2, :, 0]
         step = 2.0 * times[1]
@@ -140,7 +142,7 @@ def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, tim
                 raise KeyboardInterrupt
             rows = record(run.plan.maps, run.system, run.samples).X
             maps = [run.plan.coordinates.tracked(track) for track in stage.tracks]
-            there[: rows.shape[0]] = np.stack([each.at(rows) for each in maps], axis=1)
+            there[: rows.shape[0]] = np.stack([tracked.at(rows) for tracked in maps], axis=1)
         parts[number] = there - place
         before, place = stage, there
     return parts
@@ -154,5 +156,5 @@ def _quintic(u: float | np.ndarray, h: float, a: np.ndarray, b: np.ndarray) -> n
     end = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
     slope, end_slope = u - u**3 * (6.0 - 8.0 * u + 3.0 * u * u), u**3 * (-4.0 + 7.0 * u - 3.0 * u * u)
     bend, end_bend = 0.5 * u * u * (1.0 - 3.0 * u + 3.0 * u * u - u**3), 0.5 * u**3 * (1.0 - 2.0 * u + u * u)
-    found = (1.0 - end) * a[0] + end * b[0] + h * (slope * a[1] + end_slope * b[1]) + h * h * (bend * a[2] + end_bend * b[2])
-    return np.asarray(found)
+    position = (1.0 - end) * a[0] + end * b[0] + h * (slope * a[1] + end_slope * b[1]) + h * h * (bend * a[2] + end_bend * b[2])
+    return np.asarray(position)

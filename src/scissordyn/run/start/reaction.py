@@ -22,9 +22,9 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
     plan = plan.ideal
     system = make_system(plan)
     if position is None:
-        held = Held(places=True, speeds=True)
-        held_rods(plan, system.content, held)
-        start = assemble(plan, system.content, placed_start(plan, system.content), held)
+        holds = Held(places=True, speeds=True)
+        held_rods(plan, system.content, holds)
+        start = assemble(plan, system.content, placed_start(plan, system.content), holds)
     else:
         start = Start(position, np.zeros(plan.coordinates.free))
     state = system.content.state
@@ -37,6 +37,6 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         memory=state.memory[None, :].copy(),
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
-    found = with_coupling_forces(plan, record(plan.maps, system, samples))
-    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, samples.time))
+    outputs = with_coupling_forces(plan, record(plan.maps, system, samples))
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, samples.time))
     return np.asarray(joints[0])

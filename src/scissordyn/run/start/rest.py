@@ -117,11 +117,11 @@ def _descended(plan: Plan, handle: Handle, position: np.ndarray, load: float) ->
     """A descent that has come to rest."""
     descent, step = _Descent(plan, handle, position, load), FIRST_STEP
     for _ in range(MOST_STEPS):
-        found = descent.implicit_step(step)
-        if found == "rest":
+        outcome = descent.implicit_step(step)
+        if outcome == "rest":
             descent.polish(step)
             return descent
-        step = min(LONGEST, 3.0 * step) if found == "solved" else 0.2 * step
+        step = min(LONGEST, 3.0 * step) if outcome == "solved" else 0.2 * step
         if step < SHORTEST or descent.gone > AWAY:
             break
     raise InputError(
@@ -307,11 +307,11 @@ def turns(plan: Plan, system: System) -> dict[str, float]:
     """By how much each body has turned from where it was placed, full turns included [rad]."""
     maps, placed = plan.maps, plan.angles
     change = np.append(system.state.reference - placed, 0.0)[: len(plan.coordinates.families)]
-    found = dict.fromkeys((GROUND, *(body.name for body in plan.bodies)), 0.0)
+    angles = dict.fromkeys((GROUND, *(body.name for body in plan.bodies)), 0.0)
     for b, body in enumerate(plan.bodies):
         if maps.rotation[b] >= 0:
-            found[body.name] = float(maps.sense[b] * change[maps.rotation[b]])
-    return found
+            angles[body.name] = float(maps.sense[b] * change[maps.rotation[b]])
+    return angles
 
 
 def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None:

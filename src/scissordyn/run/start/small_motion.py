@@ -37,11 +37,11 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
         y = prepare_start(ideal, system, position).y
     else:
         count_turns(ideal, system.content, before.turned)
-        found = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
+        free_coordinates = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
         if position == "static":
-            found = equilibrium(ideal, system, found).position
+            free_coordinates = equilibrium(ideal, system, free_coordinates).position
         y = np.zeros(2 * n + int(system.content.model.state_start[-1]))
-        y[:n] = found
+        y[:n] = free_coordinates
     functions.accept(0.0, y, system.address, np.zeros(2))
     at = At(ideal, system, y)
     place = Place(at.natural, turns(ideal, system.content))

@@ -65,18 +65,18 @@ class Prepared:
 def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     """The state to start from."""
     content = system.content
-    guess, held = placed_start(plan, content), Held(places=True, speeds=True)
-    held_rods(plan, content, held)
-    _hold_references(plan, content, held)
+    guess, holds = placed_start(plan, content), Held(places=True, speeds=True)
+    held_rods(plan, content, holds)
+    _hold_references(plan, content, holds)
     warnings: list[str] = []
     if kind in ("concentric", "in-contact"):
-        _hold_straight(plan, held)
+        _hold_straight(plan, holds)
     match kind:
         case "as-placed":
-            start = assembled = assemble(plan, content, guess, held)
+            start = assembled = assemble(plan, content, guess, holds)
         case "in-contact" if plan.contacts:
-            assembled = _concentric(plan, content, guess, held)
-            start = _resting(plan, content, assembled, held)
+            assembled = _concentric(plan, content, guess, holds)
+            start = _resting(plan, content, assembled, holds)
         case "static":
             place, turned, growth = _resting_place(plan)
             if growth > 0.0:
@@ -84,10 +84,10 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
                     f"start = 'static' is an unstable equilibrium: a small motion grows by e in {1.0 / growth:.3g} s"
                 )
             count_turns(plan, content, turned)
-            assembled = _concentric(plan, content, guess, held)
+            assembled = _concentric(plan, content, guess, holds)
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
         case _:
-            start = assembled = _concentric(plan, content, guess, held)
+            start = assembled = _concentric(plan, content, guess, holds)
     warnings += _moved(plan, content, assembled)
     warnings += _changed_speeds(plan, content, start, kind)
     warnings += plan.out_of_proportion + plan.rounded_lengths
@@ -98,25 +98,25 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     return Prepared(y, tuple(events), tuple(warnings))
 
 
-def _concentric(plan: Plan, system: System, guess: Start, held: Held) -> Start:
+def _concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
     """The state of the mechanism with ideal joints, on the same drives."""
     if plan.contact_points:  # an ideal guide holds what its contact points do not
         ideal = plan.ideal
         handle = make_system(ideal)
-        held = Held(places=True, speeds=True)
-        held_rods(ideal, handle.content, held)
-        _hold_straight(ideal, held)
-        _hold_references(ideal, handle.content, held)
-        start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
+        holds = Held(places=True, speeds=True)
+        held_rods(ideal, handle.content, holds)
+        _hold_straight(ideal, holds)
+        _hold_references(ideal, handle.content, holds)
+        start = assemble(ideal, handle.content, placed_start(ideal, handle.content), holds)
         position, velocity = natural_state(ideal, handle.content, start)
         b, rate = basis_at_start(system)
         return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
     for j, joint in enumerate(plan.clearance_joints):
-        held.add(joint.name, plan.eccentricity(j), (0.0, 0.0), (0.0, 0.0), plan.coordinates.size)
-    return assemble(plan, system, guess, held)
+        holds.add(joint.name, plan.eccentricity(j), (0.0, 0.0), (0.0, 0.0), plan.coordinates.size)
+    return assemble(plan, system, guess, holds)
 
 
-def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
+def _resting(plan: Plan, system: System, start: Start, holds: Held) -> Start:
     """The state in which the journals rest in contact along the ideal reactions."""
     if plan.contact_points:
         raise InputError(
@@ -136,11 +136,11 @@ def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
 
 def _held_at(plan: Plan, system: System, place: np.ndarray) -> Held:
     """Journals held where they are at a position."""
-    held, full = Held(), np.append(place, basis_at_start(system)[0])
+    holds, full = Held(), np.append(place, basis_at_start(system)[0])
     for j, joint in enumerate(plan.clearance_joints):
         vector = plan.eccentricity(j)
-        held.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), plan.coordinates.size)
-    return held
+        holds.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), plan.coordinates.size)
+    return holds
 
 
 def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
@@ -167,10 +167,10 @@ def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: f
     forces = ideal_reactions(still, rest.position, system.content.state.reference)
     with_clearance = [joint.clearance is not None for joint in still.joints]
     if np.all(np.isfinite(forces[with_clearance])):
-        offsets, held = _resting_offsets(still, handle.content, forces), Held()
+        offsets, holds = _resting_offsets(still, handle.content, forces), Held()
         for j, joint in enumerate(still.clearance_joints):
-            held.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
-        start = assemble(still, handle.content, start, held)
+            holds.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
+        start = assemble(still, handle.content, start, holds)
     return handle, equilibrium(still, handle, start.position, load)
 
 
@@ -250,7 +250,7 @@ def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
             y[content.model.elastic_state[j]] = elastic_energy(law.energy, law.force, depth[j], law.row)
 
 
-def _hold_references(plan: Plan, system: System, held: Held) -> None:
+def _hold_references(plan: Plan, system: System, holds: Held) -> None:
     """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
     numbers, model, work = system.parameters, system.model, system.work
     for i, component in plan.actuators:
@@ -261,21 +261,21 @@ def _hold_references(plan: Plan, system: System, held: Held) -> None:
             angle, speed = work.function_value[:2].tolist()
             cos, sin = math.cos(angle), math.sin(angle)
             name = f"the reference of actuator '{component.name}'"
-            held.add(name, plan.coordinates.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
+            holds.add(name, plan.coordinates.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
             system.state.reference[model.reference_of[i]] = angle
 
 
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
     """The state at rest nearest to natural coordinates in which rods have their given directions."""
     guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
-    held = Held()
-    held_rods(plan, system, held)
+    holds = Held()
+    held_rods(plan, system, holds)
     if straight:
-        _hold_straight(plan, held)
-    return assemble(plan, system, Start(guess, np.zeros_like(guess)), held)
+        _hold_straight(plan, holds)
+    return assemble(plan, system, Start(guess, np.zeros_like(guess)), holds)
 
 
-def _hold_straight(plan: Plan, held: Held) -> None:
+def _hold_straight(plan: Plan, holds: Held) -> None:
     """Hold bars that bend straight, so that they start undeformed, with the velocities of rigid ones."""
     coordinates = plan.coordinates
     for beam in beams_of(plan.mechanism):
@@ -285,32 +285,32 @@ def _hold_straight(plan: Plan, held: Held) -> None:
         ends = combined((coordinates.place(beam.end), 1.0), (coordinates.place(beam.start), -1.0))
         directions = coordinates.frame(beam.start[0]), coordinates.frame(beam.end[0])
         for vector, scale in straight_maps(beam, ends, *directions):
-            held.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+            holds.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
     for axis in coordinates.natural.axes:
         if is_straight(axis, coordinates.placed[0]):
             vectors, length = straight_bar(coordinates, axis)
             for vector, scale in vectors:
-                held.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
-            held.constraints.append(length)
+                holds.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
+            holds.constraints.append(length)
 
 
 def _moved(plan: Plan, system: System, start: Start) -> list[str]:
     """The given places and angles that assembly changed noticeably, most first, and what they are now."""
-    given, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
+    placed, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
-    if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
+    if np.abs(position - placed).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
     prescribed = prescribed_bodies(plan)
     changes: list[tuple[float, str]] = []
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
-        far = math.dist(position[p : p + 2], given[p : p + 2])
+        far = math.dist(position[p : p + 2], placed[p : p + 2])
         if body.position is not None and far > MOVED * size:
             here, there = _pair_texts(position[p : p + 2].tolist(), body.position)
             text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m, given is {there} m"
             changes.append((far, text))
         if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
-            (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
+            (cos, sin), (x, y) = placed[p + 2 : p + 4], position[p + 2 : p + 4]
             angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
             if abs(angle) > TURNED:
                 turn = math.degrees(angle)
@@ -326,8 +326,8 @@ def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -
     velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
     full, rates = np.append(start.position, b), np.append(start.velocity, rate)
     size, changes = plan.coordinates.size, []
-    given = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
-    allowed = KEPT * max([*given, float(np.max(np.abs(velocity), initial=0.0))])
+    given_speeds = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
+    allowed = KEPT * max([*given_speeds, float(np.max(np.abs(velocity), initial=0.0))])
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
         now = [speed if abs(speed) > allowed else 0.0 for speed in velocity[p : p + 2].tolist()]
@@ -349,17 +349,17 @@ def _changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -
     return [f"joints and drives do not admit the speeds given together: {in_words(changes, 3)}{advice}"]
 
 
-def _texts(one: float, other: float) -> tuple[str, str]:
+def _texts(first: float, second: float) -> tuple[str, str]:
     """Two numbers with as many digits, four at least, as tell them apart."""
     for digits in range(4, 17):
-        shown = f"{one:.{digits}g}", f"{other:.{digits}g}"
+        shown = f"{first:.{digits}g}", f"{second:.{digits}g}"
         if shown[0] != shown[1]:
             break
     return shown
 
 
-def _pair_texts(one: Sequence[float], other: Sequence[float]) -> tuple[str, str]:
+def _pair_texts(first: Sequence[float], second: Sequence[float]) -> tuple[str, str]:
     """Likewise for vectors."""
-    near = 1e-9 * math.dist(one, other)
-    columns = [_texts(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(one, other, strict=True)]
+    near = 1e-9 * math.dist(first, second)
+    columns = [_texts(a, b) if abs(a - b) > near else (f"{b:.4g}",) * 2 for a, b in zip(first, second, strict=True)]
     return ", ".join(column[0] for column in columns), ", ".join(column[1] for column in columns)

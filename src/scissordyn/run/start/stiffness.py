@@ -36,12 +36,12 @@ def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
 
     Shapes: returns `stiffness` (n, n), `allowed` (n, n - rank of the constraints).
     """
-    found = force_slopes(at)
+    matrix = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
-    found += curved
+    matrix += curved
     _, sizes, basis = np.linalg.svd(gradients)
     rank = int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0)))
-    return 0.5 * (found + found.T), basis[rank:].T
+    return 0.5 * (matrix + matrix.T), basis[rank:].T
 
 
 def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
@@ -54,7 +54,7 @@ def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
     rate, by_time = np.zeros(y.size), np.zeros(y.size)
     functions.activate(at.system.address)
     functions.linearise(time, y, at.system.address, rate, by_time)
-    found = np.zeros((n, n))
+    matrix = np.zeros((n, n))
     for e in range(model.element_start.size - 1):
         if e < contacts and content.state.mode[e] != 1:
             continue
@@ -62,8 +62,8 @@ def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
         columns = model.element_column[first:last]
         block = work.block_x[model.block_start[e] : model.block_start[e + 1]].reshape(last - first, last - first)
         free = columns < n
-        found[np.ix_(columns[free], columns[free])] -= block[np.ix_(free, free)]
-    return found
+        matrix[np.ix_(columns[free], columns[free])] -= block[np.ix_(free, free)]
+    return matrix
 
 
 def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.answer.coupling import SampledCoordinates
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount
-from scissordyn.run.results import Results, Variable
+from scissordyn.run.results import Results, Variable, Variables
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
@@ -102,11 +102,24 @@ def inverse_dynamics(
     measured = SampledCoordinates(path.plan, found)
     values, rates = (np.stack(part, axis=1) for part in zip(*map(measured.coordinate, inputs.values()), strict=True))
     output = np.stack([measured.coordinate(drive.coordinate)[0] for drive in outputs], axis=1)
+    variables = _variables(path.samples.time, inputs, [drive.name for drive in outputs], (force, values, rates), output)
+    attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
+    return Results(variables, attributes).dataset()
+
+
+def _variables(
+    time: np.ndarray,
+    inputs: Mapping[str, Coordinate],
+    outputs: list[str],
+    at_inputs: tuple[np.ndarray, np.ndarray, np.ndarray],
+    output: np.ndarray,
+) -> Variables:
+    force, values, rates = at_inputs
     over = ("time", "input")
-    variables = {
-        "time": Variable(("time",), path.samples.time, {"units": "s", "long_name": "time"}),
+    return {
+        "time": Variable(("time",), time, {"units": "s", "long_name": "time"}),
         "input": Variable(("input",), np.array(list(inputs), str), {"long_name": "input"}),
-        "output": Variable(("output",), np.array([drive.name for drive in outputs], str), {"long_name": "driven coordinate"}),
+        "output": Variable(("output",), np.array(outputs, str), {"long_name": "driven coordinate"}),
         "input_unit": Variable(("input",), np.array([each.unit for each in inputs.values()], str), {"long_name": "its unit"}),
         "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
         "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
@@ -114,8 +127,6 @@ def inverse_dynamics(
         "input_power": Variable(over, force * rates, {"units": "W", "long_name": "power of an input"}),
         "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
     }
-    attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
-    return Results(variables, attributes).dataset()
 
 
 def _dense(matrix: np.ndarray) -> np.ndarray:

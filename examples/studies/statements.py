@@ -11,14 +11,14 @@ import xarray as xr
 
 from scissordyn.run.configuration import read_configuration
 from scissordyn_paper.cases import Choice
-from scissordyn_paper.sensitivity import survey
+from scissordyn_paper.judge import findings
 from scissordyn_paper.statements import CLAUSES
 
 
 @cache
 def _answers(choice: Choice) -> tuple[float, ...]:
     """1 or 0 for every statement; all measures of a case share the paper's runs."""
-    return survey(choice, members=1).agreeing
+    return tuple(float(finding.holds) for finding in findings(choice))
 
 
 def _choice(run: xr.Dataset) -> Choice:

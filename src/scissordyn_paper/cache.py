@@ -23,7 +23,7 @@ Progress = Callable[[str, int, int], None]
 SHOWN = (
     *FACES,
     *(f"{name}.py" for name in ("beyond", "events", "figures", "open_answers", "page", "report", "reproduce", "results")),
-    *("figure", "summary.py", "tables.py"),
+    *("figure", "readings_page.py", "summary.py", "tables.py"),
 )
 """Sources that no kept number depends on: they draw and write what was computed."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,8 +13,8 @@ from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.table import instance, located
 from scissordyn.errors import InputError
-from scissordyn.model.clearance import Clearance
-from scissordyn.run.options import StartKind
+from scissordyn.model.clearance import Clearance, SlipKind
+from scissordyn.run.options import Options, StartKind
 from scissordyn.units import Quantity, check_quantities, degrees, quantities, rpm
 
 SPEED = rpm(150)
@@ -43,6 +43,15 @@ PERIODS = 2
 DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}
 """The two variants of the driven bar in words."""
 
+LUGRE = {
+    "stribeck_speed": "m/s",
+    "bristle_stiffness": "1/m",
+    "bristle_damping": "s/m",
+    "viscous": "s/m",
+    "damping_speed": "m/s",
+}
+"""Constants of the friction law and their units."""
+
 Travel = Literal["rising", "falling", "oscillating"]
 
 
@@ -56,8 +65,25 @@ class Choice:
     travel: Travel = "rising"  # Whether the angle grows or falls at constant speed, or oscillates
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9  # c_e
     bearing_length: Annotated[float, quantities(Clearance)["bearing_length"]] = 15e-3  # L_b [m]
-    # The elastic foundation, or its formula as printed in later literature
-    stiffness: Literal["liu", "bai-zhao-as-printed"] = "liu"
+    # The elastic foundation, its formula as printed in later literature, or a constant stiffness
+    stiffness: Literal["liu", "bai-zhao-as-printed", "hertz"] = "liu"
+    damping: str = "flores"
+    journal_radius: Annotated[float, quantities(Clearance)["journal_radius"]] = 10e-3  # [m]
+    material: str = "steel"
+    bearing_material: str = ""  # That of the journal if empty
+    gravity: float = 9.81  # [m/s^2]
+    start: StartKind = "concentric"  # Of the runs without control
+    slip: SlipKind = "surfaces"
+    static: float = 1.5  # Static over kinetic coefficient of LuGre friction, and its other constants [SI]
+    stribeck_speed: float = 1e-3
+    bristle_stiffness: float = 1e5
+    bristle_damping: float = 316.0
+    damping_speed: float = 0.0  # At which sigma_1 fades; 0 for that at which friction stays within its static limit
+    viscous: float = 0.0
+    tolerance: float = 1e-8  # Of a step of the authors' integrator, and its method
+    method: str = "auto"
+    step: float = 0.0  # Its size if it is fixed [s]; 0 if errors choose it
+    samples: int = 0  # Points of the authors' curves, from which their numbers are read; 0 if those are of the motion itself
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -70,7 +96,16 @@ class Choice:
         return (
             f"{DRIVEN[self.driven_bar]}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
             f"{length}, {self.stiffness}"
+            + "".join(
+                f", {field.name.replace('_', ' ')} {getattr(self, field.name)}"
+                for field in dataclasses.fields(self)[6:]
+                if getattr(self, field.name) != field.default
+            )
         )
+
+
+DEFAULT = Choice()
+"""Chosen before any agreement was looked at."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +120,7 @@ class PaperCase:
     friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
     constrained: bool = False  # Whether the contact is constrained, as by the paper's control
     start: StartKind = "concentric"
-    choice: Choice = field(default_factory=Choice)
+    choice: Choice = DEFAULT
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -118,14 +153,22 @@ class PaperCase:
     @property
     def without_contact_laws(self) -> PaperCase:
         """The same case under the default contact: the same run, if its joints are ideal or its contact is constrained."""
-        default = Choice()
-        choice = dataclasses.replace(
-            self.choice,
-            restitution=default.restitution,
-            bearing_length=default.bearing_length,
-            stiffness=default.stiffness,
+        kept = {name: getattr(self.choice, name) for name in ("driven_bar", "angle", "travel", "gravity")}
+        return dataclasses.replace(self, choice=Choice(**kept, samples=0 if self.constrained else self.choice.samples))
+
+    @property
+    def options(self) -> Options:
+        """How it is simulated: friction always by a stiff method with error control, as others would need 1e6 steps."""
+        choice, rubs = self.choice, self.friction is not None
+        return Options(
+            float(_number(self.until)),
+            self.start if self.clearance is None or self.constrained or self.start != "concentric" else choice.start,
+            choice.samples or 1 + round(self.until / SPACING),
+            choice.tolerance,
+            choice.tolerance,
+            "auto" if rubs else choice.method,
+            step=None if rubs else choice.step or None,
         )
-        return dataclasses.replace(self, choice=choice)
 
     @property
     def toml(self) -> str:
@@ -144,30 +187,45 @@ class PaperCase:
             'bar_mass = "5.68 kg"',
             'slider_mass = "5 kg"',
             f'angle = "{_number(math.degrees(choice.angle))} deg"',
-            'gravity = "9.81 m/s^2"',
+            f'gravity = "{_number(choice.gravity)} m/s^2"',
             f'driven_bar = "{choice.driven_bar}"',
             "",
             "[drive]",
             self._drive(),
         ]
         if self.clearance is not None:
-            friction = '"none"' if self.friction is None else f'{{ law = "lugre", kinetic = {_number(self.friction)} }}'
             lines += [
                 "",
                 "[[clearance]]",
                 'joint = "A"',
                 f'clearance = "{_number(1e3 * self.clearance)} mm"',
-                'journal_radius = "10 mm"',
+                f'journal_radius = "{_number(1e3 * choice.journal_radius)} mm"',
                 f'bearing_length = "{_number(1e3 * choice.bearing_length)} mm"',
-                'material = "steel"',
+                f'material = "{choice.material}"',
+                *([f'bearing_material = "{choice.bearing_material}"'] if choice.bearing_material else []),
                 f"restitution = {_number(choice.restitution)}",
                 f'stiffness = "{choice.stiffness}"',
-                'damping = "flores"',
-                f"friction = {friction}",
+                f'damping = "{choice.damping}"',
+                f"friction = {self._lugre()}",
+                f'slip = "{choice.slip}"',
             ]
-        samples = 1 + round(self.until / SPACING)
-        lines += ["", "[run]", f'until = "{_number(1e3 * self.until)} ms"', f'start = "{self.start}"', f"samples = {samples}"]
+        options = self.options
+        lines += ["", "[run]", f'until = "{options.until!r} s"', f'start = "{options.start}"']
+        lines += [f"samples = {options.samples}", f"rtol = {options.rtol!r}", f"atol = {options.atol!r}"]
+        lines += [f'method = "{options.method}"'] + ([] if options.step is None else [f'step = "{options.step!r} s"'])
         return "\n".join(lines) + "\n"
+
+    def _lugre(self) -> str:
+        """The friction law, for which an explicit method would need a million steps."""
+        if self.friction is None:
+            return '"none"'
+        choice = self.choice
+        parts = [f"kinetic = {_number(self.friction)}", f"static = {_number(choice.static * self.friction)}"]
+        parts = parts[: 1 + (choice.static != DEFAULT.static)]
+        for name, unit in LUGRE.items():
+            if getattr(choice, name) != getattr(DEFAULT, name):
+                parts.append(f'{name} = "{_number(getattr(choice, name))} {unit}"')
+        return "{ " + ", ".join(['law = "lugre"', *parts]) + " }"
 
     def described(self) -> Case:
         """The mechanism and options of the case file."""
@@ -180,7 +238,7 @@ class PaperCase:
             (table,) = tomllib.loads(self.toml)["clearance"]
             read: Any = instance(ClearanceTable, table, {"folder": Path()})
             mechanism = ideal.mechanism.with_clearance(read.joint, read.described())
-            return Case(mechanism, dataclasses.replace(ideal.run, start=self.start))
+            return Case(mechanism, self.options)
 
     def _drive(self) -> str:
         if self.choice.travel == "oscillating":

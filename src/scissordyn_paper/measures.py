@@ -73,6 +73,39 @@ class Measures:
 
 
 @dataclass(frozen=True, eq=False)
+class Curves:
+    """What is measured of a run with clearance."""
+
+    time: np.ndarray  # (nt,) [s]
+    series: dict[str, np.ndarray]  # (nt,) Motion of the slider and of the free bar, by quantity
+    normal: np.ndarray  # (nt,) Normal force [N]
+    place: np.ndarray  # (nt, 2) Eccentricity [m]
+    touching: np.ndarray  # (nt,) Whether in contact
+    spans: np.ndarray  # (contacts, 2) Start and end [s]
+    peak: np.ndarray  # (contacts,) Largest normal force [N], and when [s]
+    when: np.ndarray
+    torque: float  # Largest driving torque by magnitude [N m]
+    trusted_until: float = math.nan  # [s]
+
+
+def curves_of(run: xr.Dataset) -> Curves:
+    """The curves of a run."""
+    spans = contact_spans(run, JOINT)
+    return Curves(
+        time=run.variables["time"].values,
+        series=_series(run),
+        normal=_at_joint(run, "normal_force", "time"),
+        place=_at_joint(run, "eccentricity", "time", "axis"),
+        touching=_at_joint(run, "in_contact", "time").astype(bool),
+        spans=spans,
+        peak=run.variables["peak_normal_force"].values,
+        when=spans[:, 0] + run.variables["peak_normal_time"].values,
+        torque=float(run.variables["peak_drive_torque"].values[0]),
+        trusted_until=float(run.attrs.get("trusted_until", math.nan)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
 class IdealMotion:
     """What the runs on one drive are compared with."""
 
@@ -90,19 +123,18 @@ def ideal_motion(run: xr.Dataset) -> IdealMotion:
     return IdealMotion(curves, force, float(run.variables["peak_drive_torque"].values[0]))
 
 
-def measure(run: xr.Dataset, ideal: xr.Dataset | IdealMotion) -> Measures:
+def measure(run: xr.Dataset | Curves, ideal: xr.Dataset | IdealMotion) -> Measures:
     """Measure a run."""
     expected = ideal if isinstance(ideal, IdealMotion) else ideal_motion(ideal)
-    time = run.variables["time"].values
+    drawn = run if isinstance(run, Curves) else curves_of(run)
+    time, peak, when, normal = drawn.time, drawn.peak, drawn.when, drawn.normal
     end = float(time[-1])
-    start, stop = contact_spans(run, JOINT).T
-    peak, when = run.variables["peak_normal_force"].values, start + run.variables["peak_normal_time"].values
+    start, stop = drawn.spans.T
     before = time <= SETTLED
-    curves, wanted = _series(run), expected.curves
+    curves, wanted = drawn.series, expected.curves
     differences = {name: curves[name] - wanted[name] for name in _SERIES}
     ranges = {name: float(np.ptp([curves[name], wanted[name]])) for name in _SERIES}
     acceleration = wanted["slider_acceleration"][~before]
-    normal = _at_joint(run, "normal_force", "time")
     return Measures(
         peak_force=float(np.max(peak, initial=0.0)),
         late_peak_force=max(
@@ -112,7 +144,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset | IdealMotion) -> Measures:
         ),
         smallest_force=float(np.min(normal)),
         ideal_force=expected.force,
-        peak_torque=float(run.variables["peak_drive_torque"].values[0]),
+        peak_torque=drawn.torque,
         ideal_torque=expected.torque,
         impacts=start.size,
         early_impacts=int(np.sum(start < LATE)),
@@ -135,8 +167,8 @@ def measure(run: xr.Dataset, ideal: xr.Dataset | IdealMotion) -> Measures:
         position_deviation=_part(np.max(np.abs(differences["slider_position"])), ranges["slider_position"]),
         angle_deviation=_part(np.max(np.abs(differences["angle"])), ranges["angle"]),
         irregularity=_rms(differences["slider_acceleration"][~before]) / _rms(acceleration),
-        arc=_arc(run),
-        trusted_until=float(run.attrs.get("trusted_until", math.nan)),
+        arc=_arc(drawn),
+        trusted_until=drawn.trusted_until,
         end=end,
     )
 
@@ -181,7 +213,6 @@ def _fraction(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> 
     return float(np.sum(np.clip(np.minimum(stop, end) - np.maximum(start, since), 0.0, None))) / (end - since)
 
 
-def _arc(run: xr.Dataset) -> float:
-    touching = _at_joint(run, "in_contact", "time").astype(bool)
-    place = _at_joint(run, "eccentricity", "time", "axis")[touching]
+def _arc(drawn: Curves) -> float:
+    place = drawn.place[drawn.touching]
     return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), fraction=CENTRAL_PART)

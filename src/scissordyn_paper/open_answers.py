@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.file.output_file import write_file
-from scissordyn.plot.file import write
 from scissordyn.run.engine import Engine
 from scissordyn_paper.cache import Progress, fetch, provenance
+from scissordyn_paper.cases import DEFAULT
 from scissordyn_paper.figure import open_question as figure
 from scissordyn_paper.open_question import (
     BARS,
@@ -32,9 +32,8 @@ from scissordyn_paper.open_question import (
     OpenCase,
     compute,
 )
-from scissordyn_paper.page import FORMATS, Cell, cited, document, folded, paragraph, picture, section, table
+from scissordyn_paper.page import Cell, cited, document, folded, paragraph, picture, save_picture, section, table
 from scissordyn_paper.report import DOI, SOURCE
-from scissordyn_paper.sensitivity import DEFAULT
 
 TITLE = "Beyond the paper: do bars that bend and oil in the joint help?"
 
@@ -96,11 +95,8 @@ def answer_open_question(folder: Path, *, engine: Engine = None, progress: Progr
     runs = fetch(LONGEST_FIRST, compute, folder / "beyond", what="runs beyond the paper", engine=engine, progress=progress)
     found = {case: runs[case] for case in OPEN_CASES}
     answers = changes(found)
-    pictures = {}
-    (folder / "figures").mkdir(exist_ok=True)
-    for name, drawn in {"beyond-ratios": figure.draw_ratios(answers), "beyond-orbits": figure.draw_orbits(found)}.items():
-        paths = [write(drawn, folder / "figures" / f"{name}.{form}") for form in FORMATS]
-        pictures[name] = next(path for path in paths if path.suffix == ".svg").read_bytes()
+    drawn = {"beyond-ratios": figure.draw_ratios(answers), "beyond-orbits": figure.draw_orbits(found)}
+    pictures = {name: save_picture(each, folder / "figures", name) for name, each in drawn.items()}
     write_file(folder / "beyond.csv", _csv(found).encode(), sample="-o paper")
     report = write_file(folder / "beyond.html", _page(found, answers, pictures).encode(), sample="-o paper")
     return OpenAnswers(answers, report)

@@ -24,9 +24,10 @@ from scissordyn.config.table import instance, located, toml
 from scissordyn.errors import ScissordynError
 from scissordyn.run.advance.interrupt import pass_on
 from scissordyn.run.simulate import simulate
-from scissordyn_paper.cases import SIZES, Choice, PaperCase
+from scissordyn.units import degrees
+from scissordyn_paper.cases import DEFAULT, SIZES, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
-from scissordyn_paper.sensitivity import DEFAULT, one_at_a_time
+from scissordyn_paper.periodic import PERIODIC
 
 Manoeuvre = Literal["stroke", "deployment"]
 
@@ -146,6 +147,20 @@ def _written(tree: Mapping[str, Any]) -> str:
     return "\n".join(parts)
 
 
+_CHANGES: tuple[dict[str, Any], ...] = (
+    {},
+    {"driven_bar": "slider"},
+    *({"angle": degrees(angle)} for angle in (15, 45, 60)),
+    *({"angle": degrees(angle), "travel": "falling"} for angle in (60, 75)),
+    *({"restitution": value} for value in (0.5, 0.7)),
+    *({"bearing_length": value} for value in (10e-3, 30e-3)),
+    {"stiffness": "bai-zhao-as-printed"},
+)
+ONE_AT_A_TIME = (*(dataclasses.replace(DEFAULT, **change) for change in _CHANGES), PERIODIC)
+"""The default choice, and those that differ from it in one parameter. At 150 rpm a stroke is 45 deg: the falling ones are the
+reverse of the first two rising ones; the others would start at 90 deg or beyond, where the array cannot be assembled."""
+
+
 def _every_case() -> tuple[OpenCase, ...]:
     """Bars, joints and clearances together; stiffer bars until they are rigid; parameters whose tables are lost."""
     cases = [
@@ -159,7 +174,7 @@ def _every_case() -> tuple[OpenCase, ...]:
     cases += [OpenCase(bars=bars) for bars in STIFFER]
     cases += [
         OpenCase(bars=bars, oil=oil, choice=choice)
-        for choice in one_at_a_time()
+        for choice in ONE_AT_A_TIME
         for bars in ("rigid", "steel tube")
         for oil in (None, OILS[-1])
     ]

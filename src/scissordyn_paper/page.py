@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from scissordyn.plot.file import write
 
 FORMATS = ("png", "svg")
 """Of the pictures beside the page."""
@@ -17,7 +21,7 @@ _ENVIRONMENT = Environment(
 )
 _MACROS: Any = _ENVIRONMENT.get_template("page.html").module
 
-badge, cited, document, folded, heading = _MACROS.badge, _MACROS.cited, _MACROS.document, _MACROS.folded, _MACROS.heading
+badge, cited, document, folded = _MACROS.badge, _MACROS.cited, _MACROS.document, _MACROS.folded
 noted, paragraph, section, small, tally = _MACROS.noted, _MACROS.paragraph, _MACROS.section, _MACROS.small, _MACROS.tally
 
 
@@ -41,6 +45,13 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, ti
     cells = (row if isinstance(row, str) else [one if isinstance(one, Cell) else Cell(one) for one in row] for row in rows)
     found: Markup = _MACROS.table(head, list(cells), tinted)
     return found
+
+
+def save_picture(drawn: Figure, folder: Path, name: str) -> bytes:
+    """Write a picture in all formats; returns the vector one."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [write(drawn, folder / f"{name}.{form}") for form in FORMATS]
+    return next(path for path in paths if path.suffix == ".svg").read_bytes()
 
 
 def picture(svg: bytes, title: str, caption: str) -> Markup:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 import xarray as xr
 
 from scissordyn_paper.beyond import contacts, control, regularity
 from scissordyn_paper.cache import provenance
-from scissordyn_paper.cases import ARRAY, Choice, PaperCase
+from scissordyn_paper.cases import ARRAY, PaperCase
 from scissordyn_paper.events import event_table
 from scissordyn_paper.figures import FIGURES, FURTHER
 from scissordyn_paper.page import (
@@ -19,7 +18,6 @@ from scissordyn_paper.page import (
     cited,
     document,
     folded,
-    heading,
     noted,
     paragraph,
     picture,
@@ -28,9 +26,8 @@ from scissordyn_paper.page import (
     table,
 )
 from scissordyn_paper.results import Results
-from scissordyn_paper.sensitivity import DEFAULT, FACTORS, MEMBERS, PAIR, full_factorial, one_at_a_time
-from scissordyn_paper.summary import in_words, summary
-from scissordyn_paper.verdict import Verdict
+from scissordyn_paper.summary import summary
+from scissordyn_paper.verdict import Finding, Verdict
 
 TITLE = "Scissor structures with a clearance joint: a paper reproduced"
 
@@ -58,14 +55,13 @@ def page(
     verdicts: Sequence[Verdict],
     results: Results,
     pictures: Mapping[int | str, bytes],
-    singly: xr.Dataset,
-    together: xr.Dataset,
+    best: Sequence[Finding],
 ) -> str:
     """The whole report."""
     parts = [
         cited(TITLE, SOURCE, DOI),
-        *summary(verdicts, together),
-        section("Answers", "answers", _answers(verdicts)),
+        *summary(verdicts, best),
+        section("Answers", "answers", _answers(verdicts, best)),
         section(
             "Figures of the paper", "figures", [_picture(pictures, number) for number in FIGURES if number != CONTROL_FIGURE]
         ),
@@ -83,7 +79,6 @@ def page(
             ],
         ),
         section("Statistics of the contacts", "statistics", [*contacts(results), _further(pictures, "contact-forces")]),
-        section("Influence of the open parameters", "choices", [*_levels(together), *_singly(singly)]),
         section("The first contacts, compared with a second program", "contacts", _events(results.runs)),
         section("Case files", "cases", _case_files(results)),
         section("Warnings, files and versions", "versions", _versions(results.runs)),
@@ -92,22 +87,23 @@ def page(
     return whole
 
 
-def _answers(verdicts: Sequence[Verdict]) -> list[str]:
+def _answers(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
     rows: list[Sequence[str | Cell] | str] = []
     for number in dict.fromkeys(verdict.clause.statement for verdict in verdicts):
         rows.append(f"{number}. {STATEMENTS[number]}")
-        for verdict in verdicts:
+        for verdict, finding in zip(verdicts, best, strict=True):
             if verdict.clause.statement == number:
                 clause = verdict.clause
                 test = f"Criterion: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
-                rows.append((clause.key, noted(clause.says, test), badge(verdict.finding.holds), verdict.finding.words))
+                other = Cell(finding.answer, "", float(finding.holds), finding.words)
+                rows.append((clause.key, noted(clause.says, test), badge(verdict.finding.holds), verdict.finding.words, other))
                 rows += _periodic_row(verdict)
     doubtful = [verdict.clause.key for verdict in verdicts if not verdict.trusted]
     note = (
         "All numbers are of one trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
         if not doubtful
         else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; "
-        "only the fractions of the ensemble below are significant."
+        "`scissordyn paper --readings` counts shares over neighbours."
     )
     return [
         paragraph(
@@ -116,7 +112,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
             "Statements 5 and 6 have two answers: "
             "that of the paper's single stroke, and below it that of a periodic drive, for which their terms are defined."
         ),
-        table(("", "The paper says", "Answer", "Measured"), rows),
+        table(("", "The paper says", "Answer", "Measured", "Best reading"), rows),
         paragraph(note, "soft"),
     ]
 
@@ -127,7 +123,7 @@ def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
     if clause is None or found is None:
         return []
     test = f"Criterion under the periodic drive: {clause.criterion}."
-    return [("", small(test), badge(found.holds), small(found.words))]
+    return [("", small(test), badge(found.holds), small(found.words), "")]
 
 
 def _picture(pictures: Mapping[int | str, bytes], number: int) -> str:
@@ -136,71 +132,6 @@ def _picture(pictures: Mapping[int | str, bytes], number: int) -> str:
 
 def _further(pictures: Mapping[int | str, bytes], name: str) -> str:
     return picture(pictures[name], FURTHER[name].title, FURTHER[name].caption)
-
-
-def _levels(together: xr.Dataset) -> list[str]:
-    """Fraction of the choices with a level for which each clause agrees."""
-    clauses = [str(key) for key in together["clause"].values]
-    choices, agreeing = full_factorial(), together["agreeing"].values
-    rows: list[Sequence[str | Cell] | str] = [_fractions(f"all {len(choices)}", agreeing.mean(axis=0))]
-    for name, level in FACTORS.items():
-        rows.append(name)
-        levels = [level(choice) for choice in choices]
-        rows += [_fractions(one, agreeing[[other == one for other in levels]].mean(axis=0)) for one in dict.fromkeys(levels)]
-    unsteady = int(np.sum((agreeing > 0.0) & (agreeing < 1.0)))
-    return [
-        paragraph(
-            f"Every combination of the levels below was computed: {len(choices)} choices, each with {PAIR} neighbours whose "
-            f"clearances differ by a relative 1e-12. The table is the percentage of choices for which a clause agrees. "
-            + (
-                f"{unsteady} of {agreeing.size} answers differ between the neighbours: these are random."
-                if unsteady
-                else "All neighbours have the same answers: none is random."
-            )
-        ),
-        paragraph(in_words(clauses, agreeing.mean(axis=0))),
-        table(("choices", *clauses), rows, tinted=True),
-    ]
-
-
-def _fractions(name: str, fractions: np.ndarray) -> list[str | Cell]:
-    return [Cell(name, "nowrap"), *(Cell(f"{100.0 * fraction:.0f}", "tint", float(fraction)) for fraction in fractions)]
-
-
-def _singly(singly: xr.Dataset) -> list[str]:
-    """Each clause under the default choice and under those that differ from it in one parameter."""
-    choices, agreeing, words = one_at_a_time(), singly["agreeing"].values, singly["words"].values
-    rows = []
-    for k, choice in enumerate(choices):
-        cells = [
-            Cell(
-                "yes" if fraction == 1.0 else "no" if fraction == 0.0 else f"{round(fraction * MEMBERS)}/{MEMBERS}",
-                "tint",
-                float(fraction),
-                str(said),
-            )
-            for fraction, said in zip(agreeing[k], words[k], strict=True)
-        ]
-        spread = float(singly["spread"].values[k])
-        rows.append([Cell(_difference(choice), "nowrap"), *cells, Cell(f"{spread:.0e}", "number")])
-    return [
-        heading("One parameter at a time"),
-        paragraph(
-            f"Yes and no where all of {MEMBERS} neighbours agree, otherwise the number of yes. The last column is the largest "
-            "relative spread of a peak force among them: far below one, the numbers are of one trajectory; near one, they "
-            "are statistical. Hover over an answer to read its measured values. With the oscillating drive, 5e, 5f and 6e "
-            "are answered by measures over hundreds of periods, the others from two oscillations."
-        ),
-        table(("choice", *(str(key) for key in singly["clause"].values), "spread"), rows, tinted=True),
-    ]
-
-
-def _difference(choice: Choice) -> str:
-    """Difference of a choice from the default."""
-    if choice == DEFAULT:
-        return "default"
-    changed = [level(choice) for level in FACTORS.values() if level(choice) != level(DEFAULT)]
-    return ", ".join(changed)
 
 
 def _events(runs: Mapping[PaperCase, xr.Dataset]) -> list[str]:
@@ -238,8 +169,7 @@ def _versions(runs: Mapping[PaperCase, xr.Dataset]) -> list[str]:
         table(("run", "warning"), rows),
         paragraph(
             "Files with this page: runs/ (strokes), periodic/ (motions under the periodic drive), control/ (controlled "
-            "runs), bifurcation.nc, all NetCDF; figures/ (SVG and PNG), cases/ (case files), verdicts.json and verdicts.csv, "
-            "one-at-a-time.nc and full-factorial.nc (the answers under other choices)."
+            "runs), bifurcation.nc, all NetCDF; figures/ (SVG and PNG), cases/ (case files), verdicts.json and verdicts.csv."
         ),
         paragraph(made, "soft"),
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,14 +16,14 @@ from scissordyn.plot.file import write
 from scissordyn.run.engine import Engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper.cache import Jobs, Progress, fetch_all
-from scissordyn_paper.cases import PaperCase, contact_starts, every_case
+from scissordyn_paper.cases import DEFAULT, PaperCase, contact_starts, every_case
 from scissordyn_paper.figures import FIGURES, FURTHER, figure_of
+from scissordyn_paper.judge import findings
 from scissordyn_paper.measures import measure
 from scissordyn_paper.page import FORMATS
 from scissordyn_paper.report import page
-from scissordyn_paper.results import Results
+from scissordyn_paper.results import BEST, Results
 from scissordyn_paper.runs import compute, fetch_runs
-from scissordyn_paper.sensitivity import DEFAULT, MEMBERS, Survey, fetch_surveys, full_factorial, one_at_a_time
 from scissordyn_paper.statements import CLAUSES
 from scissordyn_paper.tables import as_csv, as_json
 from scissordyn_paper.verdict import Settled, Verdict, answer
@@ -44,33 +44,10 @@ def reproduce(folder: str | os.PathLike[str], *, engine: Engine = None, progress
     answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
     for case in (*results.runs, *results.settled):
         _write(target / "cases" / f"{_file(case)}.toml", case.toml)
-    settled = {
-        verdict.clause.key: verdict.periodic
-        for verdict in answers
-        if verdict.periodic is not None
-        and verdict.clause.periodically is not None
-        and verdict.clause.periodically.measures_regularity
-    }
-    pictures: dict[int | str, bytes] = {}
-    drawing = _drawn(results, target / "figures", pictures, progress)
-
-    def meanwhile(what: str, done: int, of: int) -> None:
-        """Draw a figure whenever a result has come: the engine has other work in the meantime."""
-        if progress is not None:
-            progress(what, done, of)
-        next(drawing, None)
-
-    singly, together = fetch_surveys(
-        Survey(one_at_a_time(), target / "one-at-a-time.nc", settled, MEMBERS),
-        Survey(full_factorial(), target / "full-factorial.nc"),
-        engine=engine,
-        progress=meanwhile,
-    )
-    for _ in drawing:  # more figures than results, as where the surveys were done before
-        pass
+    pictures = _drawn(results, target / "figures", progress)
     _write(target / "verdicts.json", as_json(answers))
     _write(target / "verdicts.csv", as_csv(answers))
-    report = _write(target / "report.html", page(answers, results, pictures, singly, together))
+    report = _write(target / "report.html", page(answers, results, pictures, findings(BEST)))
     return Reproduction(answers, report)
 
 
@@ -111,17 +88,18 @@ def _results(target: Path, engine: Engine, progress: Progress | None) -> Results
     )
 
 
-def _drawn(results: Results, folder: Path, pictures: dict[int | str, bytes], progress: Progress | None) -> Iterator[int | str]:
-    """Draw all figures as files, and keep them as SVG by number or name; one after the other, when asked for the next."""
+def _drawn(results: Results, folder: Path, progress: Progress | None) -> dict[int | str, bytes]:
+    """Draw all figures as files, and keep them as SVG by number or name."""
     draw: dict[int | str, Callable[[], list[Path]]] = {
         **{number: partial(_draw, number, results.runs, folder) for number in FIGURES},
         **{name: partial(_draw_further, name, results, folder) for name in FURTHER},
     }
+    pictures = {}
     for name, drawn in draw.items():
         pictures[name] = next(path for path in drawn() if path.suffix == ".svg").read_bytes()
         if progress is not None:
             progress("figures", len(pictures), len(draw))
-        yield name
+    return pictures
 
 
 def _draw_further(name: str, results: Results, folder: Path) -> list[Path]:

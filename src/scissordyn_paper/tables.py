@@ -8,7 +8,7 @@ import json
 from collections.abc import Sequence
 
 from scissordyn_paper.cache import provenance
-from scissordyn_paper.sensitivity import DEFAULT
+from scissordyn_paper.cases import DEFAULT
 from scissordyn_paper.verdict import Verdict
 
 

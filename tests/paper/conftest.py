@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from scissordyn_paper.cases import every_case
+from scissordyn_paper.cases import DEFAULT, every_case
 from scissordyn_paper.runs import fetch_runs
-from scissordyn_paper.sensitivity import DEFAULT
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,6 @@ from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS
 from scissordyn_paper.figures import FIGURES, FURTHER
 from scissordyn_paper.reproduce import draw_figure, reproduce
-from scissordyn_paper.sensitivity import fetch_sensitivity, full_factorial
 from scissordyn_paper.statements import CLAUSES
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -40,18 +39,10 @@ SHORT = {
 """Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
 
 
-def surveyed(*asked, engine=None, progress=None):
-    """The first of the combinations surveyed in earnest, and repeated for the others."""
-    first = full_factorial()[:1]
-    found = [fetch_sensitivity(first, each.path, members=1, engine=1, progress=progress) for each in asked]
-    return tuple(one.isel(choice=[0] * len(each.choices)) for one, each in zip(found, asked, strict=True))
-
-
 @pytest.fixture(scope="module")
 def report(runs, runs_folder):
-    """The report on the default choice, with a short survey of others and short periodic runs."""
+    """The report on the default choice, with short periodic runs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "fetch_surveys", surveyed)
         for name, count in SHORT.items():
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
@@ -138,7 +129,6 @@ def test_a_second_time_gives_the_same_bytes(report):
         # drawing all pictures again is another test's business
         patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
         patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
-        patch.setattr(module, "fetch_surveys", surveyed)
         reproduce(folder, engine=1)
     assert {path: path.read_bytes() for path in kept} == before
 

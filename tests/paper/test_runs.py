@@ -90,14 +90,6 @@ def test_every_run_is_trusted_and_whole(runs):
         assert run.sizes["time"] == 2001
 
 
-def test_neighbours_are_near_but_not_equal():
-    """Limit: a member's clearance differs in the twelfth digit, and so does its first contact."""
-    one, other = (compute(PaperCase(), trust=False, member=member) for member in (0, 3))
-    assert float(other["clearance"].sel(joint="A")) / 0.5e-3 - 1.0 == pytest.approx(3e-12, rel=1e-3)
-    difference = other["contact_start"].values[0] - one["contact_start"].values[0]
-    assert 0.0 < difference < 1e-13
-
-
 def test_the_first_contacts_are_those_of_a_second_program(runs):
     """Cross-check by a second formulation: Lagrange's equations in minimal coordinates, and the table shows the difference.
 

@@ -57,7 +57,7 @@ def test_what_is_left_out_is_not_imported() -> None:
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
         ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): FACES,
-        ("runs", "periodic", "controlled", "sensitivity", "cache"): SHOWN,
+        ("runs", "periodic", "controlled", "readings", "cache"): SHOWN,
     }
     for modules, skipped in entries.items():
         package = "scissordyn_paper" if skipped is SHOWN else "scissordyn"

@@ -14,6 +14,7 @@ from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
     from scissordyn_paper.open_answers import Change
+    from scissordyn_paper.readings_page import ReadingAnswers
     from scissordyn_paper.verdict import Verdict
 
 MOST_WORKERS = 16
@@ -26,6 +27,10 @@ def paper(
     beyond: Annotated[
         bool, Option("--beyond", help="Only what the paper leaves open: bars that bend and oil in the joint.")
     ] = False,
+    readings: Annotated[
+        bool, Option("--readings", help="Only what the lost tables may have held: how many statements any reading meets.")
+    ] = False,
+    number: Annotated[int, Option(help="Readings of --readings.", min=1, max=1_000_000)] = 20_000,
     threads: Annotated[
         int | None, Option(help="Threads of this process in place of other processes.", min=1, max=MOST_THREADS)
     ] = None,
@@ -34,9 +39,12 @@ def paper(
     ] = None,
 ) -> int:
     check_folder(output, "-o paper")
-    if beyond and figure is not None:
-        raise InputError(f"--beyond with --figure {figure}", "one of them", "--beyond")
+    parts = {"--beyond": beyond, "--readings": readings, "--figure": figure is not None}
+    chosen = [name for name, given in parts.items() if given]
+    if len(chosen) > 1:
+        raise InputError(" with ".join(chosen), "one of them", chosen[0])
     from scissordyn_paper.open_answers import answer_open_question
+    from scissordyn_paper.readings_page import answer_readings
     from scissordyn_paper.reproduce import draw_figure, reproduce
 
     try:
@@ -45,6 +53,8 @@ def paper(
             progress = None if update is None else lambda name, done, total: update(name, completed=done, total=total)
             if beyond:
                 answers = answer_open_question(output, engine=engine, progress=progress)
+            elif readings:
+                judged = answer_readings(output, number, engine=engine, progress=progress)
             elif figure is None:
                 result = reproduce(output, engine=engine, progress=progress)
             else:
@@ -56,6 +66,8 @@ def paper(
     if beyond:
         _show_changes(answers.changes)
         print(f"Report: {answers.report}")
+    elif readings:
+        _show_readings(judged)
     elif figure is None:
         _show(result.verdicts)
         print(f"Report: {result.report}")
@@ -104,3 +116,16 @@ def _show_changes(changes: tuple[Change, ...]) -> None:
         for change in changes:
             if change.manoeuvre == manoeuvre:
                 say(f"  {change.what} reduces the {COMPARED[change.measure]}? {change.answer}: {change.words}")
+
+
+def _show_readings(answers: ReadingAnswers) -> None:
+    """Print how many statements are met, and by what."""
+    from scissordyn.cli.terminal import say
+    from scissordyn_paper.readings import NEIGHBOURS, read
+
+    judged, leading = answers.judged, answers.leading
+    say(
+        f"{judged.met.size} readings, {judged.seconds.sum():.0f} s of one processor. The best meets {leading.met[0]:.2f} of "
+        f"{judged.agreeing.shape[1]} statements, averaged over {NEIGHBOURS} neighbours: {read(leading.points[0]).words}."
+    )
+    print(f"Report: {answers.report}")

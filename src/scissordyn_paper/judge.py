@@ -1,0 +1,163 @@
+"""Answers to every clause under one choice, from runs beside each other that keep neither histories nor a Dataset."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from scissordyn.mechanics.monitored import DRIVE_TORQUE
+from scissordyn.mechanics.outputs import record
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
+from scissordyn.run.answer.measure import Ended
+from scissordyn.run.batch_worker import Worker
+from scissordyn.run.options import Options
+from scissordyn_paper.cases import SPEEDS, Choice, PaperCase, every_case
+from scissordyn_paper.measures import FREE_BAR, JOINT, Curves, IdealMotion, Measures, ideal_motion, measure
+from scissordyn_paper.runs import compute, described
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import Clause, Finding
+
+NEIGHBOUR = 1e-9
+"""Neighbours differ by this fraction of the clearance."""
+
+MOST_STEPS = 50_000
+"""A stroke takes hundreds, one at rest in contact thousands; more is chatter of an integrator that is too coarse."""
+
+_LOCAL = threading.local()
+
+
+def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
+    """The answer to each clause, in the order of `CLAUSES`, from runs whose clearances are those of a neighbour."""
+    cases = [case for case in every_case(choice) if case.clearance is not None]
+    drives = {speed: PaperCase(None, speed, choice=choice).without_contact_laws for speed in SPEEDS}
+    measured = {case: _constrained(case.without_contact_laws) for case in cases if case.constrained}
+    free = [(case, case.options) for case in cases if not case.constrained]
+    for rubs in (False, True):
+        for options in dict.fromkeys(options for _, options in free):
+            group = [case for case, its in free if its == options and (case.friction is not None) is rubs]
+            if group:
+                measured |= _measured(group, options, drives, member)
+    return tuple(_answer(clause, choice, measured) for clause in CLAUSES)
+
+
+def _answer(clause: Clause, choice: Choice, measured: Mapping[PaperCase, Measures]) -> Finding:
+    """The answer to a clause; one of whose runs has failed does not hold, and has no numbers."""
+    try:
+        return clause.find(choice, measured)
+    except KeyError as missing:
+        return Finding(False, f"{missing.args[0].name} has failed", {})
+
+
+def _measured(
+    cases: Sequence[PaperCase], options: Options, drives: Mapping[float, PaperCase], member: int
+) -> dict[PaperCase, Measures]:
+    """Measures of runs with the same options, all with friction or all without."""
+    runs = _Runs(cases, drives, member)
+    choice, rubs = cases[0].choice, cases[0].friction is not None
+    workers: dict[tuple[Any, ...], Worker] = _LOCAL.__dict__.setdefault("workers", {})
+    key = choice.driven_bar, choice.angle, rubs
+    if key not in workers:
+        workers[key] = Worker(plan(runs.mechanism(0)), options, runs)
+    worker = workers[key]
+    worker.options, worker.cases = dataclasses.replace(options, most_steps=MOST_STEPS), runs
+    worker.run(range(len(cases)))
+    return runs.measured
+
+
+class _Runs:
+    """Runs of a `Worker`."""
+
+    compares, sampled = False, True
+
+    def __init__(self, cases: Sequence[PaperCase], drives: Mapping[float, PaperCase], member: int) -> None:
+        self.cases, self.drives, self.member = cases, drives, member
+        self.measured: dict[PaperCase, Measures] = {}
+
+    def mechanism(self, case: int) -> Mechanism:
+        """With the clearance of a neighbour."""
+        run = self.cases[case]
+        assert run.clearance is not None
+        joint = _joint(run.choice, run.friction)
+        joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + self.member * NEIGHBOUR))
+        return described(self.drives[run.speed]).mechanism.with_clearance(JOINT, joint)
+
+    def start(self, case: int, y: np.ndarray) -> np.ndarray:
+        """As it is."""
+        return y
+
+    def failed(self, case: int, cause: str) -> None:
+        """Nothing: it has no measures."""
+
+    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
+        """Measure a run."""
+        run = self.cases[case]
+        self.measured[run] = measure(_curves(ended, printed=run.choice.samples > 0), _ideal_motion(self.drives[run.speed]))
+
+
+@lru_cache(64)
+def _joint(choice: Choice, friction: float | None) -> Clearance:
+    joint = described(PaperCase(friction=friction, choice=choice)).mechanism.joint(JOINT).clearance
+    assert joint is not None
+    return joint
+
+
+@lru_cache(None)
+def _ideal_motion(case: PaperCase) -> IdealMotion:
+    return ideal_motion(compute(case, trust=False))
+
+
+@lru_cache(None)
+def _constrained(case: PaperCase) -> Measures:
+    return measure(compute(case, trust=False), _ideal_motion(case.ideal.without_contact_laws))
+
+
+def _curves(ended: Ended, *, printed: bool) -> Curves:
+    """The curves of a run; its contacts and largest values are those between samples too, unless it is as printed."""
+    samples, at = ended.driver.samples, ended.plan
+    rows = record(at.maps, ended.driver.system, samples)
+    guide = at.output_guide
+    assert guide is not None
+    follower, along = at.coordinates.place(guide.follower), np.array([math.cos(guide.direction), math.sin(guide.direction)])
+    bar = [body.name for body in at.bodies].index(FREE_BAR)
+    time, contact, touching = samples.time, rows.contact[:, 0], samples.mode[:, 0] == 1
+    spans = np.array([(c.start, c.start + ended.lasting(c)) for c in ended.contacts]).reshape(-1, 2)
+    peak = np.array([c.peak_normal_force for c in ended.contacts])
+    when = np.array([c.start + c.peak_normal_time for c in ended.contacts])
+    torque = float(ended.peaks(DRIVE_TORQUE)[0])
+    if printed:
+        change = np.diff(touching.astype(int), prepend=0, append=0)
+        first, last = np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1
+        spans = np.stack([time[first], time[last]], axis=1)
+        places = [a + int(np.argmax(contact["normal"][a : b + 1])) for a, b in zip(first, last, strict=True)]
+        peak, when, torque = contact["normal"][places], time[places], float(np.max(np.abs(rows.torque[:, 0])))
+    return Curves(
+        time=time,
+        series={
+            "slider_position": (follower.at(rows.X) - np.array(guide.through)) @ along,
+            "slider_velocity": follower.at(rows.V) @ along,
+            "slider_acceleration": follower.at(rows.A) @ along,
+            "angle": rows.angle[:, bar],
+            "angular_velocity": rows.angular_velocity[:, bar],
+            "angular_acceleration": rows.angular_acceleration[:, bar],
+        },
+        normal=contact["normal"],
+        place=np.stack([contact["distance"] * contact["nx"], contact["distance"] * contact["ny"]], axis=1),
+        touching=touching,
+        spans=spans,
+        peak=peak,
+        when=when,
+        torque=torque,
+    )
+
+
+def agreeing(choice: Choice, members: Sequence[int]) -> np.ndarray:
+    """Share of neighbours for which each clause holds, in the order of `CLAUSES`."""
+    return np.asarray(np.mean([[finding.holds for finding in findings(choice, member)] for member in members], axis=0))

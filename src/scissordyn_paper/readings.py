@@ -1,0 +1,298 @@
+"""Readings of the paper: what its lost tables and its integrator may have been, drawn and judged by the thousand."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import ScissordynError
+from scissordyn.run.engine import Engine
+from scissordyn.study.ask.design import sobol_numbers, uniform_numbers
+from scissordyn.units import degrees
+from scissordyn_paper.cache import Progress, fetch
+from scissordyn_paper.cases import Choice
+from scissordyn_paper.judge import findings
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import Finding
+
+SEED = 46
+
+ANGLES = {"rising": tuple(range(5, 80, 5)), "falling": tuple(range(60, 90, 5))}
+"""First angles [deg]: a rising stroke ends before the array folds over, a falling one lasts beyond 0.03 s at 250 rpm."""
+
+CONVERGED, PRESET, RESTING = 1e-6, 1e-3, 1e-4
+"""Tolerances: of an integrator whose errors change the answers less than neighbours do, of one at its preset, and for contacts
+that last from the start, whose motion is smooth."""
+
+
+LOST = "in a lost table"
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Something that the paper leaves open."""
+
+    name: str
+    # Levels in words with the fields of `Choice` that they set; some stand several times, for their weight
+    levels: tuple[tuple[str, dict[str, Any]], ...] = ()
+    because: str = LOST  # Why it is open
+    within: tuple[str, float, float, bool] = ("", 0.0, 0.0, True)  # Or a field and its range, and whether it is logarithmic
+    unit: tuple[str, float] = ("", 1.0)  # Of the range in words, and its size in SI
+
+    def set(self, u: float) -> dict[str, Any]:
+        """The fields of `Choice` at a number between 0 and 1."""
+        return self.levels[int(u * len(self.levels))][1] if self.levels else {self.within[0]: self._at(u)}
+
+    def level(self, u: float) -> str:
+        """The level in words; of a range, the quarter."""
+        if self.levels:
+            return self.levels[int(u * len(self.levels))][0]
+        low, high = (self._at(0.25 * part) / self.unit[1] for part in (int(4.0 * u), int(4.0 * u) + 1))
+        return f"{low:.3g} to {high:.3g} {self.unit[0]}"
+
+    def _at(self, u: float) -> float:
+        _, low, high, logarithmic = self.within
+        return float(low * (high / low) ** u if logarithmic else low + (high - low) * u)
+
+
+def _field(name: str, *values: Any, words: str = "{}") -> tuple[tuple[str, dict[str, Any]], ...]:
+    return tuple((words.format(value), {name: value}) for value in values)
+
+
+_FIXED = {"tolerance": CONVERGED, "method": "dopri5"}
+
+FACTORS = (
+    Factor(
+        "driven bar",
+        (("bar 1 pinned, A joins bar 2", {"driven_bar": "pinned"}), ("A joins driven bar 1", {"driven_bar": "slider"})),
+        "the text connects joint A to bar 1, which is driven, in two places and to bar 2 in one",
+    ),
+    Factor("travel", _field("travel", "rising", "falling"), "deployment is not said to raise or to lower the angle"),
+    Factor("first angle", (), "its sentence breaks off", within=("angle", 0.0, 1.0, False), unit=("of the range", 1.0)),
+    Factor("gravity", _field("gravity", 9.81, 0.0, words="{:g} m/s2"), "there is a potential energy, but its equation is lost"),
+    Factor("journal radius", within=("journal_radius", 5e-3, 30e-3, True), unit=("mm", 1e-3)),
+    Factor(
+        "bearing length",
+        _field("bearing_length", 5e-3, 10e-3, 15e-3, 20e-3, 30e-3, 50e-3, 1.0, 1.0, words="{:g} m"),
+        "in a lost table; formulas of this school are printed with and without it, and without it 1 m is meant",
+    ),
+    Factor(
+        "materials",
+        (*[("steel", {})] * 2, ("aluminium", {"material": "aluminium"}), ("steel in bronze", {"bearing_material": "bronze"})),
+    ),
+    Factor("restitution", within=("restitution", 0.3, 0.95, False)),
+    Factor(
+        "stiffness",
+        _field("stiffness", "liu", "liu", "bai-zhao-as-printed", "hertz"),
+        "equation lost: the improved elastic foundation, its slope with the exponent 3/2 as later printed, or a constant one",
+    ),
+    Factor(
+        "damping",
+        _field("damping", "flores", "lankarani-nikravesh", "gonthier", "zhiying-qishao"),
+        "equation lost: the text cites a model of 2004 under a name that a model of 2011 has",
+    ),
+    Factor("slip speed", _field("slip", "surfaces", "contact-points"), "two definitions are printed in this literature"),
+    Factor("static friction", _field("static", 1.0, 1.2, 1.5, 2.0, words="{:g} times kinetic")),
+    Factor("Stribeck speed", within=("stribeck_speed", 1e-4, 1e-1, True), unit=("m/s", 1.0)),
+    Factor("bristle stiffness", within=("bristle_stiffness", 1e3, 1e6, True), unit=("1/m", 1.0)),
+    Factor("bristle damping", within=("bristle_damping", 10.0, 1e3, True), unit=("s/m", 1.0)),
+    Factor(
+        "bristle damping at speed",
+        (("fades", {"damping_speed": 0.0}), ("constant", {"damping_speed": 1e6})),
+        "both forms are printed",
+    ),
+    Factor("viscous friction", _field("viscous", 0.0, 0.0, 0.1, 0.4, words="{:g} s/m")),
+    Factor(
+        "start",
+        (*[("concentric", {})] * 9, ("in contact", {"start": "in-contact"})),
+        "joint A is said to be in contact at first for the control alone",
+    ),
+    Factor(
+        "integrator",
+        (
+            *[("converged", {"tolerance": CONVERGED})] * 3,
+            *[("order 5, tolerance 1e-3", {"tolerance": PRESET, "method": "dopri5"})] * 2,
+            *((f"steps of {1e6 * step:g} us", {**_FIXED, "step": step}) for step in (2e-5, 5e-5, 1e-4)),
+        ),
+        "not said: one that locates contacts, or steps of one size that notice them late",
+    ),
+    Factor(
+        "samples",
+        (*[("the motion itself", {})] * 2, ("201 points", {"samples": 201}), ("501 points", {"samples": 501})),
+        "numbers may be those of curves with so many points",
+    ),
+)
+
+
+def read(u: Sequence[float]) -> Choice:
+    """The choice at a point of the unit cube."""
+    chosen: dict[str, Any] = {}
+    for factor, number in zip(FACTORS, u, strict=True):
+        chosen |= factor.set(number)
+    angles = ANGLES[chosen["travel"]]
+    chosen["angle"] = degrees(angles[int(chosen["angle"] * len(angles))])
+    if chosen.get("start") == "in-contact":  # the damping of a contact at rest is stiff
+        chosen |= {"tolerance": RESTING, "method": "auto", "step": 0.0}
+    return Choice(**chosen)
+
+
+NUMBER = 20_000
+BLOCK, QUASI, NEAR = 100, 12, 8
+"""Readings of a block; blocks of a round that are quasi-random, and that lie near the best readings so far."""
+
+MEMBERS = 1
+"""Neighbours by which a drawn reading is judged: shares over all readings are the same on average with one as with more."""
+
+LEADING, NEIGHBOURS, LEADING_FROM = 60, 16, 9000
+"""Of the drawn readings so many are judged by so many neighbours; numbers of their blocks."""
+
+PARENTS, MUTATED = 40, 0.1
+"""Readings near which others are drawn: the best ones, of which each number is drawn anew with this probability."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some readings."""
+
+    number: int
+    points: tuple[tuple[float, ...], ...] = field(repr=False)  # Of the unit cube
+    members: int = MEMBERS
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+        return f"{self.number:04d}"
+
+    @property
+    def toml(self) -> str:
+        """All inputs."""
+        return f"members = {self.members}\nclauses = {[clause.criterion for clause in CLAUSES]!r}\npoints = {self.points!r}\n"
+
+
+def judge(block: Block) -> xr.Dataset:
+    """Judge the readings of a block."""
+    agreeing, seconds, causes = np.zeros((len(block.points), len(CLAUSES))), [], []
+    numbers: list[Mapping[str, float]] = []
+    for at, u in enumerate(block.points):
+        began, cause, first = clocks.process_time(), "", {}
+        try:
+            answers = [findings(read(u), member) for member in range(block.members)]
+            agreeing[at] = np.mean([[finding.holds for finding in answer] for answer in answers], axis=0)
+            first = _numbers(answers[0])
+            cause = next((finding.words for finding in answers[0] if not finding.numbers), "")
+        except ScissordynError as error:
+            cause = str(error)
+        numbers.append(first)
+        causes.append(cause)
+        seconds.append(clocks.process_time() - began)
+    names = sorted({name for each in numbers for name in each})
+    both = "reading", "clause"
+    return xr.Dataset(
+        {
+            "point": (("reading", "factor"), np.array(block.points)),
+            "agreeing": (both, agreeing, {"units": "1", "long_name": "share of neighbours for which the clause holds"}),
+            "number": (("reading", "quantity"), np.array([[each.get(name, np.nan) for name in names] for each in numbers])),
+            "seconds": ("reading", np.array(seconds), {"units": "s", "long_name": "processor time"}),
+            "cause": ("reading", np.array(causes, dtype=object)),
+        },
+        coords={"clause": [clause.key for clause in CLAUSES], "quantity": names},
+    )
+
+
+def _numbers(answer: Sequence[Finding]) -> dict[str, float]:
+    """The numbers of all findings, by clause and name."""
+    return {
+        f"{clause.key} {name}": float(value)
+        for clause, finding in zip(CLAUSES, answer, strict=True)
+        for name, value in finding.numbers.items()
+    }
+
+
+def fetch_readings(folder: Path, number: int = NUMBER, *, engine: Engine = None, progress: Progress | None = None) -> Judged:
+    """So many readings, of which those in a folder need not be computed; rounds of both kinds follow each other."""
+    results: list[xr.Dataset] = []
+
+    def add(points: np.ndarray) -> None:
+        blocks = [
+            Block(len(results) + k, tuple(map(tuple, part.tolist())))
+            for k, part in enumerate(np.array_split(points, max(1, len(points) // BLOCK)))
+        ]
+        of = max(1, -(-number // BLOCK))
+
+        def show(what: str, done: int, _: int) -> None:
+            if progress is not None:
+                progress(what, len(results) + done, of)
+
+        results.extend(fetch(blocks, judge, folder, what="blocks of readings", engine=engine, progress=show).values())
+
+    quasi = 0
+    while (left := number - BLOCK * len(results)) > 0:
+        count = min(left, QUASI * BLOCK)
+        add(sobol_numbers(SEED, len(FACTORS), np.arange(quasi, quasi + count)))
+        quasi += count
+        if (left := number - BLOCK * len(results)) > 0:
+            add(_near(results, min(left, NEAR * BLOCK)))
+    return Judged.of(results)
+
+
+def fetch_leading(judged: Judged, folder: Path, *, engine: Engine = None, progress: Progress | None = None) -> Judged:
+    """The best readings, judged by many neighbours; best first."""
+    order = np.argsort(-judged.met, kind="stable")[:LEADING]
+    blocks = [
+        Block(LEADING_FROM + k, tuple(map(tuple, judged.points[part].tolist())), NEIGHBOURS)
+        for k, part in enumerate(np.array_split(order, max(1, len(order) // 10)))
+    ]
+    found = fetch(blocks, judge, folder, what="blocks of leading readings", engine=engine, progress=progress)
+    leading = Judged.of(list(found.values()))
+    best = np.argsort(-leading.met, kind="stable")
+    return Judged(*(getattr(leading, name)[best] for name in leading.__dataclass_fields__))
+
+
+def _near(results: Sequence[xr.Dataset], count: int) -> np.ndarray:
+    """Points near the best so far: numbers of two of them mixed, and some drawn anew."""
+    points = np.concatenate([one["point"].values for one in results])
+    met = np.concatenate([one["agreeing"].values.sum(axis=1) for one in results])
+    best = points[np.argsort(-met, kind="stable")[:PARENTS]]
+    size = len(FACTORS)
+    drawn = uniform_numbers(SEED, 1, 2 + 3 * size, len(points) + np.arange(count))
+    first, second = (best[(drawn[:, k] * len(best)).astype(int)] for k in (0, 1))
+    mixed, anew, value = (drawn[:, 2 + k * size : 2 + (k + 1) * size] for k in range(3))
+    return np.where(anew < MUTATED, value, np.where(mixed < 0.5, first, second))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Judged readings, in the order of their drawing."""
+
+    points: np.ndarray  # (n, factors)
+    agreeing: np.ndarray  # (n, clauses)
+    seconds: np.ndarray  # (n,)
+    causes: np.ndarray  # (n,)
+    quasi: np.ndarray  # (n,) Whether quasi-random
+
+    @staticmethod
+    def of(blocks: Sequence[xr.Dataset]) -> Judged:
+        """The readings of some blocks."""
+        whole = xr.concat(blocks, "reading", join="outer")
+        at = np.concatenate([np.full(one.sizes["reading"], k) for k, one in enumerate(blocks)])
+        return Judged(
+            *(whole["point"].values, whole["agreeing"].values, whole["seconds"].values),
+            causes=whole["cause"].values.astype(str),
+            quasi=at % (QUASI + NEAR) < QUASI,
+        )
+
+    def part(self, count: int) -> Judged:
+        """The first of them."""
+        return Judged(*(getattr(self, name)[:count] for name in self.__dataclass_fields__))
+
+    @cached_property
+    def met(self) -> np.ndarray:
+        """Statements that each reading meets, by their shares."""
+        return np.asarray(self.agreeing.sum(axis=1))

@@ -1,0 +1,180 @@
+"""Readings of the paper: drawn, judged, kept, weighed."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scissordyn.cli import paper as command
+from scissordyn.config.file import read_case
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn_paper import judge, readings, readings_page
+from scissordyn_paper.cases import DEFAULT, PaperCase, every_case
+from scissordyn_paper.judge import findings
+from scissordyn_paper.measures import measure
+from scissordyn_paper.readings import ANGLES, FACTORS, Judged, fetch_readings, read
+from scissordyn_paper.readings_page import answer_readings, excluded, levels, told, weights
+from scissordyn_paper.reproduce import verdicts
+from scissordyn_paper.runs import compute
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import answer
+
+OTHER = dataclasses.replace(
+    DEFAULT, driven_bar="slider", restitution=0.6, damping="gonthier", journal_radius=0.02, gravity=0.0, slip="contact-points",
+    viscous=0.1, tolerance=1e-6, stiffness="hertz", bearing_material="bronze",
+)  # fmt: skip
+
+
+def test_runs_without_histories_have_the_same_answers(runs):
+    """Cross-check: findings word by word, of the default choice and of one that differs in nearly everything."""
+    assert [finding.words for finding in findings(DEFAULT)] == [verdict.finding.words for verdict in verdicts(runs)]
+    cases = [*every_case(OTHER), *{case.ideal for case in every_case(OTHER)}]
+    made = {case: compute(case, trust=False) for case in dict.fromkeys(cases)}
+    measured = {case: measure(run, made[case.ideal]) for case, run in made.items() if case.clearance is not None}
+    expected = [answer(clause, OTHER, measured).finding for clause in CLAUSES]
+    assert [finding.words for finding in findings(OTHER)] == [finding.words for finding in expected]
+
+
+def test_neighbours_are_other_runs():
+    """Contract: clearances apart by 1e-9 move the numbers, and no answer where nothing is near its bound."""
+    first, second = findings(DEFAULT), findings(DEFAULT, 1)
+    assert first != second
+    assert sum(a.holds != b.holds for a, b in zip(first, second, strict=True)) <= 1
+
+
+def test_what_is_read_from_curves(monkeypatch):
+    """Limit: few points miss peaks; many give those of the motion."""
+    peaks = []
+    for samples in (201, 20001):
+        numbers = findings(dataclasses.replace(DEFAULT, samples=samples))[4].numbers
+        peaks.append(numbers["peak_N"])
+    exact = findings(DEFAULT)[4].numbers["peak_N"]
+    assert peaks[0] < peaks[1] <= exact
+    assert peaks[1] == pytest.approx(exact, rel=1e-4)
+
+
+def test_a_run_that_fails_meets_no_statement_of_its_own(monkeypatch):
+    """Contract: those that need it are not met and have no numbers; the control, whose runs are complete, is answered."""
+    monkeypatch.setattr(judge, "MOST_STEPS", 20)
+    found = dict(zip((clause.key for clause in CLAUSES), findings(DEFAULT), strict=True))
+    assert not found["1a"].holds
+    assert (found["1a"].words, found["1a"].numbers) == ("c-0.5mm_150rpm has failed", {})
+    assert found["7a"].numbers
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_reading_is_a_case_file(seed, tmp_path):
+    """Contract: each factor sets options of a case, and the file reads as what runs."""
+    choice = read(np.random.default_rng(seed).random(len(FACTORS)))
+    case = next(case for case in every_case(choice) if case.friction)
+    path = tmp_path / "case.toml"
+    path.write_text(case.toml)
+    again = read_case(path)
+    assert again.mechanism == case.described().mechanism
+    assert again.run.keywords == case.options.keywords
+    assert round(np.degrees(choice.angle)) in ANGLES[choice.travel]
+    if choice.start == "in-contact":
+        assert (choice.step, choice.method) == (0.0, "auto")
+
+
+def test_levels_are_those_of_the_choice():
+    """Contract: levels cover the unit interval, and say what is set."""
+    for factor in FACTORS:
+        at = np.linspace(0.0, 1.0, 81)[:-1] + 1e-3
+        for u in at:
+            assert factor.level(u)
+            assert factor.set(u) or factor.level(u) in ("steel", "concentric", "the motion itself")
+    radius = next(factor for factor in FACTORS if factor.name == "journal radius")
+    assert radius.level(0.0) == "5 to 7.83 mm"
+    assert radius.set(0.5)["journal_radius"] == pytest.approx((5e-3 * 30e-3) ** 0.5)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Rounds of three blocks of two readings, judged in no time: a statement holds where a number is below one half."""
+
+    def judged(choice: Any, member: int = 0) -> Any:
+        finding = judge.Finding
+        numbers = np.random.default_rng(round(1e6 * choice.restitution)).random(len(CLAUSES))
+        return tuple(finding(bool(number < 0.5), "", {"number": float(number)}) for number in numbers)
+
+    monkeypatch.setattr(readings, "findings", judged)
+    for name, value in {"BLOCK": 2, "QUASI": 2, "NEAR": 1, "PARENTS": 2, "LEADING": 4, "NEIGHBOURS": 2}.items():
+        monkeypatch.setattr(readings, name, value)
+
+
+def test_readings_go_on_where_they_ended(small, tmp_path, monkeypatch):
+    """Identity: more readings, after an interruption, are those of one go; what is there is not judged again."""
+    whole = fetch_readings(tmp_path / "whole", 12, engine=1)
+    fetch_readings(tmp_path / "parts", 7, engine=1)
+    parts = fetch_readings(tmp_path / "parts", 12, engine=2)
+    assert np.array_equal(whole.points, parts.points)
+    assert np.array_equal(whole.agreeing, parts.agreeing)
+    assert whole.quasi.tolist() == [True] * 4 + [False] * 2 + [True] * 4 + [False] * 2
+    sobol = readings.sobol_numbers(readings.SEED, len(FACTORS), np.arange(8))
+    assert np.array_equal(whole.points[whole.quasi], sobol)
+
+    def never(*_: Any) -> None:
+        raise AssertionError("judged again")
+
+    monkeypatch.setattr(readings, "findings", never)
+    again = fetch_readings(tmp_path / "whole", 12, engine=1)
+    assert np.array_equal(again.agreeing, whole.agreeing)
+    with pytest.raises(ScissordynError, match="AssertionError: judged again"):
+        fetch_readings(tmp_path / "whole", 14, engine=1)
+
+
+def test_later_readings_lie_near_the_best(small, tmp_path):
+    """Contract: each number is that of a parent, or drawn anew."""
+    found = fetch_readings(tmp_path / "near", 6, engine=1)
+    best = found.points[np.argsort(-found.met[:4], kind="stable")[:2]]
+    inherited = np.isclose(found.points[4:, None, :], best[None]).any(axis=1)
+    assert 0.6 < inherited.mean() < 1.0
+
+
+def planted(count: int = 4096) -> Judged:
+    """Readings that meet the first statement where bar 1 is pinned, the second where it is not, others by chance."""
+    rng = np.random.default_rng(5)
+    points = rng.random((count, len(FACTORS)))
+    agreeing = (rng.random((count, len(CLAUSES))) < 0.5).astype(float)
+    agreeing[:, 0], agreeing[:, 1] = points[:, 0] < 0.5, points[:, 0] >= 0.5
+    agreeing[:, 2:4] = (points[:, 3:4] < 0.5) * 1.0
+    return Judged(points, agreeing, np.ones(count), np.full(count, ""), np.ones(count, bool))
+
+
+def test_what_the_statements_tell():
+    """Closed form: two statements of one level weigh nine to one, 0.531 bits; two that cancel tell nothing."""
+    judged = planted()
+    assert weights(judged).sum() == pytest.approx(1.0)
+    gravity = [pair[1] for pair in levels(judged, 3).values()]
+    assert gravity == pytest.approx([0.9, 0.1], abs=0.02)
+    bits, chance = told(judged)["gravity"]
+    assert bits == pytest.approx(1.0 + 0.9 * np.log2(0.9) + 0.1 * np.log2(0.1), abs=0.06)
+    assert chance < 0.03
+    assert told(judged)["driven bar"][0] < 0.03
+    assert excluded(judged)["1a"] == ["1b"]
+    assert not excluded(judged)["4a"]
+
+
+def test_the_page_and_the_command(small, tmp_path, monkeypatch, capsys):
+    """Contract: a row for each statement and each level, pictures, a table of every reading, and a line on the terminal."""
+    monkeypatch.setattr(readings_page, "agreeing", lambda choice, members: np.ones(len(CLAUSES)))
+    monkeypatch.setattr(readings_page, "LEADING", 4, raising=False)
+    assert command.paper(tmp_path, readings=True, number=12, threads=1) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"12 readings, \d+ s of one processor. The best meets \d+.\d\d of 26 statements", shown)
+    text = (tmp_path / "readings.html").read_text()
+    assert all(clause.key in text for clause in CLAUSES)
+    assert text.count("data:image/svg+xml") == 2
+    assert len((tmp_path / "readings.csv").read_text().splitlines()) == 13
+    assert {path.name for path in (tmp_path / "figures").iterdir()} == {
+        f"readings-{name}.{form}" for name in ("statements", "numbers") for form in ("png", "svg")
+    }
+    with pytest.raises(InputError, match="--beyond with --readings"):
+        command.paper(tmp_path, beyond=True, readings=True)
+    assert answer_readings(tmp_path, 12, engine=1).leading.met.size == 4
+    assert PaperCase(choice=DEFAULT).options.rtol == 1e-8

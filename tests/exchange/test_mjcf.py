@@ -186,7 +186,7 @@ SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" times
 
 def followed(text: str) -> tuple[np.ndarray, np.ndarray]:
     """Mass centres every 0.1 s, here and by MuJoCo."""
-    run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6)
+    run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6, rtol=1e-10, atol=1e-12)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -221,3 +221,66 @@ def test_limits_of_a_slide_on_the_ground_are_end_stops():
     travel = sd.simulate(mechanism, until=0.5, samples=200)["position"].sel(body="cart", axis="x").values - 0.05
     assert any("limits of joint 's': end stops" in note for note in notes)
     assert 0.12 < travel.max() < 0.122
+
+
+GEARED = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>
+<default><geom contype="0" conaffinity="0"/></default><worldbody><body name="upper" pos="0.1 0 2" euler="0 0.4 0">
+<joint name="hip" axis="0 1 0" ref="0.2"/><geom type="capsule" fromto="0 0 0 0 0 -0.7" size="0.03" mass="2"/>
+<body name="lower" pos="0 0 -0.7" euler="0 -0.3 0"><joint name="knee" axis="0 -1 0"/>
+<geom type="box" size="0.04 0.03 0.25" pos="0.05 0 -0.3" mass="1.3"/>
+<body name="pad" pos="0 0 -0.5"><joint name="reach" type="slide" axis="1 0 0.4" ref="0.02"/><geom size="0.05" mass="0.4"/>
+</body></body></body></worldbody>
+<equality><joint joint1="knee" joint2="hip" polycoef="{knee}" solref="2e-4 1" solimp="0.9999 0.9999 0.001"/>
+<joint name="rack" joint1="reach" joint2="hip" polycoef="0 -0.2 0 0 0" solref="2e-4 1" solimp="0.9999 0.9999 0.001"/></equality>
+<keyframe><key qpos="0.9 1.15 -0.12" qvel="1 1.5 -0.2"/></keyframe></mujoco>"""
+
+
+def test_equalities_of_joints_are_couplings():
+    """Cross-check: MuJoCo's stiff constraint between hinges of opposite axes, and between a slide and a hinge."""
+    text = GEARED.format(knee="0.1 1.5 0 0 0")
+    mechanism, _ = sd.read_mjcf(text)
+    assert [coupling.name for coupling in mechanism.couplings] == ["coupling of knee", "rack"]
+    here, there = followed(text)
+    assert np.min(np.ptp(there, axis=0)) > 0.15
+    assert np.max(abs(here - there)) < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (GEARED.format(knee="0 1 0.1 0 0"), "its polynomial is not linear"),
+        (GEARED.format(knee="0.1 0 0 0 0"), "it holds a single joint"),
+        (GEARED.format(knee="0 1 0 0 0").replace(' joint2="hip" polycoef="0 1 0 0 0"', ""), "it holds a single joint"),
+        (
+            CRANK.replace('<joint type="slide" axis="1 0 0"/>', '<joint name="knee" type="slide" axis="1 0 0"/>').replace(
+                "<equality>", '<equality><joint joint1="knee" joint2="O"/>'
+            ),
+            "a slide of a body that slides in two directions",
+        ),
+    ],
+)
+def test_equalities_of_joints_that_no_coupling_says(text, reason):
+    """Contract: each is named."""
+    mechanism, notes = sd.read_mjcf(text)
+    assert f"equality 'coupling of knee': left out; {reason}" in notes
+    assert "coupling of knee" not in {coupling.name for coupling in mechanism.couplings}
+
+
+def test_a_mimic_joint_of_a_urdf():
+    """Closed form: on a vertical axis a torque turns the base link, and its mimic with the square of the multiplier."""
+    link = """<link name="{}"><inertial><mass value="1"/>
+    <inertia ixx=".2" iyy=".2" izz=".3" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+    joint = '<joint name="{0}" type="continuous"><parent link="base"/><child link="{1}"/><axis xyz="0 0 {2}"/>{3}</joint>'
+    mimic = '<mimic joint="first" multiplier="-2.5" offset="0.3"/>'
+    joints = joint.format("first", "one", 1, "") + joint.format("second", "two", -1, mimic)
+    mechanism, notes = sd.read_mjcf(
+        f'<robot name="m"><link name="base"/>{link.format("one")}{link.format("two")}{joints}</robot>'
+    )
+    (coupling,) = mechanism.couplings
+    assert (coupling.ratio, coupling.offset) == pytest.approx((2.5, -0.3))
+    assert "equality 'coupling of second' is open by 0.3 rad at the start" in notes
+    assert not any("mimic" in note for note in notes)
+    run = sd.simulate(mechanism.with_parts({"components": (sd.Torque("motor", "one", torque=0.4),)}), until=1.0, samples=5)
+    angle, other = run["angle"].values.T
+    assert other == pytest.approx(2.5 * angle - 0.3)
+    assert angle - angle[0] == pytest.approx(0.5 * 0.4 / (0.3 * (1 + 2.5**2)) * run["time"].values ** 2)

@@ -25,6 +25,7 @@ from scissordyn.exchange.unused import unused, without_pictures
 from scissordyn.extra import library
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
+from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -106,6 +107,7 @@ class _Reader:
         self.joints: list[Revolute] = []
         self.guides: list[Guide] = []
         self.welds: list[Weld] = []
+        self.couplings: list[Coupling] = []
         self.turning = [False] * model.nbody
 
     def imported(self) -> Imported:
@@ -135,6 +137,7 @@ class _Reader:
             joints=tuple(self.joints),
             guides=tuple(self.guides),
             welds=tuple(self.welds),
+            couplings=tuple(self.couplings),
             components=tuple(self.components),
             ground=ground,
             gravity=size,
@@ -333,10 +336,13 @@ class _Reader:
         model, kinds = self.model, self.mujoco.mjtEq
         name = plain_name(self._name("mjOBJ_EQUALITY", index) or f"connection {index + 1}", ())
         kind = kinds(int(model.eq_type[index]))
-        if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) or not model.eq_active0[index]:
-            self.notes.append(f"equality '{name}': left out; it is inactive or neither a connection nor a weld")
+        if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD, kinds.mjEQ_JOINT) or not model.eq_active0[index]:
+            self.notes.append(f"equality '{name}': left out; it is inactive, or none of two joints, a connection or a weld")
             return
         a, b = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+        if kind == kinds.mjEQ_JOINT:
+            self._couple(index, a, b)
+            return
         if model.eq_objtype[index] == self.mujoco.mjtObj.mjOBJ_SITE:
             places = self.data.site_xpos[a], self.data.site_xpos[b]
             a, b = int(model.site_bodyid[a]), int(model.site_bodyid[b])
@@ -353,6 +359,51 @@ class _Reader:
             points = points[1], points[0]
         self.joints += [Revolute(name, *points)] if kind == kinds.mjEQ_CONNECT else []
         self.welds += [Weld(name, *points)] if kind == kinds.mjEQ_WELD else []
+
+    def _couple(self, index: int, output: int, driver: int) -> None:
+        """The equality q1 - q1_0 = c0 + c1 (q2 - q2_0) + ... of two joints, where q_0 is that of the model."""
+        model = self.model
+        constant, factor, *further = model.eq_data[index][:5].tolist()
+        label = self._name("mjOBJ_EQUALITY", index) or f"coupling of {self._name('mjOBJ_JOINT', output) or index + 1}"
+        parts: tuple[Any, ...] = (*self.joints, *self.guides, *self.welds, *self.couplings)
+        name = plain_name(label, [part.name for part in parts])
+        pair = [self._coordinate(j) for j in (output, driver) if j >= 0]
+        reason = (
+            "its polynomial is not linear"
+            if any(further)
+            else "it holds a single joint"
+            if len(pair) < 2 or factor == 0.0
+            else "a slide of a body that slides in two directions"
+            if None in pair
+            else ""
+        )
+        if reason:
+            self.notes.append(f"equality '{name}': left out; {reason}")
+            return
+        (first, sense1, here1), (second, sense2, here2) = (entry for entry in pair if entry)
+        q1, q2 = (float((self.data.qpos - model.qpos0)[model.jnt_qposadr[j]]) for j in (output, driver))
+        gap = constant + factor * q2 - q1
+        if abs(gap) > 1e-9:
+            self.notes.append(f"equality '{name}' is open by {gap:.3g} {first.unit} at the start")
+        ratio = sense1 * factor * sense2
+        self.couplings.append(Coupling(name, first, second, ratio, here1 + sense1 * gap - ratio * here2))
+
+    def _coordinate(self, j: int) -> tuple[Coordinate, float, float] | None:
+        """The coordinate of a hinge or of the only slide of a body, its sense, and its value at the start."""
+        model, kinds = self.model, self.mujoco.mjtJoint
+        index = int(model.jnt_bodyid[j])
+        parent, first = self.host[int(model.body_parentid[index])], int(model.body_jntadr[index])
+        joints = range(first, first + int(model.body_jntnum[index]))
+        base, axis = self.names[parent], self.data.xaxis[j]
+        if model.jnt_type[j] == kinds.mjJNT_HINGE:
+            sense = math.copysign(1.0, float(axis @ self.basis[2]))
+            return RelativeAngle(self.names[index], base), sense, self._angle(index) - self._angle(parent)
+        if sum(model.jnt_type[k] == kinds.mjJNT_SLIDE for k in joints) > 1:
+            return None
+        guide = next(guide for guide in self.guides if guide.follower[0] == self.names[index])
+        through = guide.through  # where the follower is at the start
+        here = math.cos(guide.direction) * through[0] + math.sin(guide.direction) * through[1]
+        return Slide(guide.follower, guide.direction, base), 1.0, here
 
     def _place(self, index: int, local: Any) -> np.ndarray:
         return np.asarray(self.data.xpos[index] + self.data.xmat[index].reshape(3, 3) @ np.asarray(local))

@@ -17,7 +17,8 @@ MUJOCO = {
     "body": f"{PLACE} childclass",
     "frame": f"{PLACE} childclass",
     "inertial": "*",
-    "joint": "name type axis pos ref range limited class damping stiffness springref frictionloss armature",
+    "joint": "name type axis pos ref range limited class damping stiffness springref frictionloss armature "
+    "joint1 joint2 polycoef active",
     "freejoint": "name",
     "geom": f"{PLACE} type size fromto mass density contype conaffinity mesh",
     "site": "name pos class",
@@ -39,6 +40,7 @@ URDF = {
     "origin": "xyz rpy",
     "axis": "*",
     "limit": "lower upper",
+    "mimic": "joint multiplier offset",
     "dynamics": "*",
     "collision": "*",
     "mujoco": "*",

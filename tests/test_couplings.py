@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -375,6 +376,15 @@ def test_batch_checkpoint_and_paths(tmp_path: Path) -> None:
     sd.simulate(gear_pair(), until=1.5, checkpoint=sd.Checkpoint(tmp_path / "c"))
     again = sd.simulate(gear_pair(), until=3.0, checkpoint=sd.Checkpoint(tmp_path / "c"))
     assert np.allclose(again["angle"].values, whole["angle"].values, atol=1e-6)
+
+
+@pytest.mark.parametrize("coupling", [True, False])
+def test_saved_run(coupling: bool, tmp_path: Path) -> None:
+    """Contract: a run with couplings or driven coordinates is loaded as it was saved, with the units of the coordinates."""
+    run = sd.simulate(lifted(coupling=coupling), until=0.1)
+    units = [name for name in run.variables if str(name).endswith("_unit")]
+    assert units
+    xr.testing.assert_identical(sd.load(sd.save(run, tmp_path / "run.nc")), run)
 
 
 def test_redundant_only_where_joints_are_ideal() -> None:

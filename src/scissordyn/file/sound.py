@@ -109,11 +109,11 @@ def _check_dims(run: xr.Dataset, name: str, dims: tuple[str, ...]) -> None:
 
 
 def _check_variable(name: str, variable: xr.Variable) -> None:
-    """Names are texts, all else is numbers with a unit and a long name."""
+    """Names and units are texts, all else is numbers with a unit and a long name."""
     if not isinstance(variable.attrs.get("long_name"), str):
         raise _damaged(name, "has no long name")
     named = variable.dims == (name,) and name != "time"
-    if named or name == "contact_joint" or EVENTS.get(name) == "U":
+    if named or name == "contact_joint" or name.endswith("_unit") or EVENTS.get(name) == "U":
         values = variable.values.tolist()
         if variable.dtype.kind not in "OU" or not all(isinstance(value, str) for value in values):
             raise _damaged(name, f"holds {variable.dtype} in place of texts")

@@ -12,7 +12,7 @@ from scissordyn.component.port.stroke import Strokes
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.run.answer.placement import Placement
 
-CIRCLE = np.linspace(0.0, 2.0 * math.pi, 49)
+CIRCLE = np.linspace(0.0, 2.0 * math.pi, 97)
 
 NEAR = 0.5
 """Radii of wheels whose pivots coincide, or of a pulley, at most: as a multiple of the symbols' size, or of their distance."""

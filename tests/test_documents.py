@@ -13,6 +13,7 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
 import typer
 
@@ -102,7 +103,7 @@ def test_commands_are_understood(page: Path) -> None:
         match words:
             case ["scissordyn", command, *rest]:
                 rest = rest[: rest.index(">")] if ">" in rest else rest
-                group.commands[command].make_context(command, list(rest))  # type: ignore[attr-defined]
+                group.get_command(None, command).make_context(command, list(rest))  # type: ignore[attr-defined]
                 assert all((ROOT / word).exists() for word in rest if word.startswith("examples/")), words
             case ["make", target]:
                 assert target in targets
@@ -156,6 +157,53 @@ def test_commands_run(
 ) -> None:
     """Cross-check: the commands of a page run one after the other in a folder that has the examples."""
     assert run_all(ROOT / page, tmp_path, monkeypatch, capsys) >= least
+
+
+ASKED = DOCS / "howto" / "asked_elsewhere.md"
+
+
+def numbers_asked_elsewhere() -> dict[str, tuple[str, str]]:
+    """Of each case that prints its number: where it stands in the answer, and its closed form."""
+    g, lean = 9.81, math.radians(20.0)
+    closed = {
+        "redundant": (r"drive torque .* (\S+) N·m +20 deg", (5.0 + 1.5) * g * 0.3 * math.cos(lean)),
+        "hole": (r"off by up to (\S+) µm", 500.0 + g),
+        "journal": (r"largest torque (\S+) mN m", 1e3 * 3.0 * g * 0.02 * math.sin(math.atan(0.3))),
+        "brake": (r"dissipated: (\S+) J", 0.5 * 0.05 * (100.0**2 - (100.0 - 2.0 / 0.05) ** 2)),
+        "bounce": (r"dissipated: (\S+) mJ", 1e3 * (1.0 - 0.5**2) * g * 0.01),
+        "planetary": (r"forces and torques -(\S+) mJ", 1e3 * math.tau * 0.1 * 3.7 / (1.0 + 54.0 / 20.0)),
+        "motor": (r"motors and actuators (\S+) J", 0.5 * 0.05 * 100.0**2 * (1.0 - math.exp(-1.0)) ** 2),
+        "lift": (r"rod force jack .* (\S+) kN +939.7 mm", 3.0 * (40.0 + 0.5 * 36.0) * g / math.tan(lean) / 1e3),
+    }
+    return {f"{case}.toml": (pattern, f"{value:.4g}") for case, (pattern, value) in closed.items()}
+
+
+def test_questions_asked_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Closed form: the number of each case of the page, in the digits that are printed; these are in its table, too."""
+    monkeypatch.chdir(tmp_path)
+    write_tables(ASKED, tmp_path)
+    text = ASKED.read_text(encoding="utf-8")
+    numbers = numbers_asked_elsewhere()
+    for words in commands(text):
+        target = words[-1] if ">" in words else ""
+        assert status_of(words[1:-2] if target else words[1:]) == 0, words
+        answer = capsys.readouterr().out
+        if target:
+            (tmp_path / target).write_text(answer, encoding="utf-8")
+        elif words[2] in numbers:
+            pattern, closed = numbers.pop(words[2])
+            assert re.search(pattern, " ".join(answer.split())).group(1) == closed  # type: ignore[union-attr]
+            assert f"| {closed} " in text
+    assert not numbers
+    loop, ball = (pd.read_csv(tmp_path / name).iloc[-1] for name in ("loop.csv", "ball.csv"))
+    crank = math.radians(60.0 + 99.75 * 360.0)
+    x, y = 0.06 * math.cos(crank) - 0.2, 0.06 * math.sin(crank)
+    inner = math.acos((x * x + y * y + 0.12**2 - 0.18**2) / (2.0 * math.hypot(x, y) * 0.12))
+    rocker = (math.atan2(y, x) - inner) % math.tau
+    assert float(loop["angle of rocker [rad]"]) == pytest.approx(rocker, abs=1e-9)
+    assert f"| {rocker:.4g} rad" in text
+    energy = float(ball["kinetic_energy [J]"]) + float(ball["potential_energy [J]"])
+    assert energy / 9.81 == pytest.approx(10.0, rel=1e-6)
 
 
 TASK = DOCS / "howto" / "choose_clearance_and_motor.md"

@@ -28,7 +28,7 @@ def paper(
         bool, Option("--beyond", help="Only what the paper leaves open: bars that bend and oil in the joint.")
     ] = False,
     readings: Annotated[
-        bool, Option("--readings", help="Only what the lost tables may have held: how many statements any reading meets.")
+        bool, Option("--readings", help="Only the parameters whose tables are lost: how many statements any reading meets.")
     ] = False,
     number: Annotated[int, Option(help="Readings of --readings.", min=1, max=1_000_000)] = 20_000,
     threads: Annotated[

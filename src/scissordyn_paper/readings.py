@@ -1,4 +1,4 @@
-"""Readings of the paper: what its lost tables and its integrator may have been, drawn and judged by the thousand."""
+"""Readings of the paper: parameters whose tables are lost, and the integrator, drawn and judged by the thousand."""
 
 from __future__ import annotations
 

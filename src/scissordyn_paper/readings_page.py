@@ -21,7 +21,7 @@ from scissordyn_paper.readings import FACTORS, NEIGHBOURS, NUMBER, SEED, Judged,
 from scissordyn_paper.report import DOI, SOURCE
 from scissordyn_paper.statements import CLAUSES
 
-TITLE = "The paper, read best: what its lost tables may have held"
+TITLE = "The paper, read best: parameters whose tables are lost"
 
 ODDS = 3.0
 """A reading that meets one statement more than another is taken as so many times as likely."""

@@ -140,9 +140,10 @@ PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), (
 def numbers(quantity: Quantity) -> list[float]:
     """Numbers with all their digits that a quantity admits, some of them negative, in any order."""
     drawn = [sign * DRAW.uniform(1.0, 10.0) * 10.0**power for power in range(-7, 6) for sign in (1.0, 1.0, 1.0, -1.0)]
-    found = [
-        number for number in (*drawn, DRAW.random(), *(1.0 + 2.0 * DRAW.random() for _ in range(9))) if quantity.admits(number)
-    ]
+    drawn += [DRAW.random(), *(1.0 + 2.0 * DRAW.random() for _ in range(9))]
+    if quantity.minimum is not None and quantity.maximum is not None:
+        drawn += [DRAW.uniform(quantity.minimum, quantity.maximum) for _ in range(2)]
+    found = [number for number in drawn if quantity.admits(number)]
     return DRAW.sample(found, len(found))
 
 

@@ -67,6 +67,7 @@ def many() -> dict[str, xr.Dataset]:
     return {
         "bending": sd.simulate(bent.driven(speed=sd.rpm(60)), until=0.01, samples=21, rtol=1e-5, atol=1e-5),
         "film": sd.simulate(sd.scissor().driven(speed=sd.rpm(60)).with_clearance("A", oil), until=0.003, samples=41),
+        "statics": sd.statics(arm.ideal().driven(speed=-0.5), until=0.5, points=21),
         **dict.fromkeys((*KINDS, "structure", "comparison"), loose),
     }
 

@@ -41,6 +41,7 @@ def force(angle, speed, factor, acts, transition, periodic, count, table):
         "body": "crank",
         "curve": {"angles": "0, 90, 180, 360 deg", "torques": "0, 1.5, 0, 0 N m"},
         "periodic": True,
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
     },
 )
 class AngleLoad:

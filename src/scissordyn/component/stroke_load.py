@@ -50,6 +50,7 @@ def force(travel, speed, factor, acts, transition, count, table):
         "direction": "90 deg",
         "curve": {"travels": "0, 0.6, 1.2 m", "forces": "-20, -40, 0 N"},
         "acts": "forward",
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
     },
 )
 class StrokeLoad:

@@ -36,6 +36,7 @@ def force(angle, speed, factor, ratio, count, table):
         "body": "crank",
         "curve": {"speeds": "-100, 0, 100, 280, 300 rpm", "torques": "4, 4, 5, 6, 0 N m"},
         "ratio": 2.0,
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
     },
 )
 class TabulatedMotor:

@@ -25,6 +25,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.payload import with_panels, with_payload
 from scissordyn.plan.plan import plan
 from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.start.reaction import ideal_reactions
 from scissordyn.units import Quantity
 
 Given = Mapping[str, Any]
@@ -221,6 +222,16 @@ def _cable(stroke: Stroke) -> Given:
     return {**_line(stroke), "free_length": _said(1.01 * max(stroke.distance(0), stroke.distance(1)), "m")}
 
 
+def _pin_friction(stroke: Stroke) -> Given:
+    if np.isnan(ideal_reactions(plan(rigid(stroke.mechanism.ideal()).driven(stroke.motion)))).any():
+        raise InputError(
+            "friction in a pin whose reaction is not determined: this structure has more joints than it needs",
+            "a friction torque that is given",
+            "--with clutch",
+        )
+    return {**stroke.pair, "radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1}
+
+
 def _rod(stroke: Stroke) -> Given:
     start, end = (stroke.distance(end) for end in (0, 1))
     velocity = np.dot(stroke.place(stroke.tip, 0) - stroke.place(stroke.anchor, 0), stroke.velocity(stroke.tip)) / start
@@ -346,10 +357,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
     ),
     "tape_spring": ("tape_spring", _tape_spring),
     "clutch": ("clutch", lambda stroke: {**stroke.pair, "capacity": _said(SHARE * stroke.weight * stroke.size, "N m")}),
-    "pin_friction": (
-        "pin_friction",
-        lambda stroke: {**stroke.pair, "radius": _said(0.01 * stroke.size, "m"), "kinetic": 0.1},
-    ),
+    "pin_friction": ("pin_friction", _pin_friction),
     "bushing": ("bushing", _bushing),
     "force": (
         "force",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import tokenize
 import types
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -85,7 +86,7 @@ def source_of(function: Any) -> str:
     """Source text of a function, for the reader of a saved run; empty where there is none."""
     try:
         return inspect.getsource(function)
-    except (OSError, TypeError):
+    except (OSError, TypeError, SyntaxError, tokenize.TokenError):  # none, or its file has changed
         return ""
 
 

@@ -19,6 +19,7 @@ from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.response import response
 from scissordyn.plot.series import mechanism_of
+from scissordyn.plot.statics import statics
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import track
@@ -64,6 +65,7 @@ class Pictures:
     energy = _method(energy)
     structure = _method(structure)
     bending = _method(bending)
+    statics = _method(statics)
     comparison = _method(comparison)
 
     def all(self, folder: str | os.PathLike[str], *, format: str = "png") -> list[Path]:

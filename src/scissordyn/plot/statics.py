@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 SAMPLE = "over='time'"
 
 
-def statics(found: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> list[Axes]:
+def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> list[Axes]:
     """Forces of drives and rods, of components and of joints over the stroke.
 
     Parameters
     ----------
-    found : Dataset
+    forces : Dataset
         What `sd.statics` returns.
     over : str
         "time", "input", what the first drive holds, or a coordinate of a tracked point, as "table.x".
@@ -34,19 +34,19 @@ def statics(found: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> l
     -------
     list of Axes
     """
-    names, units = found["quantity"].values.astype(str), found["quantity_unit"].values.astype(str)
+    names, units = forces["quantity"].values.astype(str), forces["quantity_unit"].values.astype(str)
     reactions = np.char.startswith(names, "reaction ")
     driving = np.char.startswith(names, "drive torque") | np.char.startswith(names, "rod force")
     groups = [
         (label, np.flatnonzero(part & (units == unit)), unit)
         for label, part in (("drive", driving), ("component", ~driving & ~reactions), ("reaction", reactions))
         for unit in ("N", "N m")
-        if np.any(part & (units == unit) & np.isfinite(found["force"].values).any(axis=0))
+        if np.any(part & (units == unit) & np.isfinite(forces["force"].values).any(axis=0))
     ]
     drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
-    values, label = _over(found, over)
+    values, label = _over(forces, over)
     for panel, (kind, chosen, unit) in zip(drawn, groups, strict=True):
-        force = found["force"].values[:, chosen]
+        force = forces["force"].values[:, chosen]
         order = np.argsort(-np.nanmax(np.abs(force), axis=0), kind="stable")
         scale = engineering(unit, force)
         curves(panel, values, scale.factor * force[:, order], [name.removeprefix("reaction ") for name in names[chosen][order]])
@@ -56,17 +56,17 @@ def statics(found: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> l
     return drawn
 
 
-def _over(found: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
+def _over(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
     """What the forces are drawn over, and its label."""
     track, _, axis = over.rpartition(".")
-    tracks = found["track"].values.tolist() if "track" in found else []
+    tracks = forces["track"].values.tolist() if "track" in forces else []
     if over == "time":
-        scale, values, name = engineering("s", found["time"].values), found["time"].values, "time"
+        scale, values, name = engineering("s", forces["time"].values), forces["time"].values, "time"
     elif over == "input":
-        values, name = found["input"].values[:, 0], str(found["prescribed"].values[0])
-        scale = DEGREES if str(found["prescribed_unit"].values[0]) == "rad" else Scale(1e3, "mm")
+        values, name = forces["input"].values[:, 0], str(forces["prescribed"].values[0])
+        scale = DEGREES if str(forces["prescribed_unit"].values[0]) == "rad" else Scale(1e3, "mm")
     elif track in tracks and axis in ("x", "y"):
-        values, name = found["track_position"].sel(track=track, axis=axis).values, over
+        values, name = forces["track_position"].sel(track=track, axis=axis).values, over
         scale = engineering("m", values)
     else:
         allowed = ["time", "input", *(f"{name}.{axis}" for name in tracks for axis in "xy")]

@@ -54,6 +54,28 @@ def test_bad_backlash(wrong: Callable[[], object], line: str) -> None:
         wrong()
 
 
+def test_a_slide_that_reverses_at_two_limits() -> None:
+    """Closed form: seven strokes at constant speed, each reversal rounded by one parabola, then rest."""
+    low, high, stroke, ramp, mass = 0.1, 0.4, 0.5, 0.2, 2.0
+    feed = sd.CoordinateDrive("feed", sd.Slide(("cart", "centre")), sd.Trapezoidal(low, high, stroke, ramp, strokes=7))
+    cart = sd.point_mass("cart", mass=mass, position=(low, 0.0))
+    mechanism = sd.Mechanism((cart,), guides=(sd.Guide("bed", ("cart", "centre")),), gravity=0.0, drives=(feed,))  # type: ignore[arg-type]
+    run = sd.simulate(mechanism, until=4.0, samples=401)
+    phase = run["time"].values % (2.0 * stroke)
+    into = np.minimum(phase, 2.0 * stroke - phase)  # time since it was at the lower limit, or until it is there
+    speed, rounded = (high - low) / (stroke * (1.0 - ramp)), ramp * stroke
+    near = np.minimum(into, stroke - into)  # time from the nearer limit
+    way = np.where(near < rounded, 0.5 * speed / rounded * near**2, speed * (near - 0.5 * rounded))
+    expected = np.where(into < 0.5 * stroke, low + way, high - way)
+    expected[run["time"].values > 7 * stroke] = high
+    assert np.allclose(run["coordinate_drive_value"].values[:, 0], expected, atol=1e-12)
+    assert float(run["peak_coordinate_drive_force"][0]) == pytest.approx(mass * speed / rounded, rel=1e-10)
+    assert abs(run["drive_work"].values[-1]) < 1e-12
+    assert "strokes = 7" in sd.case_text(mechanism)
+    with pytest.raises(sd.InputError, match="strokes = 0"):
+        sd.Trapezoidal(low, high, stroke, ramp, strokes=0)
+
+
 def two_links() -> sd.Mechanism:
     """Two links whose tip is led along a circle."""
     tip, turn = ("lower", "end"), 0.5 * math.pi

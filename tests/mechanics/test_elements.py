@@ -146,6 +146,7 @@ MOTIONS = [
     Polynomial((0.1, -0.2, 0.3, 0.4, -0.5, 0.6)),
     Cycloidal(0.2, 1.4, 0.8),
     Trapezoidal(0.2, 1.4, 0.8, 0.3),
+    Trapezoidal(0.2, 1.4, 0.25, 0.3, 3),
     Tabulated(tuple(np.linspace(0, 1, 31)), tuple(np.sin(3 * np.linspace(0, 1, 31)))),
 ]
 

@@ -142,7 +142,7 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
         f"{len(mechanism.clearance_joints)} clearance joints, "
         f"{coordinates.free} free coordinates with {len(coordinates.constraints)} quadratic constraints.",
         *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
-        *(f"Drive {drive.name}: {_in_words(drive.motion)}." for drive in mechanism.coordinate_drives),
+        *(f"Drive {drive.name}: {_in_words(drive.motion, drive.coordinate.unit)}." for drive in mechanism.coordinate_drives),
         *(f"Coupling {coupling.name}." for coupling in mechanism.couplings),
         *(f"{part.declaration.label.capitalize()} {part.name}." for part in components),
         *_clearances("Joint", mechanism.joints),
@@ -195,13 +195,14 @@ def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
     return DriveInertia(ideal.drives[0].body, float(values[first]), float(values[last]), float(np.nanmax(values)))
 
 
-def _in_words(motion: TimeFunction) -> str:
+def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
     if isinstance(motion, Tabulated):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
     if isinstance(motion, Polynomial):
         return f"a polynomial of degree {len(motion.coefficients) - 1}"
     kind: type = type(motion)
-    numbers = ", ".join(f"{name} {written(getattr(motion, name), of.unit)}" for name, of in quantities(kind).items())
+    units = {name: unit if of.unit == "rad" and name != "phase" else of.unit for name, of in quantities(kind).items()}
+    numbers = ", ".join(f"{name} {written(getattr(motion, name), its_unit)}" for name, its_unit in units.items())
     return numbers if kind is ConstantSpeed else f"{kind.__name__.lower()}, {numbers}"
 
 

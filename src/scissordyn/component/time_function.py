@@ -143,22 +143,25 @@ class Cycloidal:
 
 @dataclass(frozen=True)
 class Trapezoidal:
-    """A move from one value to another with constant acceleration, constant speed, constant deceleration.
+    """A move from one value to another with constant acceleration, constant speed, constant deceleration, to and fro if wanted.
 
     Parameters
     ----------
     start, end : float
-        Values before and after [rad].
+        Values before and after the first stroke [rad].
     duration : float
-        Of the move [s], which starts at t = 0.
+        Of a stroke [s]; the first one starts at t = 0. The constant speed is |end - start| / (duration (1 - ramp)).
     ramp : float
         Fraction of the duration that each of the two ramps takes [1].
+    strokes : int
+        Strokes to and fro, each of which reverses the one before; it rests after the last.
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
     duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
     ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of each ramp")] = 0.25
+    strokes: Annotated[int, Quantity("1", minimum=1, maximum=10_000, help="strokes to and fro before it rests")] = 1
 
     def __post_init__(self) -> None:
         check_quantities(self)

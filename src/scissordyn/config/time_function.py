@@ -177,7 +177,10 @@ class DriveTable(MotionTable):
     trapezoidal: Annotated[
         Trapezoidal | None,
         described(Trapezoidal, **MOVES),
-        About("a move with ramps of constant acceleration, in place of speed", examples=[{**MOVES, "ramp": 0.25}]),
+        About(
+            "a move with ramps of constant acceleration, to and fro with strokes, in place of speed",
+            examples=[{**MOVES, "strokes": 6}],
+        ),
     ] = None
     body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""
 

@@ -44,17 +44,19 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
             rise, turn = (after - before) / duration, 2.0 * math.pi / duration
             sine = (-(after - before) / (2.0 * math.pi), turn, 0.0)
             return _pieces((-math.inf, (before,)), (0.0, (before, rise), sine), (duration, (after,)))
-        case Trapezoidal(before, after, duration, ramp):
+        case Trapezoidal(before, after, duration, ramp, strokes):
             ramps = ramp * duration
             speed = (after - before) / (duration - ramps)
             bend, moved = 0.5 * speed / ramps, 0.5 * speed * ramps
-            return _pieces(
-                (-math.inf, (before,)),
-                (0.0, (before, 0.0, bend)),
-                (ramps, (before + moved, speed)),
-                (duration - ramps, (after - moved, speed, -bend)),
-                (duration, (after,)),
-            )
+            pieces: list[tuple[float | tuple[float, ...], ...]] = [(-math.inf, (before,))]
+            for stroke in range(strokes):
+                pieces += [
+                    (stroke * duration, (before, 0.0, bend)),
+                    (stroke * duration + ramps, (before + moved, speed)),
+                    ((stroke + 1) * duration - ramps, (after - moved, speed, -bend)),
+                ]
+                before, after, speed, bend, moved = after, before, -speed, -bend, -moved
+            return _pieces(*pieces, (strokes * duration, (before,)))
         case Tabulated():
             from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that others need not wait for
 
@@ -73,7 +75,9 @@ def breaks_of(motion: TimeFunction) -> tuple[float, ...]:
             return (motion.duration,)
         case Trapezoidal():
             ramps = motion.ramp * motion.duration
-            return ramps, motion.duration - ramps, motion.duration
+            strokes = range(motion.strokes)  # a reversal itself is smooth: one parabola leads to it and away from it
+            starts, ends = (k * motion.duration + ramps for k in strokes), ((k + 1) * motion.duration - ramps for k in strokes)
+            return *starts, *ends, motion.strokes * motion.duration
         case _:
             return ()
 

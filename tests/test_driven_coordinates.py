@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.cli.main import status_of
 from test_couplings import ANGLE, TIGHT, coupled_arms, gear_pair
 
 
@@ -54,7 +56,7 @@ def test_bad_backlash(wrong: Callable[[], object], line: str) -> None:
         wrong()
 
 
-def test_a_slide_that_reverses_at_two_limits() -> None:
+def test_a_slide_that_reverses_at_two_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Closed form: seven strokes at constant speed, each reversal rounded by one parabola, then rest."""
     low, high, stroke, ramp, mass = 0.1, 0.4, 0.5, 0.2, 2.0
     feed = sd.CoordinateDrive("feed", sd.Slide(("cart", "centre")), sd.Trapezoidal(low, high, stroke, ramp, strokes=7))
@@ -71,7 +73,10 @@ def test_a_slide_that_reverses_at_two_limits() -> None:
     assert np.allclose(run["coordinate_drive_value"].values[:, 0], expected, atol=1e-12)
     assert float(run["peak_coordinate_drive_force"][0]) == pytest.approx(mass * speed / rounded, rel=1e-10)
     assert abs(run["drive_work"].values[-1]) < 1e-12
-    assert "strokes = 7" in sd.case_text(mechanism)
+    sd.write_case(mechanism, tmp_path / "case.toml")
+    assert status_of(["check", str(tmp_path / "case.toml")]) == 0
+    words = "Drive feed: trapezoidal, start 100 mm, end 400 mm, duration 500 ms, ramp 0.2, strokes 7."
+    assert words in capsys.readouterr().out.replace("\n", " ")
     with pytest.raises(sd.InputError, match="strokes = 0"):
         sd.Trapezoidal(low, high, stroke, ramp, strokes=0)
 

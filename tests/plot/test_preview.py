@@ -117,8 +117,8 @@ def test_more_names_than_room_are_counted() -> None:
     axes = preview(long)
     shown = written(axes.texts)
     assert "unit 33/pivot (clearance 0.1 mm)" in shown
-    said = axes.get_title(loc="right")
-    assert int(said.split()[0]) == len(long.bodies) + len(long.joints) + len(long.guides) + 1 - len(shown)
+    answer = axes.get_title(loc="right")
+    assert int(answer.split()[0]) == len(long.bodies) + len(long.joints) + len(long.guides) + 1 - len(shown)
 
 
 def test_mechanism_draws_itself() -> None:
@@ -137,6 +137,19 @@ def test_transmission_angle_of_a_four_bar() -> None:
     th = ideal["angle"].sel(body="crank").values
     cosine = (coupler**2 + rocker**2 - ground**2 - crank**2 + 2.0 * ground * crank * np.cos(th)) / (2.0 * coupler * rocker)
     assert np.allclose(ideal["transmission_angle"].sel(dyad="rocker pin").values, np.arccos(np.abs(cosine)), atol=1e-8)
+
+
+def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """Closed form: the smallest transmission angle of a crank-rocker over 100 turns; reactions are those of one turn."""
+    crank = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=sd.rpm(6000))
+    turn, turns = (ideal_kinematics(crank, until=until) for until in (0.01, 1.0))
+    smallest = math.acos((0.18**2 + 0.12**2 - (0.2 - 0.06) ** 2) / (2.0 * 0.18 * 0.12))
+    assert float(turns["transmission_angle"].min()) == pytest.approx(smallest, rel=1e-4)
+    np.testing.assert_allclose(turns["peak_reaction"], turn["peak_reaction"], rtol=1e-3)
+    sd.write_case(crank, tmp_path / "fast.toml", run=sd.Options(until=10.0))
+    assert status_of(["preview", str(tmp_path / "fast.toml")]) == 0
+    answer = " ".join(capsys.readouterr().out.split())
+    assert "bodies rotate by up to 7.2 deg between two instants, so that extremes are missed" in answer
 
 
 def test_transmission_angle_of_a_slider_crank() -> None:
@@ -184,11 +197,11 @@ def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     """Contract: the command says what it found and writes what it is asked for."""
     picture, curves = tmp_path / "picture.svg", tmp_path / "curves.png"
     assert status_of(["preview", PAPER, "-o", str(picture), "--curves", str(curves), "--set", "drive.speed='250 rpm'"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "closes as it is placed" in said
-    assert "goes from 30 to 105 deg" in said
-    assert "change point at t = 0.04 s (drive of 'unit 1/bar 1' at 90 deg)" in said
-    assert "transmission angle: 0 deg at joint 'unit 2/pivot'" in said
+    answer = " ".join(capsys.readouterr().out.split())
+    assert "closes as it is placed" in answer
+    assert "goes from 30 to 105 deg" in answer
+    assert "change point at t = 0.04 s (drive of 'unit 1/bar 1' at 90 deg)" in answer
+    assert "transmission angle: 0 deg at joint 'unit 2/pivot'" in answer
     ElementTree.parse(picture)
     assert curves.read_bytes().startswith(b"\x89PNG")
     assert status_of(["preview", PAPER, "-o", str(tmp_path / "picture.gif")]) == 2
@@ -207,8 +220,8 @@ def test_the_torque_of_a_servo_and_whether_it_holds_are_known_before_a_run(
     driven = dataclasses.replace(mechanism.ideal(), components=()).driven(servo.reference)
     torque = float(np.abs(sd.simulate(driven, until=read_case(case).run.until)["drive_torque"]).max())
     assert status_of([command, str(case)]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert f"follows its reference with up to {short(torque, 'N m')}" in said
+    answer = " ".join(capsys.readouterr().out.split())
+    assert f"follows its reference with up to {short(torque, 'N m')}" in answer
     assert status_of([command, str(case), "--set", f"servo.controller.limit={0.5 * torque} N m"]) == 0
     assert "2 times its limit" in " ".join(capsys.readouterr().out.split())
 
@@ -219,6 +232,6 @@ def test_preview_says_what_assembly_moved(tmp_path: Path, capsys: pytest.Capture
     case = tmp_path / "moved.toml"
     case.write_text(text)
     assert status_of(["preview", str(case)]) == 0
-    said = capsys.readouterr().out
-    assert "Assembly moves the mass centre of body" in said
-    assert "and rotates body" in said
+    answer = capsys.readouterr().out
+    assert "Assembly moves the mass centre of body" in answer
+    assert "and rotates body" in answer

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 
 SAMPLES = 501
 
+MOST = 50_001
+
+APART = math.radians(5.0)
+"""Rotation of the fastest body between two instants, at most, where `MOST` instants are enough."""
+
 FURTHEST = 3.0
 """Lengths of a driven rod are followed up to this multiple of the mechanism's size."""
 
@@ -30,7 +35,7 @@ SHORT = 1e-3
 """And down to this fraction of it."""
 
 
-def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPLES) -> xr.Dataset:
+def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None = None) -> xr.Dataset:
     """The mechanism with ideal joints along its stroke: motion, transmission angles, torque, reactions, singular positions.
 
     Positions are followed by continuation, which finds where branches of the assembly meet (change points) and where the drive
@@ -42,8 +47,8 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
         Its clearances are ignored.
     until : float
         End of the time of the drives [s].
-    samples : int
-        Number of instants.
+    samples : int, optional
+        Number of instants; by default 501, or more where a body rotates by more than 5 deg between two.
 
     Returns
     -------
@@ -59,7 +64,10 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
     InputError
         If the mechanism cannot be assembled.
     """
-    run = simulate(mechanism.ideal(), until=until, samples=samples)
+    run = simulate(mechanism.ideal(), until=until, samples=samples or SAMPLES)
+    needed = 1 + math.ceil(_apart(run) / APART * (SAMPLES - 1))
+    if samples is None and needed > SAMPLES:
+        run = simulate(mechanism.ideal(), until=until, samples=min(needed, MOST))
     ideal = plan(mechanism.ideal())
     chosen = dyads(ideal)
     position, angle = run["position"].transpose("time", "body", "axis").values, run["angle"].transpose("time", "body").values
@@ -78,8 +86,18 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
     _add_singular(run, path, until)
     low, high, unit = motion_range(ideal) if path is not None and path.parameter != "time" else (math.nan, math.nan, "")
     run.attrs.update(title="scissordyn ideal kinematics", range_low=low, range_high=high, range_unit=unit)
-    run.attrs["singular_warnings"] = json.dumps([] if path is None else path_warnings(path, until))
+    warnings = [] if path is None else path_warnings(path, until)
+    if samples is None and needed > MOST:
+        most = f"bodies rotate by up to {math.degrees(_apart(run)):.3g} deg between two instants"
+        warnings.append(f"{most}, so that extremes are missed; a shorter run has them")
+    run.attrs["singular_warnings"] = json.dumps(warnings)
     return run
+
+
+def _apart(run: xr.Dataset) -> float:
+    """By how much the fastest body rotates between two instants, at most [rad]."""
+    rotation = np.abs(np.diff(run["angle"].transpose("time", "body").values, axis=0))
+    return float(np.max(rotation[np.isfinite(rotation)], initial=0.0))
 
 
 def _add_singular(run: xr.Dataset, path: Path | None, until: float) -> None:

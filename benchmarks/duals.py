@@ -88,6 +88,8 @@ class DualSystem:
                 array = self._numbers(name, part)
                 self.kept.append(array)
                 words += [array.ctypes.data, *part.shape, *([part.shape[1]] if part.ndim == 2 else [])]
+            elif get_origin(hint) is tuple:
+                words += [int(entry) for entry in part]
             elif isinstance(part, tuple):
                 words += self._words(part, hint)
             else:

@@ -419,9 +419,20 @@ def test_walther() -> None:
     assert twice[1] == pytest.approx(0.5 * (twice[0] + twice[2]))
 
 
+OWN = """
+import scissordyn as sd
+
+
+@sd.element(slot="stiffness")
+def soft(indentation):
+    return 1e9 * indentation**1.5
+"""
+"""A law of a user's."""
+
+
 def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:
     """Contract: a saved run with a function of the user's is drawn without it; the dashed line is at three roughnesses."""
-    (tmp_path / "own.py").write_text("def soft(indentation):\n    return 1e9 * indentation**1.5\n", encoding="utf-8")
+    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
     text = CASE.replace("{oil}", '{ viscosity = "50 mPa s", roughness = "2 um" }\nstiffness = { law = "own.py:soft" }')
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     case = sd.read_case(tmp_path / "case.toml")

@@ -104,8 +104,15 @@ EXAMPLES = {
 }
 """Of each command one that can be typed, below its help."""
 
-OTHER_WORDS = {"simulate": "run", "draw": "plot", "film": "animate", "view": "explore", "open": "explore", "template": "new"}
-OTHER_WORDS["equilibrium"] = "statics"
+OTHER_WORDS = {
+    "simulate": "run",
+    "draw": "plot",
+    "film": "animate",
+    "view": "explore",
+    "open": "explore",
+    "template": "new",
+    "equilibrium": "statics",
+}
 """Words that users try in place of a command."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")

@@ -154,7 +154,7 @@ def test_latest_order_wins(case: Case) -> None:
         last = worker.order(case.changed({"drive.speed": f"{speed} rpm"}))
     until(lambda: reported)
     worker.close()
-    assert [outcome.number for outcome in reported] == [last]
+    assert {outcome.number for outcome in reported} == {last}  # with the instants of its contacts once more
     assert reported[0].run is not None
     assert reported[0].case.field("drive.speed").text == "109 rpm"
 

@@ -194,9 +194,9 @@ class Session:
         run = outcome.run
         if outcome.fine is not None:
             if self.first is not None and self.first.number == outcome.number:
-                self.first = outcome
+                self.first.fine = outcome.fine
             if self.good is not None and self.good.number == outcome.number:
-                self.good, self.fine = outcome, outcome.fine
+                self.fine = outcome.fine
                 self.updated("fine")
             return
         if outcome.note:

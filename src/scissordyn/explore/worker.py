@@ -30,7 +30,7 @@ JUDGED, LONG = 1.0, 5.0
 """When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Outcome:
     """What became of the run of an order."""
 
@@ -97,9 +97,9 @@ class Worker:
                 if number == self.number and not self._closed:
                     self._done(outcome)
             if outcome.results is not None and number == self.number and not self._closed:
-                fine = self._fine(outcome)
-                if fine is not None:
-                    self._done(replace(outcome, fine=fine, results=None))
+                outcome.fine, outcome.results = self._fine(outcome), None
+                if outcome.fine is not None:
+                    self._done(outcome)
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
         """A run with the instants of its contacts, for curves; None if it has none."""

@@ -8,6 +8,7 @@ import gc
 import os
 import re
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -193,6 +194,8 @@ def run() -> None:
             getattr(sys, name).flush()
         except OSError:  # the error is printed already, there is no room for it, or the pipe is closed
             give_up(name)
+    if any(thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        os._exit(status)  # Python's own end stops such a thread, as the explorer's run, in compiled code, and may abort there
     sys.exit(status)
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.component.curve import check_covers, check_curve, curve_at, curve_numbers
+from scissordyn.component.curve import ACTS, KNOT, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
 from scissordyn.component.declaration import check_attachment, component
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
-from scissordyn.component.stroke_load import ACTS, Acts, part_of
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity, check_quantities
@@ -24,7 +23,7 @@ def force(angle, speed, factor, acts, transition, periodic, count, table):
     """Torque [N m], and how far the angle is beyond the curve [rad]."""
     place, knots = angle, int(count)
     if periodic == 1.0:
-        start, end = table[FIRST], table[FIRST + 4 * (knots - 1)]
+        start, end = table[FIRST], table[FIRST + KNOT * (knots - 1)]
         place = angle - (end - start) * math.floor((angle - start) / (end - start))
     value, _, beyond = curve_at(place, table, FIRST, knots)
     return factor * part_of(speed, acts, transition) * value, beyond

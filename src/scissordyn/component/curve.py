@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +14,20 @@ from scissordyn.units import Pairs
 
 KNOT = 4
 """Numbers of a knot: place, value, slope, integral from the first one."""
+
+ACTS = ("both", "forward", "backward")
+
+Acts = Literal["both", "forward", "backward"]
+"""In which sense of the motion a load acts."""
+
+
+@kernel
+def part_of(speed, acts, transition):
+    """Part of a load that acts at a speed: all, or what is for one sense of the motion."""
+    if acts == 0.0:
+        return 1.0
+    sense = 1.0 if acts == 1.0 else -1.0
+    return 0.5 * (1.0 + math.tanh(sense * speed / transition))
 
 
 @kernel

@@ -6,9 +6,9 @@ import math
 from typing import Annotated
 
 from scissordyn.component.declaration import component
-from scissordyn.component.pin_friction import friction_ratio
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
+from scissordyn.component.stribeck import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.units import Quantity
 
 
@@ -79,12 +79,10 @@ class GuideFriction:
     start: BodyPoint
     end: BodyPoint
     direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of the guide, in the frame of its body")]
-    kinetic: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")]
-    static: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="at the start of motion; 0: the same")] = 0.0
-    stribeck_speed: Annotated[
-        float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction falls from static to kinetic")
-    ] = 0.01
-    transition: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")] = 1e-3
+    kinetic: Kinetic
+    static: Static = 0.0
+    stribeck_speed: StribeckSpeed = 0.01
+    transition: Transition = 1e-3
     length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="of a follower that is kept aligned")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:

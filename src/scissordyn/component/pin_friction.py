@@ -8,15 +8,9 @@ from typing import Annotated
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE, Output
+from scissordyn.component.stribeck import Kinetic, Static, StribeckSpeed, Transition, friction_ratio
 from scissordyn.kernel import kernel
 from scissordyn.units import Quantity
-
-
-@kernel
-def friction_ratio(slip, kinetic, static, stribeck_speed, transition):
-    """Friction over normal force at a slip speed: Coulomb's with Stribeck's peak, smooth about zero."""
-    peak = (static - kinetic) * math.exp(-(slip * slip) / (stribeck_speed * stribeck_speed)) if static > 0.0 else 0.0
-    return (kinetic + peak) * math.tanh(slip / transition)
 
 
 @kernel
@@ -70,13 +64,11 @@ class PinFriction:
     name: str
     body: str
     radius: Annotated[float, Quantity("m", above=0.0, maximum=1e3, help="of the journal")]
-    kinetic: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")]
+    kinetic: Kinetic
     base: str = GROUND
-    static: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="at the start of motion; 0: the same")] = 0.0
-    stribeck_speed: Annotated[
-        float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction falls from static to kinetic")
-    ] = 0.01
-    transition: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")] = 1e-3
+    static: Static = 0.0
+    stribeck_speed: StribeckSpeed = 0.01
+    transition: Transition = 1e-3
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """R [m], mu_k, mu_s, v_s and v_0 [m/s]."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Literal
+from typing import Annotated
 
-from scissordyn.component.curve import check_covers, check_curve, curve_at, curve_numbers
+from scissordyn.component.curve import ACTS, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
 from scissordyn.component.declaration import check_attachment, component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import TRAVEL, Output
@@ -16,19 +15,6 @@ from scissordyn.units import Pairs, Quantity, check_quantities
 CURVE = Pairs(("travels", "forces"), ("m", "N"), help="the force over the coordinate of the point along the direction")
 
 FIRST = 3
-
-ACTS = ("both", "forward", "backward")
-
-Acts = Literal["both", "forward", "backward"]
-
-
-@kernel
-def part_of(speed, acts, transition):
-    """Part of a load that acts at a speed: all, or what is for one sense of the motion."""
-    if acts == 0.0:
-        return 1.0
-    sense = 1.0 if acts == 1.0 else -1.0
-    return 0.5 * (1.0 + math.tanh(sense * speed / transition))
 
 
 @kernel

@@ -71,7 +71,7 @@ def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, lis
     assert late.good is not None
     assert early.good is not None
     assert late.good.run is early.good.run
-    assert late.fine is early.fine
+    assert late.good.fine is early.good.fine
     assert not late.computing
     assert len(runs) == 1
     assert late.change({"drive.speed": "120 rpm"})  # its runs have other numbers, or the browser would take them for the first
@@ -144,17 +144,17 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
     few.options = replace(case.options, samples=samples)
     found: list[str] = []
     session = Session(few, found.append)
-    until(lambda: session.fine is not None)
+    until(lambda: session.good is not None and session.good.fine is not None)
     assert session.good is not None
     assert session.good.run is not None
-    assert session.fine is not None
+    assert session.good.fine is not None
     wanted = simulate(case.mechanism, until=case.options.until, samples="auto")
     assert session.good.run.sizes["time"] == few.options.count
-    common = np.intersect1d(session.fine["time"], wanted["time"])  # all but those that round otherwise
+    common = np.intersect1d(session.good.fine["time"], wanted["time"])  # all but those that round otherwise
     assert common.size >= wanted.sizes["time"] - 4
-    np.testing.assert_array_equal(*(run["eccentricity"].sel(time=common) for run in (session.fine, wanted)))
-    assert float(session.fine["normal_force"].max()) == pytest.approx(float(wanted["peak_force"].max()), rel=1e-6)
-    configured = read_configuration(session.fine).options
+    np.testing.assert_array_equal(*(run["eccentricity"].sel(time=common) for run in (session.good.fine, wanted)))
+    assert float(session.good.fine["normal_force"].max()) == pytest.approx(float(wanted["peak_force"].max()), rel=1e-6)
+    configured = read_configuration(session.good.fine).options
     assert configured is not None
     assert configured.samples == samples
     session.change({"drive.speed": "120 rpm"})

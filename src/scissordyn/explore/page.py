@@ -123,7 +123,7 @@ class Page:
 
     def _publish(self, *, scene: bool = False, pins: bool = False) -> None:
         """Send what is shown of the present run, with its number, as one message."""
-        if self.shown is None or self.shown.run is None:
+        if self.shown is None or self.shown.run is None or self.shown.curves is None:
             return
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
         if self._summary is None or self._summary[0] is not self.shown:
@@ -134,7 +134,7 @@ class Page:
             "run": self.shown.number,
             "bar": self._bar(self.shown, run),
             "cards": cards(summary),
-            **figures(self._sampled(run), summary, before, self.selected, mechanism.output_body),
+            **figures(self.shown.curves, summary, before, self.selected, mechanism.output_body),
         }
         if scene:
             message |= {
@@ -147,11 +147,6 @@ class Page:
             message["ghost"] = packed_scene(before[-1], pinned[-1].case.mechanism) if before else ""
         self.send(message)
 
-    def _sampled(self, run: xr.Dataset) -> xr.Dataset:
-        """A run as its curves are drawn: with the instants of its contacts, when it has been computed with them."""
-        fine = self.session.fine
-        return run if fine is None or self.session.good is not self.shown else fine
-
     def _bar(self, shown: Outcome, run: xr.Dataset) -> dict[str, Any]:
         """What the bar says of a run."""
         statistics = json.loads(run.attrs["statistics"])
@@ -160,7 +155,7 @@ class Page:
         legend = differences([shown.case, *(pin.case for pin in pins)]) if pins else []
         return {
             "note": shown.note,
-            "fine": self._sampled(run) is not run,
+            "fine": shown.fine is not None,
             "text": f"{shown.note}: {steps}" if shown.note else steps,
             "pins": len(pins),
             "legend": [list(pair) for pair in zip((NOW, *PINNED), legend, strict=False)],
@@ -266,7 +261,7 @@ class Page:
 
     def _pin(self, message: Message) -> None:
         if self.shown is not None and self.shown.run is not None:
-            self.session.pin(replace(self.shown, run=self._sampled(self.shown.run)))
+            self.session.pin(replace(self.shown, run=self.shown.curves))
 
     def _save(self, message: Message) -> None:
         """Make a file: one at a time for this page, and few for all pages."""
@@ -281,12 +276,11 @@ class Page:
             )
         self._making = True
         shown, joint = self.shown, self.selected
-        fine = None if shown is None or shown.run is None else self._sampled(shown.run)
         magnify = 1.0 if shown is None else self._factor(shown)
 
         def make() -> None:
             try:
-                name, mime, content = saved(self.session, shown, fine, what, time, joint, magnify)
+                name, mime, content = saved(self.session, shown, what, time, joint, magnify)
                 self.send({"type": "file", "name": name, "mime": mime, "content": content})
             finally:
                 self._making = False

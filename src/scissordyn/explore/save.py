@@ -7,7 +7,6 @@ import threading
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.explore.figures import curves_as_csv
@@ -37,29 +36,26 @@ KINDS = {
 
 
 def saved(
-    session: Session, shown: Outcome | None, fine: xr.Dataset | None, what: str, time: float, joint: str, magnify: float = 1.0
+    session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float = 1.0
 ) -> tuple[str, str, bytes]:
     """A file of what a page shows: its name, type and content."""
     end, mime = KINDS[what]
-    return f"{Path(session.opened.name).stem}.{end}", mime, _content(session, shown, fine, what, time, joint, magnify)
+    return f"{Path(session.opened.name).stem}.{end}", mime, _content(session, shown, what, time, joint, magnify)
 
 
-def _content(
-    session: Session, shown: Outcome | None, fine: xr.Dataset | None, what: str, time: float, joint: str, magnify: float
-) -> bytes:
+def _content(session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float) -> bytes:
     if what == "case":
         return session.case.text().encode()
-    if shown is None or shown.run is None:
+    if shown is None or shown.run is None or shown.curves is None:
         raise InputError("no run yet", "a case that can be run")
     run, mechanism = shown.run, shown.case.mechanism
     if what == "curves":
-        drawn = run if fine is None else fine
-        return curves_as_csv(drawn, summary_of(drawn), joint, mechanism.output_body).encode()
+        return curves_as_csv(shown.curves, summary_of(shown.curves), joint, mechanism.output_body).encode()
     if what == "picture":
         instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
         return svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
-    if shown.case.options.samples == AUTO and fine is not None:
-        run = fine
+    if shown.case.options.samples == AUTO:
+        run = shown.curves
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
         path = Path(folder) / f"made.{KINDS[what][0]}"
         return (save(run, path) if what == "run" else animate(run, mechanism, path, magnify=magnify)).read_bytes()

@@ -11,8 +11,6 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.worker import Outcome, Worker
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from scissordyn.explore.case import Case
 
 MOST_PINS = 3
@@ -43,7 +41,6 @@ class Session:
         self.typed: dict[str, str] = {}
         self.pins: list[Outcome] = []
         self.good: Outcome | None = None
-        self.fine: xr.Dataset | None = None
         self.first: Outcome | None = known
         self.message = ""
         self.fraction: float | None = None
@@ -196,7 +193,7 @@ class Session:
             if self.first is not None and self.first.number == outcome.number:
                 self.first.fine = outcome.fine
             if self.good is not None and self.good.number == outcome.number:
-                self.fine = outcome.fine
+                self.good.fine = outcome.fine
                 self.updated("fine")
             return
         if outcome.note:
@@ -218,7 +215,7 @@ class Session:
         self.updated("status")
 
     def _show(self, outcome: Outcome) -> None:
-        self.good, self.fine = outcome, None
+        self.good = outcome
         self.updated("run")
 
 

@@ -44,6 +44,11 @@ class Outcome:
     fine: xr.Dataset | None = None
     results: Results | None = None  # What `run` was made of
 
+    @property
+    def curves(self) -> xr.Dataset | None:
+        """The run as its curves are drawn: with the instants of its contacts, when they have come."""
+        return self.run if self.fine is None else self.fine
+
 
 class Worker:
     """A thread that simulates the newest order.

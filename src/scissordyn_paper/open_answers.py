@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from scissordyn.file.output_file import write_file
+from scissordyn.file.output_file import csv_text, write_file
 from scissordyn.run.engine import Engine
 from scissordyn_paper.cache import Progress, fetch, provenance
 from scissordyn_paper.cases import DEFAULT
@@ -137,13 +135,11 @@ def _spread(found: Found) -> tuple[float, float]:
 
 def _csv(found: Found) -> str:
     """Every run, in SI."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("manoeuvre", "bars", "viscosity", "clearance", "member", "choice", *MEASURES))
+    rows: list[tuple[object, ...]] = [("manoeuvre", "bars", "viscosity", "clearance", "member", "choice", *MEASURES)]
     for case, run in found.items():
         start = case.manoeuvre, case.bars, "" if case.oil is None else case.oil, case.clearance, case.member, case.choice.words
-        writer.writerow((*start, *(f"{float(run[name]):.9g}" for name in MEASURES)))
-    return text.getvalue()
+        rows.append((*start, *(f"{float(run[name]):.9g}" for name in MEASURES)))
+    return csv_text(rows)
 
 
 def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, bytes]) -> str:

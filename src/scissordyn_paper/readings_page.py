@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from scissordyn.file.output_file import write_file
+from scissordyn.file.output_file import csv_text, write_file
 from scissordyn.run.engine import Engine
 from scissordyn_paper.cache import Progress
 from scissordyn_paper.cases import DEFAULT
@@ -162,10 +160,10 @@ def _numbers(judged: Judged, half: Judged) -> str:
 
 def _csv(judged: Judged) -> str:
     """Every reading."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("reading", "quasi_random", "met", "seconds", *(clause.key for clause in CLAUSES), "words"))
+    rows: list[tuple[object, ...]] = [
+        ("reading", "quasi_random", "met", "seconds", *(clause.key for clause in CLAUSES), "words")
+    ]
     for at, u in enumerate(judged.points):
         shares = [f"{share:g}" for share in judged.agreeing[at]]
-        writer.writerow((at, int(judged.quasi[at]), f"{judged.met[at]:g}", f"{judged.seconds[at]:.3f}", *shares, read(u).words))
-    return text.getvalue()
+        rows.append((at, int(judged.quasi[at]), f"{judged.met[at]:g}", f"{judged.seconds[at]:.3f}", *shares, read(u).words))
+    return csv_text(rows)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 
+from scissordyn.file.output_file import csv_text
 from scissordyn_paper.cache import provenance
 from scissordyn_paper.cases import DEFAULT
 from scissordyn_paper.verdict import Verdict
@@ -33,14 +32,14 @@ def as_json(verdicts: Sequence[Verdict]) -> str:
 
 def as_csv(verdicts: Sequence[Verdict]) -> str:
     """The verdicts as a table: clause, answer, statement, measured values, and the same for the periodic drive."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("clause", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic"))
+    rows: list[tuple[str, ...]] = [
+        ("clause", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic")
+    ]
     for verdict in verdicts:
         clause, other = verdict.clause, verdict.periodic
         row = (clause.key, verdict.answer, clause.says, clause.criterion, verdict.finding.words)
-        writer.writerow((*row, *(("", "") if other is None else (other.answer, other.words))))
-    return text.getvalue()
+        rows.append((*row, *(("", "") if other is None else (other.answer, other.words))))
+    return csv_text(rows)
 
 
 def _periodic(verdict: Verdict) -> dict[str, object] | None:

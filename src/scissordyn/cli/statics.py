@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -104,12 +102,10 @@ def _save(solved: xr.Dataset, path: Path) -> Path:
         from scissordyn.run.store import save
 
         return save(solved, path)
-    from scissordyn.file.output_file import write_file
+    from scissordyn.file.output_file import csv_text, write_file
 
     head = ["time [s]"]
     for kind, unit in (("prescribed", "prescribed_unit"), ("quantity", "quantity_unit")):
         head += [f"{name} [{of}]" for name, of in zip(solved[kind].values, solved[unit].values, strict=True)]
     rows = np.column_stack([solved["time"].values, solved["input"].values, solved["force"].values])
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([head, *rows.tolist()])
-    return write_file(path, text.getvalue().encode(), sample="-o statics.csv")
+    return write_file(path, csv_text([head, *rows.tolist()]).encode(), sample="-o statics.csv")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.file.output_file import csv_text
 from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
@@ -296,8 +295,5 @@ def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) ->
     for figure, lines in LINES.items():
         for name, (_, head) in lines.items():
             heads[name] = named.get(name) or f"{head.format(**chosen.words)} [{FIGURES[figure][0]}]"
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
-    writer.writerow([heads[name] for name in ("time", *values)])
-    writer.writerows(zip(time.tolist(), *(column.tolist() for column in values.values()), strict=True))
-    return table.getvalue()
+    rows = zip(time.tolist(), *(column.tolist() for column in values.values()), strict=True)
+    return csv_text([[heads[name] for name in ("time", *values)], *rows])

@@ -23,6 +23,19 @@ class BodyMaps(NamedTuple):
 
 
 @kernel
+def mapped(B, body, x):
+    """Mass centre and x axis of a body from the columns, or their accelerations from those of the columns."""
+    cx = cy = ux = uy = 0.0
+    for i in range(B.start[body], B.start[body + 1]):
+        column = x[B.column[i]]
+        cx += B.row[0, i] * column
+        cy += B.row[1, i] * column
+        ux += B.row[2, i] * column
+        uy += B.row[3, i] * column
+    return cx, cy, ux, uy
+
+
+@kernel
 def push(at, body, arm_x, arm_y, fx, fy, torque, R):
     """Add a force at a point of a body, and a torque, to its load."""
     if body < 0:

@@ -16,7 +16,7 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
-from scissordyn.mechanics.body_maps import push
+from scissordyn.mechanics.body_maps import mapped, push
 from scissordyn.mechanics.component import REACTION, evaluate, sense, write_context
 from scissordyn.mechanics.constraint_solver import solve_constraints, subtract_gradients
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
@@ -80,16 +80,9 @@ def find_reactions(t, y, S):
 @kernel
 def place_bodies(S):
     """Write where the bodies are, the same for all lanes."""
-    R, X = S.friction, S.work.X
-    B = R.maps
-    for body in range(B.rotation.size):
-        cx = cy = ux = uy = 0.0
-        for i in range(B.start[body], B.start[body + 1]):
-            x = X[B.column[i]]
-            cx += B.row[0, i] * x
-            cy += B.row[1, i] * x
-            ux += B.row[2, i] * x
-            uy += B.row[3, i] * x
+    R = S.friction
+    for body in range(R.maps.rotation.size):
+        cx, cy, ux, uy = mapped(R.maps, body, S.work.X)
         for lane in range(R.load.shape[0]):
             R.position[lane, body, 0], R.position[lane, body, 1] = cx, cy
             R.direction[lane, body, 0], R.direction[lane, body, 1] = ux, uy
@@ -101,15 +94,8 @@ def place_bodies(S):
 def move_bodies(lane, A, gx, gy, S):
     """Write the accelerations of the bodies from those of the columns, and a uniform one."""
     R = S.friction
-    B = R.maps
-    for body in range(B.rotation.size):
-        px = py = qx = qy = 0.0
-        for i in range(B.start[body], B.start[body + 1]):
-            a = A[B.column[i]]
-            px += B.row[0, i] * a
-            py += B.row[1, i] * a
-            qx += B.row[2, i] * a
-            qy += B.row[3, i] * a
+    for body in range(R.maps.rotation.size):
+        px, py, qx, qy = mapped(R.maps, body, A)
         R.acceleration[lane, body, 0], R.acceleration[lane, body, 1] = px + gx, py + gy
         R.angular_acceleration[lane, body] = R.direction[lane, body, 0] * qy - R.direction[lane, body, 1] * qx
 

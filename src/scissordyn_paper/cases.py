@@ -91,10 +91,10 @@ class Choice:
     @property
     def words(self) -> str:
         """The choice on one line, shortest form."""
-        turn = {"rising": "rising from", "falling": "falling from", "oscillating": "oscillating about"}[self.travel]
+        travel = {"rising": "rising from", "falling": "falling from", "oscillating": "oscillating about"}[self.travel]
         length = "" if self.stiffness == "bai-zhao-as-printed" else f", L_b = {_number(1e3 * self.bearing_length)} mm"
         return (
-            f"{DRIVEN[self.driven_bar]}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
+            f"{DRIVEN[self.driven_bar]}, {travel} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
             f"{length}, {self.stiffness}"
             + "".join(
                 f", {field.name.replace('_', ' ')} {getattr(self, field.name)}"
@@ -159,15 +159,15 @@ class PaperCase:
     @property
     def options(self) -> Options:
         """How it is simulated: friction always by a stiff method with error control, as others would need 1e6 steps."""
-        choice, rubs = self.choice, self.friction is not None
+        choice, frictional = self.choice, self.friction is not None
         return Options(
             float(_number(self.until)),
             self.start if self.clearance is None or self.constrained or self.start != "concentric" else choice.start,
             choice.samples or 1 + round(self.until / SPACING),
             choice.tolerance,
             choice.tolerance,
-            "auto" if rubs else choice.method,
-            step=None if rubs else choice.step or None,
+            "auto" if frictional else choice.method,
+            step=None if frictional else choice.step or None,
         )
 
     @property

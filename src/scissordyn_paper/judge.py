@@ -40,9 +40,9 @@ def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
     drives = {speed: PaperCase(None, speed, choice=choice).without_contact_laws for speed in SPEEDS}
     measured = {case: _constrained(case.without_contact_laws) for case in cases if case.constrained}
     free = [(case, case.options) for case in cases if not case.constrained]
-    for rubs in (False, True):
+    for frictional in (False, True):
         for options in dict.fromkeys(options for _, options in free):
-            group = [case for case, its in free if its == options and (case.friction is not None) is rubs]
+            group = [case for case, its in free if its == options and (case.friction is not None) is frictional]
             if group:
                 measured |= _measured(group, options, drives, member)
     return tuple(_answer(clause, choice, measured) for clause in CLAUSES)
@@ -61,9 +61,9 @@ def _measured(
 ) -> dict[PaperCase, Measures]:
     """Measures of runs with the same options, all with friction or all without."""
     runs = _Runs(cases, drives, member)
-    choice, rubs = cases[0].choice, cases[0].friction is not None
+    choice, frictional = cases[0].choice, cases[0].friction is not None
     workers: dict[tuple[Any, ...], Worker] = _LOCAL.__dict__.setdefault("workers", {})
-    key = choice.driven_bar, choice.angle, rubs
+    key = choice.driven_bar, choice.angle, frictional
     if key not in workers:
         workers[key] = Worker(plan(runs.mechanism(0)), options, runs)
     worker = workers[key]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -118,14 +118,16 @@ def structure(
     if joint is None:
         drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
         note_more(drawn, run, [*largest, *drawn_points])
-    # names come last: their places depend on the layout of the whole figure; joints that are not magnified have none
-    figure_of(drawn).draw_without_rendering()
-    loose = {joint.name for joint in mechanism.clearance_joints}
+    _write_names(drawings, {joint.name for joint in mechanism.clearance_joints}.difference(chosen))
+    return drawn
+
+
+def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:
+    """Write the names, which come last: their places depend on the layout of the whole figure."""
+    figure_of([drawing.axes for drawing in drawings]).draw_without_rendering()
     for k, drawing in enumerate(drawings):
         drawing.fit_rings()
-        labels = drawing.labels(k)
-        write_labels(drawing.axes, [label for label in labels if label.text in chosen or label.text not in loose])
-    return drawn
+        write_labels(drawing.axes, [label for label in drawing.labels(k) if label.text not in left_out])
 
 
 def _share_labels(axes: Axes, k: int, count: int, *, tall: bool) -> None:

@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 class SampledCoordinates:
     """Coordinates and their rates at the samples of a run."""
 
-    def __init__(self, plan: Plan, found: Record) -> None:
-        self.plan, self.found = plan, found
+    def __init__(self, plan: Plan, motion: Record) -> None:
+        self.plan, self.motion = plan, motion
         self.index = {body.name: k for k, body in enumerate(plan.bodies)}
 
     def coordinate(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
         """Values and rates, shape (samples,)."""
-        found = self.found
+        motion = self.motion
         if isinstance(coordinate, RelativeAngle):
             (angle, rate), (base, base_rate) = (
-                (np.zeros(len(found.X)), np.zeros(len(found.X)))
+                (np.zeros(len(motion.X)), np.zeros(len(motion.X)))
                 if body == GROUND
-                else (found.angle[:, self.index[body]], found.angular_velocity[:, self.index[body]])
+                else (motion.angle[:, self.index[body]], motion.angular_velocity[:, self.index[body]])
                 for body in coordinate.bodies
             )
             return angle - base, rate - base_rate
@@ -50,8 +50,8 @@ class SampledCoordinates:
         coordinates, (cos, sin) = self.plan.coordinates, (np.cos(slide.direction), np.sin(slide.direction))
         rotation = np.array([[cos, sin], [-sin, cos]])
         frame, point = coordinates.frame(slide.base), coordinates.place(slide.point)
-        maps, moving = [point, frame], (self.found.X, self.found.V)
-        way, along = ([each.at(part) for part in moving] for each in maps)
+        maps, moving = [point, frame], (self.motion.X, self.motion.V)
+        way, along = ([point_map.at(part) for part in moving] for point_map in maps)
         if slide.base != GROUND:
             origin = coordinates.origin(slide.base)
             way = [part - origin.at(base) for part, base in zip(way, moving, strict=True)]
@@ -60,14 +60,16 @@ class SampledCoordinates:
     def span(self, coordinate: Any) -> tuple[np.ndarray, np.ndarray]:
         """From the start to the end of a distance, and its rate, shape (samples, 2)."""
         ends = [self.plan.coordinates.place(place) for place in (coordinate.end, coordinate.start)]
-        (end, start), (end_rate, start_rate) = ([each.at(part) for each in ends] for part in (self.found.X, self.found.V))
+        (end, start), (end_rate, start_rate) = (
+            [point_map.at(part) for point_map in ends] for part in (self.motion.X, self.motion.V)
+        )
         return end - start, end_rate - start_rate
 
     def push(self, body: str, place: np.ndarray, force: np.ndarray, load: np.ndarray) -> None:
         """Add forces at places of the fixed frame to the load of a body."""
         if body != GROUND:
             k = self.index[body]
-            x, y = (place - self.found.position[:, k]).T
+            x, y = (place - self.motion.position[:, k]).T
             load[:, k, :2] += force
             load[:, k, 2] += x * force[:, 1] - y * force[:, 0]
 
@@ -81,33 +83,33 @@ def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
             yield part, k, plan.coordinates.constraints[k]
 
 
-def with_coupling_forces(plan: Plan, found: Record) -> Record:
+def with_coupling_forces(plan: Plan, motion: Record) -> Record:
     """The record with what couplings and coordinate drives exert in the loads of the bodies."""
     if not plan.mechanism.coupling_parts:
-        return found
-    samples, load = SampledCoordinates(plan, found), found.load.copy()
+        return motion
+    samples, load = SampledCoordinates(plan, motion), motion.load.copy()
     for part, k, constraint in _driving(plan):
         for factor, coordinate in part.terms:
-            force = -factor / constraint.scale * found.multiplier[:, k]
+            force = -factor / constraint.scale * motion.multiplier[:, k]
             if isinstance(coordinate, RelativeAngle):
                 for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
                     if body != GROUND:
                         load[:, samples.index[body], 2] += sign * force
                 continue
             if isinstance(coordinate, Slide):
-                end = start = plan.coordinates.place(coordinate.point).at(found.X)
+                end = start = plan.coordinates.place(coordinate.point).at(motion.X)
                 unit = samples.slide(coordinate)[2]
             else:
-                start, end = (plan.coordinates.place(place).at(found.X) for place in (coordinate.start, coordinate.end))
+                start, end = (plan.coordinates.place(place).at(motion.X) for place in (coordinate.start, coordinate.end))
                 unit = (end - start) / np.hypot(*(end - start).T)[:, None]
             for body, place, sign in zip(coordinate.bodies, (end, start), (1.0, -1.0), strict=True):
                 samples.push(body, place, sign * force[:, None] * unit, load)
-    return found._replace(load=load)
+    return motion._replace(load=load)
 
 
-def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variables:
     """Coordinates, forces and powers of couplings and coordinate drives, and the largest forces."""
-    samples, driving = SampledCoordinates(path.plan, found), list(_driving(plan))
+    samples, driving = SampledCoordinates(path.plan, motion), list(_driving(plan))
     peaks = {int(k): peak for k, peak in zip(path.monitored(COUPLING_FORCE), path.peaks(COUPLING_FORCE), strict=True)}
     variables: Variables = {}
     for dim, parts, label in (
@@ -118,7 +120,7 @@ def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         if not rows:
             continue
         along, terms = ("time", dim), [part.terms for part, _, _ in rows]
-        force = np.stack([-found.multiplier[:, k] / constraint.scale for _, k, constraint in rows], axis=1)
+        force = np.stack([-motion.multiplier[:, k] / constraint.scale for _, k, constraint in rows], axis=1)
         values, rates = (
             np.stack(part, axis=1) for part in zip(*(samples.coordinate(first[0][1]) for first in terms), strict=True)
         )
@@ -127,9 +129,8 @@ def coupling_variables(plan: Plan, path: Trajectory, found: Record) -> Variables
         )
         output = "output" if dim == "coupling" else "value"
         if dim == "coordinate_drive":
-            for column, (_, _, constraint) in enumerate(
-                rows
-            ):  # where a motion begins some turns away from the place of the body
+            # a motion may begin some turns away from the place of the body
+            for column, (_, _, constraint) in enumerate(rows):
                 if constraint.turning:
                     values[:, column] += TURN * np.round((constraint.value * constraint.scale - values[:1, column]) / TURN)
         else:

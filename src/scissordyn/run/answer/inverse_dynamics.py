@@ -70,7 +70,7 @@ def inverse_dynamics(
     """
     options, whole = Options(until, samples=samples), plan(mechanism)
     _check(whole, len(inputs))
-    path, found = recorded(whole, options, compute(whole, options))
+    path, motion = recorded(whole, options, compute(whole, options))
     if path.status != "complete":
         raise InputError(f"inverse dynamics of a motion that {path.status}: {path.cause}", "outputs that can be reached")
     coordinates, constraints = path.plan.coordinates, path.plan.coordinates.constraints
@@ -84,8 +84,8 @@ def inverse_dynamics(
     driven = [coupling_parts(coordinates, drive) for drive in drives]
     holding, moving = Gradients(n, basis, constraints), Gradients(n, basis, driven)
     moving_scale = np.array([constraint.scale for constraint in driven])[:, None]
-    force, authority, side = np.zeros((len(found.X), len(at))), np.zeros(len(found.X)), np.zeros(len(found.X))
-    for row, (full, multiplier) in enumerate(zip(found.X, found.multiplier, strict=True)):
+    force, authority, side = np.zeros((len(motion.X), len(at))), np.zeros(len(motion.X)), np.zeros(len(motion.X))
+    for row, (full, multiplier) in enumerate(zip(motion.X, motion.multiplier, strict=True)):
         # virtual motions that all other constraints admit
         gradients = _dense(holding.jacobian(full))[:, :n]
         free = np.linalg.svd(gradients[others])[2][len(others) :].T if others else np.eye(n)
@@ -99,7 +99,7 @@ def inverse_dynamics(
             # both do the same virtual work
             force[row] = np.linalg.solve(by_input.T, by_output.T @ (-multiplier[at] / scale))
     _check_authority(list(inputs), [drive.name for drive in outputs], path.samples.time, authority, side)
-    measured = SampledCoordinates(path.plan, found)
+    measured = SampledCoordinates(path.plan, motion)
     values, rates = (np.stack(part, axis=1) for part in zip(*map(measured.coordinate, inputs.values()), strict=True))
     output = np.stack([measured.coordinate(drive.coordinate)[0] for drive in outputs], axis=1)
     variables = _variables(path.samples.time, inputs, [drive.name for drive in outputs], (force, values, rates), output)
@@ -120,7 +120,9 @@ def _variables(
         "time": Variable(("time",), time, {"units": "s", "long_name": "time"}),
         "input": Variable(("input",), np.array(list(inputs), str), {"long_name": "input"}),
         "output": Variable(("output",), np.array(outputs, str), {"long_name": "driven coordinate"}),
-        "input_unit": Variable(("input",), np.array([each.unit for each in inputs.values()], str), {"long_name": "its unit"}),
+        "input_unit": Variable(
+            ("input",), np.array([coordinate.unit for coordinate in inputs.values()], str), {"long_name": "its unit"}
+        ),
         "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
         "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
         "input_rate": Variable(over, rates, {"long_name": "its rate"}),

@@ -115,13 +115,13 @@ def statics(
         )
     times = np.linspace(0.0, until, points)
     path, rested = _rested(whole, inputs, times, friction)
-    found = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
-    variables = {name: part for name, part in found.variables.items() if not any(word in name for word in DYNAMIC)}
+    forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
+    variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in DYNAMIC)}
     variables |= _inputs(inputs, times)
     variables |= _envelope(variables, times)
-    found.variables = variables
-    found.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
-    return found.dataset()
+    forces.variables = variables
+    forces.attrs.update(title=TITLE, warnings=json.dumps(_warnings(whole, variables, path)))
+    return forces.dataset()
 
 
 def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:

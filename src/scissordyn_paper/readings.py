@@ -192,13 +192,16 @@ def judge(block: Block) -> xr.Dataset:
         numbers.append(first)
         causes.append(cause)
         seconds.append(clocks.process_time() - began)
-    names = sorted({name for each in numbers for name in each})
+    names = sorted({name for measured in numbers for name in measured})
     both = "reading", "clause"
     return xr.Dataset(
         {
             "point": (("reading", "factor"), np.array(block.points)),
             "agreeing": (both, agreeing, {"units": "1", "long_name": "share of neighbours for which the clause holds"}),
-            "number": (("reading", "quantity"), np.array([[each.get(name, np.nan) for name in names] for each in numbers])),
+            "number": (
+                ("reading", "quantity"),
+                np.array([[measured.get(name, np.nan) for name in names] for measured in numbers]),
+            ),
             "seconds": ("reading", np.array(seconds), {"units": "s", "long_name": "processor time"}),
             "cause": ("reading", np.array(causes, dtype=object)),
         },
@@ -249,16 +252,16 @@ def fetch_leading(judged: Judged, folder: Path, *, engine: Engine = None, progre
         Block(LEADING_FROM + k, tuple(map(tuple, judged.points[part].tolist())), NEIGHBOURS)
         for k, part in enumerate(np.array_split(order, max(1, len(order) // 10)))
     ]
-    found = fetch(blocks, judge, folder, what="blocks of leading readings", engine=engine, progress=progress)
-    leading = Judged.of(list(found.values()))
+    results = fetch(blocks, judge, folder, what="blocks of leading readings", engine=engine, progress=progress)
+    leading = Judged.of(list(results.values()))
     best = np.argsort(-leading.met, kind="stable")
     return Judged(*(getattr(leading, name)[best] for name in leading.__dataclass_fields__))
 
 
 def _near(results: Sequence[xr.Dataset], count: int) -> np.ndarray:
     """Points near the best so far: numbers of two of them mixed, and some drawn anew."""
-    points = np.concatenate([one["point"].values for one in results])
-    met = np.concatenate([one["agreeing"].values.sum(axis=1) for one in results])
+    points = np.concatenate([block["point"].values for block in results])
+    met = np.concatenate([block["agreeing"].values.sum(axis=1) for block in results])
     best = points[np.argsort(-met, kind="stable")[:PARENTS]]
     size = len(FACTORS)
     drawn = uniform_numbers(SEED, 1, 2 + 3 * size, len(points) + np.arange(count))
@@ -281,7 +284,7 @@ class Judged:
     def of(blocks: Sequence[xr.Dataset]) -> Judged:
         """The readings of some blocks."""
         whole = xr.concat(blocks, "reading", join="outer")
-        at = np.concatenate([np.full(one.sizes["reading"], k) for k, one in enumerate(blocks)])
+        at = np.concatenate([np.full(block.sizes["reading"], k) for k, block in enumerate(blocks)])
         return Judged(
             *(whole["point"].values, whole["agreeing"].values, whole["seconds"].values),
             causes=whole["cause"].values.astype(str),

@@ -110,8 +110,8 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
             [
                 paragraph(
                     f"Each statement that a reading meets makes it {ODDS:g} times as likely. {judged.quasi.sum()} quasi-random "
-                    f"readings count as {effective:.0f} of equal weight then. A factor is told by less than one bit where its "
-                    "levels stay nearly as likely as they were drawn."
+                    f"readings count as {effective:.0f} of equal weight then. The statements say less than one bit of a factor "
+                    "where its levels stay nearly as likely as they were drawn."
                 ),
                 picture(pictures[1], "", ""),
                 _numbers(judged, half),
@@ -126,7 +126,7 @@ def _statements(judged: Judged, half: Judged, leading: Judged, default: np.ndarr
     others = excluded(judged)
     rows: list[Sequence[str | Cell]] = []
     for at, clause in enumerate(CLAUSES):
-        shares = (one.agreeing[one.quasi, at].mean() for one in (judged, half))
+        shares = (readings.agreeing[readings.quasi, at].mean() for readings in (judged, half))
         numbers = (*shares, judged.agreeing[~judged.quasi, at].mean(), default[at], leading.agreeing[0, at])
         cells = [Cell(f"{100.0 * share:.1f}", "tint", float(share)) for share in numbers]
         rows.append((clause.key, clause.says, *cells, ", ".join(others[clause.key]) or "–"))

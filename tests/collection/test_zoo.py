@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import scissordyn as sd
 from collection.closed_forms import CLOSED_FORMS
@@ -51,14 +52,15 @@ def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_runs_with_its_clearances(name: str) -> None:
-    """Contract: the case as it stands runs to its end, its energy balance closes, and reported forces are what bodies need."""
+def test_each_runs_with_its_clearances(name: str, tmp_path: Path) -> None:
+    """Contract: the case runs to its end, its energy balance closes, forces are what bodies need, files are the run."""
     entry = sd.zoo[name]
     run = sd.simulate(entry.mechanism, **entry.case.run.keywords | {"until": entry.case.run.until / 20.0, "samples": 11})
     assert run.attrs["status"] == "complete"
     scale = float(run["kinetic_energy"].max() + abs(run["drive_work"]).max() + abs(run["potential_energy"]).max())
     assert float(abs(run["energy_residual"]).max()) <= 1e-5 * max(scale, 1e-12)
     assert max(Balance(run, entry.mechanism).residual()) < 1e-9
+    xr.testing.assert_identical(sd.load(sd.save(run, tmp_path / "run.nc")), run)
 
 
 def test_squeezer_has_the_published_angles() -> None:

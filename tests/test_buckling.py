@@ -40,6 +40,22 @@ def portal(load: float, **kind: Any) -> sd.Mechanism:
     return made.with_bending(bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **kind)
 
 
+@pytest.mark.parametrize("stiffness", [1e4, 1.0])
+def test_a_free_turn_is_no_buckling(stiffness: float) -> None:
+    ratios = []
+    for kind in KINDS:
+        bar = sd.bar("bar", length=1.0, mass=2.0, angle=0.3)
+        pin = sd.Revolute("O", ("bar", "start"), ("ground", "O"))
+        pendulum = sd.Mechanism((bar,), (pin,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+        run = sd.simulate(pendulum.with_bending(bending_stiffness=stiffness, axial_stiffness=1e6, **kind), until=0.05)
+        assert run.attrs["warnings"] == "[]"
+        ratios.append(run["bar_largest_buckling_ratio"].item())
+        assert (
+            run["bar_buckling_load"] > math.pi**2 * stiffness
+        )  # a force spread along a bar buckles it later than one at its end
+    assert ratios[0] == pytest.approx(ratios[1], rel=0.05)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_force_across_buckles_nothing(kind: dict[str, int]) -> None:
     """Closed form: a cantilever with a force across its tip has no factor, whatever EA."""

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.component.beam import Beam
+from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import basis_at_start
@@ -15,11 +17,11 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.answer.bars import axial_force_at_points, bar_motions, marks_of, part_names
-from scissordyn.run.answer.geometric_stiffness import element_form, stiffness_of_bar, stiffness_of_element
+from scissordyn.run.answer.geometric_stiffness import element_form, frame_gradients, stiffness_of_bar, stiffness_of_element
 from scissordyn.run.answer.internal_forces import Bar, bars_of
 from scissordyn.run.results import Variable
 from scissordyn.run.start.rest import count_turns, touch_closed
-from scissordyn.run.start.stiffness import INDEPENDENT, At, component_maps, constraint_slopes, force_slopes
+from scissordyn.run.start.stiffness import At, component_maps, constraint_slopes, force_slopes, free_directions
 
 INSTANTS = 5
 """At so many positions of a run stiffnesses are compared, each with the largest compressions of its part of the samples."""
@@ -28,7 +30,7 @@ SHARE = 0.1
 """A bar takes part in a mode of buckling if so much of the work of all compressions is its own."""
 
 UNRESOLVED = 1e-15
-"""Stiffnesses below this part of the largest, times the number of coordinates, are those of free motions, which are locked."""
+"""Stiffnesses below this part of the largest, times the number of coordinates, are round-off."""
 
 
 class Forces(NamedTuple):
@@ -102,19 +104,22 @@ class _Frozen:
         """Of all bars at sample k, with some axial forces along them."""
         at = self._placed(k, samples, record)
         stiffness = force_slopes(at, float(samples.time[k]))
-        geometric = []
+        geometric, strains = [], self._other_parts()
         for force, axial in forces:
-            now, added = (
+            now, added, strain = (
                 self._of_whole(k, samples, record, force, axial)
                 if force.bar.whole
                 else self._of_elements(k, record, force, axial)
             )
             stiffness -= now
             geometric.append(added)
+            strains.append(strain)
         content = at.system.content
         gradients, _ = constraint_slopes(at, np.zeros(content.work.multiplier.size))
-        _, sizes, basis = np.linalg.svd(np.vstack([gradients, *self._servos()]))
-        allowed = basis[int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0))) :].T
+        allowed = free_directions(np.vstack([gradients, *self._servos()]))
+        # a bent bar that turns freely keeps a small stiffness here, of the second order in its deflection, and would buckle
+        unstrained = free_directions(np.vstack(strains) @ allowed)
+        allowed = allowed @ free_directions(unstrained.T)
         values, vectors = np.linalg.eigh(0.5 * allowed.T @ (stiffness + stiffness.T) @ allowed)
         stiff = values > UNRESOLVED * values.size * np.max(np.abs(values), initial=0.0)
         scaled = allowed @ vectors[:, stiff] / np.sqrt(values[stiff])
@@ -136,8 +141,8 @@ class _Frozen:
 
     def _of_whole(
         self, k: int, samples: Samples, record: Record, force: Forces, axial: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Geometric stiffness of a bar by modes, of the present axial forces and of others."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Geometric stiffness of a bar by modes, of the present axial forces and of others; and what strains it."""
         bar: Any = force.bar.whole
         axis, by = self.axes[bar.name], self.shapes[bar.name]
         present = [part[k : k + 1] if isinstance(part, np.ndarray) else part for part in record]
@@ -145,20 +150,45 @@ class _Frozen:
         motion = motions[[axis.bar.name for axis in self.plan.coordinates.natural.axes].index(bar.name)]
         vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
         now = stiffness_of_bar(axis, vectors, by, points, axial_force_at_points(axis, motion)[0])
-        return now, stiffness_of_bar(axis, vectors, by, points, np.interp(points, force.places, axial) * weights)
+        added = stiffness_of_bar(axis, vectors, by, points, np.interp(points, force.places, axial) * weights)
+        slopes = axis.shapes.at(points, 1)
+        tangent = slopes @ vectors
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / np.linalg.norm(tangent)
+        moved = np.einsum("pk,nka->npa", slopes, by)
+        strain = moved - np.einsum("npa,pa->n", moved, normal)[:, None, None] * normal
+        return now, added, strain.reshape(len(strain), -1).T / np.linalg.norm(tangent)
 
-    def _of_elements(self, k: int, record: Record, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _of_elements(
+        self, k: int, record: Record, force: Forces, axial: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of a chain of beam elements."""
         content = self.system.content
         now, added = np.zeros((2, content.model.n, content.model.n))
+        strains = []
         for beam, other in zip(force.bar.beams, axial.tolist(), strict=True):
             maps, rows = component_maps(content, self.number[beam.name])
             now += float(content.work.result[self.number[beam.name], 6]) * stiffness_of_element(maps, rows)
+            strains.append(frame_gradients(maps) @ rows)
             chord = float(np.hypot(*maps[:2]))
             normal, start, end = (np.array([-maps[j + 1], maps[j]]) for j in (0, 4, 2))
             turned = normal @ rows[:2] / chord**2
             added += other * element_form(chord, turned, start @ rows[4:] - turned, end @ rows[2:4] - turned)
-        return now, added
+        return now, added, np.vstack(strains) / force.bar.length
+
+    def _other_parts(self) -> list[np.ndarray]:
+        """Stiffnesses of the parts that are no bars, the largest 1."""
+        content = self.system.content
+        model, work, contacts = content.model, content.work, content.parameters.contact.size
+        rows = np.zeros((0, model.n))
+        for i, part in enumerate(self.ideal.acting):
+            if not isinstance(part, Beam | FlexibleBar):
+                columns = model.element_column[model.element_start[contacts + i] : model.element_start[contacts + i + 1]]
+                start = model.block_start[contacts + i]
+                block = np.zeros((columns.size, model.n))
+                free = columns < model.n
+                block[:, columns[free]] = work.block_x[start : start + columns.size**2].reshape(columns.size, -1)[:, free]
+                rows = np.vstack([rows, block])
+        return [rows / max(float(np.abs(rows).max(initial=0.0)), np.finfo(float).tiny)]
 
     def _servos(self) -> list[np.ndarray]:
         """Gradients of the angles that servos hold: their stiffness is that of a controller, not of the material."""

@@ -126,7 +126,7 @@ class _Response:
 
     def _of_frame(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Of a force on the end that turns with the start's body."""
-        fx, fy, _ = np.linalg.lstsq((_frame_gradients(maps) @ rows).T, change)[0]
+        fx, fy, _ = np.linalg.lstsq((frame_gradients(maps) @ rows).T, change)[0]
         return _of_turning_force(fx, fy, rows)
 
     def _of_element(self, beam: Beam, maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -166,7 +166,7 @@ def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.nda
 
 def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Int w'^2 ds of a beam element, w cubic from the axis of its start, and of a unit tension as that turns."""
-    chord, frame = np.hypot(*maps[:2]), _frame_gradients(maps) @ rows
+    chord, frame = np.hypot(*maps[:2]), frame_gradients(maps) @ rows
     cos, sin = np.array([[maps[4], maps[5]], [-maps[5], maps[4]]]) @ maps[:2] / chord
     turned = (cos * frame[1] - sin * frame[0]) / chord
     return np.asarray(element_form(chord, turned, -turned, frame[2] - turned) + _of_turning_force(-cos, -sin, rows))
@@ -178,7 +178,7 @@ def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.n
     return np.asarray(chord * (np.outer(turned, turned) + ends / 30.0))
 
 
-def _frame_gradients(maps: np.ndarray) -> np.ndarray:
+def frame_gradients(maps: np.ndarray) -> np.ndarray:
     """Of the coordinates of the port "frame" by its maps."""
     ux, uy, ax, ay, bx, by = maps
     return np.array([[bx, by, 0.0, 0.0, ux, uy], [-by, bx, 0.0, 0.0, uy, -ux], [0.0, 0.0, -ay, ax, by, -bx]])

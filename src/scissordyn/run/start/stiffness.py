@@ -39,9 +39,14 @@ def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
     matrix = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
     matrix += curved
+    return 0.5 * (matrix + matrix.T), free_directions(gradients)
+
+
+def free_directions(gradients: np.ndarray) -> np.ndarray:
+    """Orthonormal basis, in columns, of what constraints with these gradients, in rows, leave."""
     _, sizes, basis = np.linalg.svd(gradients)
     rank = int(np.sum(sizes > INDEPENDENT * max(sizes.max(initial=0.0), 1.0)))
-    return 0.5 * (matrix + matrix.T), basis[rank:].T
+    return basis[rank:].T
 
 
 def force_slopes(at: At, time: float = 0.0) -> np.ndarray:

@@ -6,6 +6,7 @@ The examples of docs/components.md are the case files: the first block is a whol
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
 import subprocess
 import sys
@@ -107,7 +108,7 @@ def test_its_page(section: str) -> None:
     assert f"<!-- made from declarations: component {section} -->\n| key |" in text
     assert "\nSource: " in text
     assert f"| `{COMPONENTS[section].__name__}` |" in PAGE.read_text(encoding="utf-8")
-    assert "References\n    ----------\n" in (COMPONENTS[section].__doc__ or "")
+    assert "References\n----------\n" in inspect.cleandoc(COMPONENTS[section].__doc__ or "")
 
 
 @pytest.mark.parametrize("section", SECTIONS)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.control.signal import check_signal
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.units import Meaning, Quantity, State
 
 
 @component(port=ACTUATOR, section="actuator", passive=False, motor=True, symbol="motor")
@@ -20,25 +20,6 @@ class Actuator:
 
     Input of the controller are the reference motion, the angle and speed of the body against its base, and, with a sensor, the
     vector from its origin to it.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        The base may be "ground".
-    controller : Controller
-    reference : TimeFunction, optional
-        The reference angle over time [rad]; constant at its start value if not given.
-    feed_forward : TimeFunction, optional
-        A torque over time, as input of the controller [N m].
-    sensor : (str, str), optional
-        Body and point whose position is measured.
-    sensor_origin : (str, str), optional
-        Body and point from which the position is measured; the origin of the fixed frame if not given.
-    inertia : float
-        Of the rotor, which rotates with the body [kg m^2].
-    start_on_reference : bool
-        Whether the body starts at the angle and speed of the reference rather than as it was placed.
 
     Raises
     ------
@@ -52,14 +33,12 @@ class Actuator:
     base: str = GROUND
     reference: TimeFunction | None = None
     feed_forward: TimeFunction | None = None
-    sensor: BodyPoint | None = None
-    sensor_origin: BodyPoint | None = None
+    sensor: Annotated[BodyPoint | None, Meaning("a point whose position is measured")] = None
+    sensor_origin: Annotated[BodyPoint | None, Meaning("from where it is measured; the ground's origin without it")] = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
-    start_on_reference: bool = False
+    start_on_reference: Annotated[bool, Meaning("whether the body starts at the angle and speed of the reference")] = False
 
-    def __post_init__(self) -> None:
-        check_quantities(self, f"actuator '{self.name}'")
-        check_attachment(self)
+    def check(self) -> None:
         if not isinstance(self.controller, Controller):
             raise InputError(f"actuator '{self.name}': controller = {self.controller!r}", "a controller", "PID(100.0)")
         if self.controller.recorded or self.controller.delay:

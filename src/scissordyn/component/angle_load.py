@@ -6,14 +6,14 @@ import math
 from typing import Annotated
 
 from scissordyn.component.curve import ACTS, KNOT, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.kernel import kernel
-from scissordyn.units import Pairs, Quantity, check_quantities
+from scissordyn.units import Meaning, Pairs, Quantity
 
-CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle of the body against its base")
+CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle against the base, turns counted")
 
 FIRST = 4
 
@@ -42,49 +42,28 @@ def force(angle, speed, factor, acts, transition, periodic, count, table):
         "periodic": True,
         "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
     },
+    source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class AngleLoad:
     """A torque on a body against its base over their angle: cutting, cogging, the gas torque of an engine.
 
     Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the torque stays, and there is a warning.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        The base may be "ground".
-    curve : tuple of (float, float)
-        Angles of the body against its base [rad], increasing, turns counted, and torques [N m].
-    periodic : bool
-        Whether the curve repeats, with the range of its angles as period: 720 deg of a four-stroke engine.
-    acts : {"both", "forward", "backward"}
-        In both senses of the rotation, or in one.
-    transition : float
-        Speed over which a torque of one sense comes and goes, as (1 + tanh(w/w_0))/2 [rad/s].
-    time_function : TimeFunction, optional
-        A factor over time; 1 if not given.
-
-    References
-    ----------
-    Fritsch and Butland 1984, doi:10.1137/0905021
     """
 
     name: str
     body: str
     curve: Annotated[tuple[Point, ...], CURVE]
     base: str = GROUND
-    periodic: bool = False
+    periodic: Annotated[bool, Meaning("whether the curve repeats, with the range of its angles as period")] = False
     acts: Acts = "both"
     transition: Annotated[
-        float, Quantity("rad/s", above=0.0, maximum=1e4, help="speed over which a one-way torque sets in")
+        float,
+        Quantity("rad/s", above=0.0, maximum=1e4, help="w_0 of a one-way torque, in (1 + tanh(w/w_0))/2"),
     ] = 1e-2
     time_function: TimeFunction | None = None
 
-    def __post_init__(self) -> None:
-        label = f"angle load '{self.name}'"
-        check_quantities(self, label)
-        check_attachment(self)
-        check_curve(label, self.curve, CURVE, periodic=self.periodic)
+    def check(self) -> None:
+        check_curve(f"angle load '{self.name}'", self.curve, CURVE, periodic=self.periodic)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """The sense, w_0 [rad/s], whether it repeats, how many knots, and these."""

@@ -31,11 +31,11 @@ def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop
     port=HINGE,
     force=force,
     gap=gap,
-    section="angle_stop",
     label="end stop",
     context=("mode", "approach_speed"),
     symbol="stop",
     example={"body": "rod", "angle": "80 deg"},
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",
 )
 class AngleStop:
     r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
@@ -45,24 +45,6 @@ class AngleStop:
     with delta the angle beyond the stop, its rate at the touch in the denominator, and the damping factor of Flores et al.
     2011 for the restitution coefficient. The side from which the stop is reached is the one the bodies start on; turns are
     counted.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        The base may be "ground".
-    angle : float
-        Of the body against its base at the touch [rad].
-    stiffness : float
-        K [N m/rad^n].
-    exponent : float
-        n.
-    restitution : float
-        Restitution coefficient.
-
-    References
-    ----------
-    Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4
     """
 
     name: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.elastic import (
     ACROSS,
     AXIAL,
@@ -23,7 +23,7 @@ from scissordyn.component.elastic import (
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
 _OUTER, _INNER = 0.5 * math.sqrt(3 / 7 + 2 / 7 * math.sqrt(6 / 5)), 0.5 * math.sqrt(3 / 7 - 2 / 7 * math.sqrt(6 / 5))
@@ -122,7 +122,6 @@ def force(
         Output("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown"),
         Output("utilisation", "1", "that stress over the yield strength, 0 if it is unknown"),
     ),
-    section="beam",
     context=("factor", "factor_rate"),
     supplied=True,
     symbol="beam",
@@ -135,6 +134,7 @@ def force(
         "mass_per_length": "2.84 kg/m",
         "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "60 s"}},
     },
+    source="Crisfield 1991, Non-linear finite element analysis of solids and structures, chapter 7, with the exact chord",
 )
 class Beam:
     r"""A straight Euler-Bernoulli element between two cross-sections: large rotations, small strains.
@@ -144,46 +144,20 @@ class Beam:
 
     c is the chord, psi the rotation of the cross-sections against it, quadratic in xi but for the part that the condition adds;
     the axial force stiffens or softens bending. The mass is distributed with cubic (Hermite) shapes. Heated, the strain and the
-    curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is E (strain + tau strain rate).
-
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        The points of two bodies that are cross-sections: their x axes are along the unbent bar.
-    length : float
-        l, unstrained [m].
-    axial_stiffness, bending_stiffness : float
-        EA [N] and EI [N m^2].
-    mass_per_length : float
-        [kg/m]; the mass is that of both bodies, half of the element each, and is not added.
-    depth : float
-        Of the cross-section in the plane [m], for the stress in its extreme fibre; 0 if unknown.
-    youngs_modulus, yield_strength : float
-        [Pa]; 0 if unknown.
-    damping : float
-        tau [s]: at the angular frequency w the loss factor is tau w, the damping ratio half of it.
-    thermal_expansion : float
-        alpha [1/K]
-    temperature_rise : float
-        Delta T over the temperature of assembly [K].
-    temperature_difference : float
-        Delta T_h of the side at -y over that at +y [K], linear over the depth.
-    time_function : TimeFunction, optional
-        A factor of both over time; 1 if not given.
-
-    References
-    ----------
-    Crisfield 1991, Non-linear finite element analysis of solids and structures, chapter 7, with the exact chord
+    curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is E (strain + tau strain rate). The x
+    axes of both bodies are along the unbent bar.
     """
 
     name: str
     start: BodyPoint
     end: BodyPoint
-    length: Annotated[float, Quantity("m", above=0.0, help="unstrained length")]
+    length: Annotated[float, Quantity("m", above=0.0, help="unstrained length l")]
     axial_stiffness: Annotated[float, AXIAL]
     bending_stiffness: Annotated[float, BENDING]
-    mass_per_length: Annotated[float, Quantity("kg/m", minimum=0.0, help="mass per length", tied=OF_SECTIONS)]
+    mass_per_length: Annotated[
+        float,
+        Quantity("kg/m", minimum=0.0, help="mass per length, shared by both bodies", tied=OF_SECTIONS),
+    ]
     depth: Annotated[float, DEPTH] = 0.0
     youngs_modulus: Annotated[float, MODULUS] = 0.0
     yield_strength: Annotated[float, YIELD] = 0.0
@@ -193,10 +167,8 @@ class Beam:
     temperature_difference: Annotated[float, ACROSS] = 0.0
     time_function: TimeFunction | None = None
 
-    def __post_init__(self) -> None:
-        check_quantities(self, f"beam '{self.name}'")
+    def check(self) -> None:
         check_depth(self, f"beam '{self.name}'")
-        check_attachment(self)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """What the kernel reads."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity
 
 
 def force(
@@ -42,14 +42,13 @@ def force(
     )
 
 
-STIFFNESS = Quantity("N/m", minimum=0.0, maximum=1e15, help="stiffness along an axis of the start's body")
-DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an axis of the start's body")
+STIFFNESS = Quantity("N/m", minimum=0.0, maximum=1e15, help="stiffness along an axis of the start's body, K_xx or K_yy")
+DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an axis of the start's body, D_xx or D_yy")
 
 
 @component(
     port=FRAME,
     force=force,
-    section="bushing",
     symbol="bushing",
     example={
         "start": "crank.end",
@@ -58,6 +57,7 @@ DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an ax
         "stiffness_y": "1 MN/m",
         "damping_x": "50 N s/m",
     },
+    source="Ambrósio and Verissimo 2009, doi:10.1007/s11044-009-9161-7, with constant stiffness and damping",
 )
 class Bushing:
     r"""An elastic and damped connection of two points and of the angle between their bodies.
@@ -66,30 +66,11 @@ class Bushing:
 
     u is the place of the end seen from the start, in the frame of the start's body; K and D are symmetric 2 x 2 matrices.
 
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Body and point; one body may be "ground".
-    stiffness_x, stiffness_y, stiffness_xy : float
-        K_xx, K_yy, K_xy [N/m].
-    torsional_stiffness : float
-        k_t [N m/rad].
-    damping_x, damping_y, damping_xy : float
-        D_xx, D_yy, D_xy [N s/m].
-    torsional_damping : float
-        d_t [N m s/rad].
-    free_angle : float, optional
-        phi_0 [rad]; the angle as placed if not given.
 
     Raises
     ------
     InputError
         If K or D has a negative eigenvalue.
-
-    References
-    ----------
-    Ambrósio and Verissimo 2009, doi:10.1007/s11044-009-9161-7, with constant stiffness and damping
     """
 
     name: str
@@ -97,17 +78,17 @@ class Bushing:
     end: BodyPoint
     stiffness_x: Annotated[float, STIFFNESS] = 0.0
     stiffness_y: Annotated[float, STIFFNESS] = 0.0
-    stiffness_xy: Annotated[float, Quantity("N/m", minimum=-1e15, maximum=1e15, help="coupling of both axes")] = 0.0
-    torsional_stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, maximum=1e12, help="torsional stiffness")] = 0.0
+    stiffness_xy: Annotated[float, Quantity("N/m", minimum=-1e15, maximum=1e15, help="coupling of both axes, K_xy")] = 0.0
+    torsional_stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, maximum=1e12, help="torsional stiffness k_t")] = 0.0
     damping_x: Annotated[float, DAMPING] = 0.0
     damping_y: Annotated[float, DAMPING] = 0.0
-    damping_xy: Annotated[float, Quantity("N s/m", minimum=-1e12, maximum=1e12, help="coupling of both axes")] = 0.0
-    torsional_damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, maximum=1e12, help="torsional damping")] = 0.0
-    free_angle: Annotated[float | None, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle without torque")] = None
+    damping_xy: Annotated[float, Quantity("N s/m", minimum=-1e12, maximum=1e12, help="coupling of both axes, D_xy")] = 0.0
+    torsional_damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, maximum=1e12, help="torsional damping d_t")] = 0.0
+    free_angle: Annotated[
+        float | None, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle phi_0 without torque, or as placed")
+    ] = None
 
-    def __post_init__(self) -> None:
-        check_quantities(self, f"bushing '{self.name}'")
-        check_attachment(self)
+    def check(self) -> None:
         for what in ("stiffness", "damping"):
             x, y, xy = (getattr(self, f"{what}_{axis}") for axis in ("x", "y", "xy"))
             if xy * xy > x * y * (1.0 + 1e-12):

@@ -32,38 +32,22 @@ def force(length, rate, mode, stiffness, free_length, damping):
     port=LINE,
     force=force,
     gap=gap,
-    section="cable",
     outputs=(Output("taut", "1", "1 while the cable is taut, 0 while it is slack"),),
     context=("mode",),
     symbol="cable",
     events=("slack", "taut"),
     example={"start": "ground.O", "end": "rod.end", "stiffness": "50 kN/m", "free_length": "0.4 m", "damping": "5 N s/m"},
+    source="Irvine 1981, Cable Structures, MIT Press: a taut cable with negligible weight",
 )
 class Cable:
     r"""A cable between two points: tension only. It becomes taut and slack at events that are located.
 
     .. math:: T = \max(0,\; k\,(l - l_0) + d\,\dot l) \quad\text{for}\quad l > l_0
-
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Body and point; the body may be "ground".
-    stiffness : float
-        k = E A / l_0 [N/m].
-    free_length : float
-        l_0 [m].
-    damping : float
-        d [N s/m].
-
-    References
-    ----------
-    Irvine 1981, Cable Structures, MIT Press: a taut cable with negligible weight
     """
 
     name: str
     start: BodyPoint
     end: BodyPoint
-    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="stiffness of the taut cable")]
-    free_length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length at which it becomes taut")]
-    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping of the taut cable")] = 0.0
+    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="stiffness of the taut cable, k = E A / l_0")]
+    free_length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length l_0 at which it becomes taut")]
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping d of the taut cable")] = 0.0

@@ -20,7 +20,6 @@ def force(angle, speed, load, factor, capacity, yield_angle):
 @component(
     port=HINGE,
     force=force,
-    section="clutch",
     states=(State("load", "1", scale=1.0),),
     context=("factor",),
     symbol="hinge",
@@ -31,6 +30,7 @@ def force(angle, speed, load, factor, capacity, yield_angle):
         "yield_angle": "0.5 deg",
         "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "0.1 s"}},
     },
+    source="Dahl 1976, Solid friction damping of mechanical vibrations, doi:10.2514/3.61511",
 )
 class Clutch:
     r"""A friction clutch or brake: its linings twist elastically, and slip as the torque comes to the capacity.
@@ -40,31 +40,13 @@ class Clutch:
     s is the part of the capacity M that is used; it tends to the sign of the speed within some yield angles. The time function
     engages and releases the clutch. The twist holds up to M theta_s/2 of energy, which counts as dissipated and is given back
     as the linings relax.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        Both sides; the base may be "ground".
-    capacity : float
-        Largest torque M [N m].
-    yield_angle : float
-        theta_s [rad]: twist at which the torque would come to the capacity at the stiffness without load, M/theta_s.
-    time_function : TimeFunction, optional
-        A factor of the capacity over time, 0 for a clutch that is open; 1 if not given.
-
-    References
-    ----------
-    Dahl 1976, Solid friction damping of mechanical vibrations, doi:10.2514/3.61511
     """
 
     name: str
     body: str
-    capacity: Annotated[float, Quantity("N m", above=0.0, maximum=1e9, help="largest torque")]
+    capacity: Annotated[float, Quantity("N m", above=0.0, maximum=1e9, help="largest torque M")]
     base: str = GROUND
-    yield_angle: Annotated[float, Quantity("rad", minimum=1e-9, maximum=1.0, help="twist over which the linings yield")] = 1e-3
+    yield_angle: Annotated[float, Quantity("rad", minimum=1e-9, maximum=1.0, help="twist theta_s over which linings yield")] = (
+        1e-3
+    )
     time_function: TimeFunction | None = None
-
-    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """M [N m] and theta_s [rad]."""
-        return self.capacity, self.yield_angle

@@ -20,9 +20,9 @@ def force(length, rate, tension, uncoiling_length, damping):
 @component(
     port=LINE,
     force=force,
-    section="constant_force_spring",
     symbol="coil",
     example={"start": "ground.O", "end": "slider.centre", "tension": "20 N"},
+    source="Votta 1952, The theory and design of long-deflection constant-force spring elements, Trans. ASME 74, 439-450",
 )
 class ConstantForceSpring:
     r"""A strip coiled on a drum that pulls its ends together with a force that hardly depends on the distance.
@@ -31,29 +31,13 @@ class ConstantForceSpring:
 
     The full tension T_0 is reached once a length l_1 of the strip, 1.25 times the diameter of the drum by usual practice, has
     left the drum; below it the tension is taken proportional to the length.
-
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Body and point; the body may be "ground".
-    tension : float
-        T_0 [N].
-    uncoiling_length : float
-        l_1 [m].
-    damping : float
-        d [N s/m].
-
-    References
-    ----------
-    Votta 1952, The theory and design of long-deflection constant-force spring elements, Trans. ASME 74, 439-450
     """
 
     name: str
     start: BodyPoint
     end: BodyPoint
-    tension: Annotated[float, Quantity("N", minimum=0.0, maximum=1e9, help="tension beyond the uncoiling length")]
+    tension: Annotated[float, Quantity("N", minimum=0.0, maximum=1e9, help="tension T_0 beyond the uncoiling length")]
     uncoiling_length: Annotated[
-        float, Quantity("m", above=0.0, maximum=1e3, help="length at which the full tension is reached")
+        float, Quantity("m", above=0.0, maximum=1e3, help="length l_1 at which the full tension is reached")
     ] = 0.02
-    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping")] = 0.0
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping d")] = 0.0

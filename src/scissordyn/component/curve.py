@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
-from scissordyn.units import Pairs
+from scissordyn.units import Meaning, Pairs
 
 KNOT = 4
 """Numbers of a knot: place, value, slope, integral from the first one."""
 
 ACTS = ("both", "forward", "backward")
 
-Acts = Literal["both", "forward", "backward"]
-"""In which sense of the motion a load acts."""
+Acts = Annotated[Literal["both", "forward", "backward"], Meaning("in both senses of the motion, or in one")]
 
 
 @kernel

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, get_type_hints, runtime_checkable
 
+from scissordyn.annotation import in_words
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import note_origin
 from scissordyn.plugin.pointer import Kernel as Kernel
 from scissordyn.plugin.pointer import arguments_of
-from scissordyn.units import State, check_quantities, quantities
+from scissordyn.units import Pairs, Quantity, State, check_quantities, extras, quantities
 
 PARAMETERS = 64
 """Most parameters of a component, the numbers of its table included."""
@@ -28,6 +30,22 @@ ideal joint whose friction it is, in which its forces are linear."""
 
 ENERGY = ("energy", "dissipation")
 """What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""
+
+TEXTBOOK = "García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0"
+
+POINT = 'a point, as "BODY.POINT" or "ground.POINT"'
+MEANINGS: Mapping[str, str] = {
+    "name": "name, unique among its kind",
+    **dict.fromkeys(("start", "end", "point", "sensor", "sensor_origin"), POINT),
+    "body": "the body that it acts on",
+    "base": "the body that it acts against",
+    "controller": "scissordyn controllers lists them",
+    "time_function": "a factor over time, 1 without it",
+    "motion": "the distance over time, without a length",
+    "reference": "the reference angle over time",
+    "feed_forward": "a torque over time for the controller",
+}
+"""What fields mean that several components have, unless an annotation says more."""
 
 SUPPLY = ("supply",)
 """What follows them where a component is supplied: the power [W] that its time function gives it."""
@@ -124,10 +142,33 @@ def _own_parameters(self: Any, start: tuple[float, ...]) -> tuple[float, ...]:
 
 def _own_check(self: Any) -> None:
     check_quantities(self, f"{self.declaration.label} '{self.name}'")
-    check_attachment(self)
+    _check_attachment(self)
+    if hasattr(self, "check"):
+        self.check()
 
 
-def check_attachment(described: Any) -> None:
+def meaning_of(name: str, hint: Any) -> str:
+    """What a field of a component means, in one line."""
+    return next((extra.help for extra in extras(hint) if getattr(extra, "help", "")), MEANINGS.get(name, ""))
+
+
+def _documented(described: Any, source: str) -> str:
+    """The docstring of a class, with its fields and its source, which the declaration has."""
+    text, raises, errors = inspect.cleandoc(described.__doc__ or "").partition("\n\nRaises\n")
+    hints, fields = get_type_hints(described, include_extras=True), []
+    for field in dataclasses.fields(described):
+        hint = hints[field.name]
+        optional = "" if field.default is dataclasses.MISSING else ", optional"
+        pairs = next((extra.units for extra in extras(hint) if isinstance(extra, Pairs)), ())
+        unit = " and ".join(pairs) or next((extra.unit for extra in extras(hint) if isinstance(extra, Quantity)), "1")
+        meaning = meaning_of(field.name, hint) + (f" [{unit}]" if unit != "1" else "")
+        fields.append(f"{field.name} : {in_words(hint)}{optional}\n    {meaning}")
+    sections = [text, "Parameters\n----------\n" + "\n".join(fields), raises.strip() and f"Raises\n{errors}"]
+    sections += ["References\n----------\n" + source.replace("; ", "\n")] if source else []
+    return "\n\n".join(filter(None, sections))
+
+
+def _check_attachment(described: Any) -> None:
     """Raise `InputError` for a component between a body and itself, or on the ground alone."""
     port, label = described.declaration.port, f"{described.declaration.label} '{described.name}'"
     ends = [getattr(described, field)[0] for field in port.points] + [getattr(described, field) for field in port.turning]
@@ -155,8 +196,13 @@ def component(
     events: tuple[str, str] = ("left", "reached"),
     motor: bool = False,
     supplied: bool = False,
+    source: str = "",
 ) -> Callable[[Class], Class]:
-    """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read."""
+    """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
+
+    A method `check` of it raises `InputError` for numbers that do not fit each other. With a `source` its docstring gets the
+    fields and that source.
+    """
     if isinstance(port, str) and port not in PORTS:
         raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
     chosen = PORTS[port] if isinstance(port, str) else port
@@ -188,6 +234,8 @@ def component(
         if not hasattr(cls, "states"):  # of the class, unless its instances decide
             cls.states = states
         _check_fields(cls)
+        if "\n    Parameters\n" not in (cls.__doc__ or "") and (source or cls.__module__.startswith("scissordyn.")):
+            cls.__doc__ = _documented(cls, source)
         note_origin(cls, described)
         return cls
 

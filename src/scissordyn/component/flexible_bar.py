@@ -22,9 +22,14 @@ from scissordyn.component.elastic import (
 from scissordyn.component.port.axis import AXIS
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity
 
-MODES = Quantity("1", minimum=0, maximum=40, help="bending modes of the bar with its cross-sections held")
+MODES = Quantity(
+    "1",
+    minimum=0,
+    maximum=40,
+    help="bending modes with cross-sections held, or up to the frequency of contacts",
+)
 
 
 @component(
@@ -41,6 +46,8 @@ MODES = Quantity("1", minimum=0, maximum=40, help="bending modes of the bar with
         "mass_per_length": "2.84 kg/m",
         "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "60 s"}},
     },
+    source="Gerstmayr and Irschik 2008, doi:10.1016/j.jsv.2008.04.019 (absolute coordinates of a bar); "
+    "Craig and Bampton 1968, doi:10.2514/3.4741 (modes with the attached points held)",
 )
 class FlexibleBar:
     r"""A straight Euler-Bernoulli bar between cross-sections: large rotations and deflections, small strains.
@@ -52,51 +59,24 @@ class FlexibleBar:
     lowest bending modes with these held; the mass matrix is constant. The bracket is the squared curvature but for strains.
     Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
     E (strain + tau strain rate).
-
-    Parameters
-    ----------
-    name : str
-    sections : tuple of str
-        The bodies that are its cross-sections, from one end to the other; their origins are on its axis.
-    places : tuple of float
-        Where they are along it [m].
-    axial_stiffness, bending_stiffness : float
-        EA [N] and EI [N m^2].
-    mass_per_length : float
-        [kg/m]; the mass is that of the cross-sections, half of the spans beside each, and is not added.
-    modes : int, optional
-        Those up to the frequency of contacts (`plan.flexible.contact_frequency`) if not given.
-    turned : tuple of float
-        Angle of the bar against the x axis of each cross-section [rad]; none if not given.
-    depth : float
-        Of the cross-section in the plane [m], for the stress in its extreme fibre; 0 if unknown.
-    youngs_modulus, yield_strength : float
-        [Pa]; 0 if unknown.
-    damping : float
-        tau [s]: at the angular frequency w the loss factor is tau w, the damping ratio half of it.
-    thermal_expansion : float
-        alpha [1/K]
-    temperature_rise : float
-        Delta T over the temperature of assembly [K].
-    temperature_difference : float
-        Delta T_h of the side at -y over that at +y [K], linear over the depth.
-    time_function : TimeFunction, optional
-        A factor of both over time; 1 if not given.
-
-    References
-    ----------
-    Gerstmayr and Irschik 2008, doi:10.1016/j.jsv.2008.04.019 (absolute coordinates of a bar);
-    Craig and Bampton 1968, doi:10.2514/3.4741 (modes with the attached points held)
     """
 
     name: str
-    sections: tuple[str, ...]
+    sections: Annotated[tuple[str, ...], Meaning("bodies with their origins on its axis, from one end to the other")]
     places: Annotated[tuple[float, ...], Quantity("m", help="where the cross-sections are along the bar")]
     axial_stiffness: Annotated[float, AXIAL]
     bending_stiffness: Annotated[float, BENDING]
-    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0, help="mass per length", tied=OF_SECTIONS)]
+    mass_per_length: Annotated[
+        float,
+        Quantity(
+            "kg/m",
+            above=0.0,
+            help="mass per length, part of the cross-sections'",
+            tied=OF_SECTIONS,
+        ),
+    ]
     modes: Annotated[int | None, MODES] = None
-    turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against each cross-section")] = ()
+    turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against the x axis of each cross-section")] = ()
     depth: Annotated[float, DEPTH] = 0.0
     youngs_modulus: Annotated[float, MODULUS] = 0.0
     yield_strength: Annotated[float, YIELD] = 0.0
@@ -106,8 +86,7 @@ class FlexibleBar:
     temperature_difference: Annotated[float, ACROSS] = 0.0
     time_function: TimeFunction | None = None
 
-    def __post_init__(self) -> None:
-        check_quantities(self, f"flexible bar '{self.name}'")
+    def check(self) -> None:
         count = len(self.sections)
         if count < 2 or len(set(self.sections)) != count or len(self.places) != count:
             raise InputError(

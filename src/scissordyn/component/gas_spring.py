@@ -6,12 +6,12 @@ import math
 from typing import Annotated
 
 from scissordyn.component.curve import check_covers
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import LINE, Output
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity
 
 
 @kernel
@@ -44,6 +44,7 @@ def force(length, rate, force, extended_length, stroke, gas_length, exponent, fr
         "progression": 1.4,
         "friction": "20 N",
     },
+    source="Holman 1988, Thermodynamics, 4th edition, McGraw-Hill (polytropic processes)",
 )
 class GasSpring:
     r"""A gas spring or gas strut: gas in a closed cylinder pushes the ends apart.
@@ -54,53 +55,25 @@ class GasSpring:
     s is how far the spring of the length l is pressed in, of its stroke h. The length of its gas follows from the progression
     k, the force pressed in over the force extended that catalogues give, measured slowly (n = 1). In a fast motion, which is
     adiabatic, n is 1.4. Beyond the stroke the force stays, and there is a warning; stops are other components.
-
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Body and point; the body may be "ground".
-    force : float
-        F_1, extended [N].
-    extended_length : float
-        l_1 [m].
-    stroke : float
-        h [m].
-    progression : float
-        k.
-    exponent : float
-        n: 1 isothermal, 1.4 adiabatic.
-    friction : float
-        F_r, of the seal [N].
-    friction_speed : float
-        v_r, over which friction changes its sign [m/s].
-    damping : float
-        d [N s/m].
-
-    References
-    ----------
-    Holman 1988, Thermodynamics, 4th edition, McGraw-Hill (polytropic processes)
     """
 
     name: str
     start: BodyPoint
     end: BodyPoint
-    force: Annotated[float, Quantity("N", above=0.0, maximum=1e9, help="of the extended spring")]
-    extended_length: Annotated[float, Quantity("m", above=0.0, maximum=1e4, help="length of the extended spring")]
-    stroke: Annotated[float, Quantity("m", above=0.0, maximum=1e4, help="how far it can be pressed in")]
+    force: Annotated[float, Quantity("N", above=0.0, maximum=1e9, help="force F_1 of the extended spring")]
+    extended_length: Annotated[float, Quantity("m", above=0.0, maximum=1e4, help="length l_1 of the extended spring")]
+    stroke: Annotated[float, Quantity("m", above=0.0, maximum=1e4, help="how far it can be pressed in, h")]
     progression: Annotated[
-        float, Quantity("1", above=1.0, maximum=1e3, help="force pressed in over force extended, slowly")
+        float, Quantity("1", above=1.0, maximum=1e3, help="force pressed in over force extended, slowly, k")
     ] = 1.3
-    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=1.7, help="1 isothermal, 1.4 adiabatic")] = 1.0
-    friction: Annotated[float, Quantity("N", minimum=0.0, maximum=1e9, help="of the seal")] = 0.0
-    friction_speed: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="over which friction changes its sign")] = (
-        1e-3
-    )
-    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping")] = 0.0
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=1.7, help="n: 1 isothermal, 1.4 adiabatic")] = 1.0
+    friction: Annotated[float, Quantity("N", minimum=0.0, maximum=1e9, help="friction F_r of the seal")] = 0.0
+    friction_speed: Annotated[
+        float, Quantity("m/s", above=0.0, maximum=1e3, help="v_r, over which friction changes its sign")
+    ] = 1e-3
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping d")] = 0.0
 
-    def __post_init__(self) -> None:
-        check_quantities(self, f"gas spring '{self.name}'")
-        check_attachment(self)
+    def check(self) -> None:
         if self.stroke >= self.extended_length:
             raise InputError(
                 f"gas spring '{self.name}': a stroke of {self.stroke:g} m of a length of {self.extended_length:g} m",

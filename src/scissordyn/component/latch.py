@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import TEXTBOOK, component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity
 
 AT_ANGLE = 1e-6
 """A latch nearer than this [rad] to its angle at the start would be locked before it moves."""
@@ -25,41 +25,26 @@ def gap(angle, speed, mode, stop, side):
 @component(
     port=HINGE,
     gap=gap,
-    section="latch",
     context=("mode",),
     passive=False,
     symbol="latch",
     events=("opened", "locked"),
     example={"body": "rod", "angle": "80 deg"},
+    source=TEXTBOOK,
 )
 class Latch:
     """A lock that engages when two bodies reach an angle; from then on it holds them rigidly at that angle.
 
     Locking is a plastic impact: the relative angular velocity vanishes at once, and the energy balance contains the loss.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        The base may be "ground".
-    angle : float
-        Of the body against its base where it locks, turns counted [rad].
-
-    References
-    ----------
-    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str
     body: str
     angle: Annotated[
-        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the body against its base where it locks")
+        float,
+        Quantity("rad", minimum=-1e4, maximum=1e4, help="against its base where it locks, turns counted"),
     ]
     base: str = GROUND
-
-    def __post_init__(self) -> None:
-        check_quantities(self, f"latch '{self.name}'")
-        check_attachment(self)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """The angle [rad], and the sense of rotation in which it is reached."""

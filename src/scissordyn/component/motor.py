@@ -19,40 +19,21 @@ def force(angle, speed, stall_torque, no_load_speed, limit):
 @component(
     port=HINGE,
     force=force,
-    section="motor",
     passive=False,
     motor=True,
     symbol="motor",
     example={"body": "crank", "stall_torque": "5 N m", "no_load_speed": "300 rpm", "limit": "4 N m"},
+    source="Hughes and Drury 2013, Electric Motors and Drives, 4th edition, Newnes",
 )
 class Motor:
-    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        Rotor side and stator side; the base may be "ground".
-    stall_torque : float
-        T_0 [N m]; its sign is the sense in which the motor turns.
-    no_load_speed : float
-        w_0 [rad/s], at which the torque is gone; beyond it the motor brakes.
-    limit : float, optional
-        Largest torque in either sense [N m].
-    inertia : float
-        Of the rotor, turning with the body [kg m^2].
-
-    References
-    ----------
-    Hughes and Drury 2013, Electric Motors and Drives, 4th edition, Newnes
-    """
+    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way."""
 
     name: str
     body: str
-    stall_torque: Annotated[float, Quantity("N m", minimum=-1e9, maximum=1e9, help="torque at rest")]
-    no_load_speed: Annotated[float, Quantity("rad/s", above=0.0, maximum=1e6, help="speed at which the torque vanishes")]
+    stall_torque: Annotated[float, Quantity("N m", minimum=-1e9, maximum=1e9, help="T_0 at rest, with the sense of rotation")]
+    no_load_speed: Annotated[float, Quantity("rad/s", above=0.0, maximum=1e6, help="w_0 without torque; beyond, it brakes")]
     base: str = GROUND
-    limit: Annotated[float | None, Quantity("N m", above=0.0, maximum=1e9, help="largest torque")] = None
+    limit: Annotated[float | None, Quantity("N m", above=0.0, maximum=1e9, help="largest torque in either sense")] = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:

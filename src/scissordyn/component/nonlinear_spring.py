@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Annotated
 
 from scissordyn.component.curve import check_covers, check_curve, curve_at, curve_numbers
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import LINE, Output
 from scissordyn.kernel import kernel
-from scissordyn.units import Pairs, Quantity, check_quantities
+from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("lengths", "forces"), ("m", "N"), help="tension over length; a spring that pushes has negative forces")
 
@@ -34,39 +34,23 @@ def force(length, rate, damping, count, table):
         "curve": {"lengths": "0.1, 0.5, 1, 2 m", "forces": "0, 20, 100, 400 N"},
         "damping": "2 N s/m",
     },
+    source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class NonlinearSpring:
     """A spring and damper between two points whose tension is a curve over the length: progressive, degressive, measured.
 
     Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
     The stored energy is the integral of the curve from its first length.
-
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Body and point; the body may be "ground".
-    curve : tuple of (float, float)
-        Lengths [m], increasing, and tensions [N].
-    damping : float
-        d [N s/m].
-
-    References
-    ----------
-    Fritsch and Butland 1984, doi:10.1137/0905021
     """
 
     name: str
     start: BodyPoint
     end: BodyPoint
     curve: Annotated[tuple[Point, ...], CURVE]
-    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping")] = 0.0
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping d")] = 0.0
 
-    def __post_init__(self) -> None:
-        label = f"nonlinear spring '{self.name}'"
-        check_quantities(self, label)
-        check_attachment(self)
-        check_curve(label, self.curve, CURVE)
+    def check(self) -> None:
+        check_curve(f"nonlinear spring '{self.name}'", self.curve, CURVE)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Damping [N s/m], how many knots, and these."""

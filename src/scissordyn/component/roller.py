@@ -9,7 +9,7 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.port.rail import RAIL
 from scissordyn.component.stop import push, stop_damping
 from scissordyn.kernel import kernel
-from scissordyn.units import Quantity
+from scissordyn.units import Meaning, Quantity
 
 
 @kernel
@@ -39,6 +39,7 @@ def force(gap, gap_rate, mode, approach_speed, stiffness, damping, clearance, fa
     symbol="roller",
     example={"point": "rod.end", "rail": "crank", "stiffness": "5 MN/m"},
     events=("left", "reached"),
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)",
 )
 class Roller:
     r"""A point that runs along a bar that bends, without friction: rollers on both sides of the bar, or a guide with clearance.
@@ -47,34 +48,14 @@ class Roller:
 
     g is the distance of the point from the nearest place of the bar's axis, across it, K the stiffness of the rollers. Two of
     them hold the direction of a block. Beyond its ends the bar goes on straight.
-
-    Parameters
-    ----------
-    name : str
-    point : (str, str)
-        Body and point that run along the bar.
-    rail : str
-        The bar, which bends as one part.
-    stiffness : float
-        K [N/m].
-    damping : float
-        D [N s/m], without clearance.
-    clearance : float
-        c, on either side [m].
-    restitution : float
-        Restitution coefficient, with clearance.
-
-    References
-    ----------
-    Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)
     """
 
     name: str
     point: BodyPoint
-    rail: str
-    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="of the rollers against the bar")] = 1e7
-    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e9, help="of the rollers, without clearance")] = 0.0
-    clearance: Annotated[float, Quantity("m", minimum=0.0, maximum=1.0, help="on either side of the bar")] = 0.0
+    rail: Annotated[str, Meaning("the bar, which bends as one part")]
+    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="K, of the rollers against the bar")] = 1e7
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e9, help="D, of the rollers, without clearance")] = 0.0
+    clearance: Annotated[float, Quantity("m", minimum=0.0, maximum=1.0, help="clearance c on either side of the bar")] = 0.0
     restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient, with clearance")] = (
         0.5
     )

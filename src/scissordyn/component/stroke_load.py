@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Annotated
 
 from scissordyn.component.curve import ACTS, Acts, check_covers, check_curve, curve_at, curve_numbers, part_of
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import TRAVEL, Output
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.kernel import kernel
-from scissordyn.units import Pairs, Quantity, check_quantities
+from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("travels", "forces"), ("m", "N"), help="the force over the coordinate of the point along the direction")
 
@@ -38,48 +38,27 @@ def force(travel, speed, factor, acts, transition, count, table):
         "acts": "forward",
         "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
     },
+    source="Fritsch and Butland 1984, doi:10.1137/0905021",
 )
 class StrokeLoad:
     """A force on a point along a direction, over its coordinate in that direction: cutting, pressing, gas pressure.
 
     Between the pairs the curve is a monotone cubic (Fritsch and Butland), beyond them the force stays, and there is a warning.
-
-    Parameters
-    ----------
-    name : str
-    point : (str, str)
-        Body and point.
-    direction : float
-        In which the force is positive and the coordinate of the point counts, in the ground's frame [rad].
-    curve : tuple of (float, float)
-        Coordinates of the point along the direction [m], increasing, and forces [N].
-    acts : {"both", "forward", "backward"}
-        In both senses of the motion, or in one.
-    transition : float
-        Speed over which a force of one sense comes and goes, as (1 + tanh(v/v_0))/2 [m/s].
-    time_function : TimeFunction, optional
-        A factor over time; 1 if not given.
-
-    References
-    ----------
-    Fritsch and Butland 1984, doi:10.1137/0905021
     """
 
     name: str
     point: BodyPoint
-    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of force and coordinate")]
+    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of force and coordinate, in the fixed frame")]
     curve: Annotated[tuple[Point, ...], CURVE]
     acts: Acts = "both"
-    transition: Annotated[float, Quantity("m/s", above=0.0, maximum=1e3, help="speed over which a one-way force sets in")] = (
-        1e-3
-    )
+    transition: Annotated[
+        float,
+        Quantity("m/s", above=0.0, maximum=1e3, help="v_0 of a one-way force, in (1 + tanh(v/v_0))/2"),
+    ] = 1e-3
     time_function: TimeFunction | None = None
 
-    def __post_init__(self) -> None:
-        label = f"stroke load '{self.name}'"
-        check_quantities(self, label)
-        check_attachment(self)
-        check_curve(label, self.curve, CURVE)
+    def check(self) -> None:
+        check_curve(f"stroke load '{self.name}'", self.curve, CURVE)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """The sense, v_0 [m/s], how many knots, and these."""

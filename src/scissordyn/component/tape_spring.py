@@ -7,12 +7,12 @@ from typing import Annotated
 
 import numpy as np
 
-from scissordyn.component.declaration import PARAMETERS, check_attachment, component
+from scissordyn.component.declaration import PARAMETERS, component
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
-from scissordyn.units import Pairs, Quantity, check_quantities
+from scissordyn.units import Pairs, Quantity
 
 FIRST = 4
 """Where the tables begin among the parameters."""
@@ -112,7 +112,6 @@ def _work(table: tuple[Point, ...], start: float, end: float) -> float:
     force=force,
     gap=gap,
     switch=switch,
-    section="tape_spring",
     outputs=(Output("folded", "1", "1 on the folded branch, 0 on the straight one"),),
     context=("mode",),
     symbol="tape",
@@ -125,6 +124,7 @@ def _work(table: tuple[Point, ...], start: float, end: float) -> float:
         "peak_moment_equal": "0.8 N m",
         "steady_moment_equal": "0.2 N m",
     },
+    source="Seffen and Pellegrino 1999, Deployment dynamics of tape springs",
 )
 class TapeSpring:
     r"""A hinge made of a tape spring, with snap-through and hysteresis.
@@ -137,35 +137,14 @@ class TapeSpring:
 
     are the usual estimates of the steady moments of a tape of thickness t that subtends the angle alpha.
 
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        The base may be "ground".
-    stiffness : float
-        Of the straight tape [N m/rad].
-    peak_moment, peak_moment_equal : float
-        At which the straight tape snaps, bent in the positive and in the negative sense [N m].
-    steady_moment, steady_moment_equal : float
-        Of the fold in these senses [N m].
-    free_angle : float
-        Of the body against its base where the tape is straight [rad].
-    straight : tuple of (float, float)
-        In place of stiffness and peak moments: angles from the free one [rad] and moments [N m] in increasing order; the first
-        and the last are where the tape snaps.
-    folded : tuple of (float, float)
-        Beside it: angles and moments of the fold, at negative angles and at positive ones; those next to zero are where the
-        fold snaps back.
+    Tables of the straight and the folded branch, of angles from the free one and moments, take the place of these numbers.
+
 
     Raises
     ------
     InputError
         If a branch is missing, a table does not increase, the fold snaps back beyond the snap, or the fold takes more work than
         the straight tape between them, so that a snap would give energy.
-
-    References
-    ----------
-    Seffen and Pellegrino 1999, Deployment dynamics of tape springs
     """
 
     name: str
@@ -178,15 +157,23 @@ class TapeSpring:
     steady_moment_equal: Annotated[float, Quantity("N m", minimum=0.0, maximum=1e6, help="negative moment of the fold")] = 0.0
     free_angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the straight tape")] = 0.0
     straight: Annotated[
-        tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"), help="the straight branch, in place of stiffness")
+        tuple[Point, ...],
+        Pairs(
+            ("angles", "moments"),
+            ("rad", "N m"),
+            help="the straight branch, from one snap to the other",
+        ),
     ] = ()
     folded: Annotated[
-        tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"), help="the folded branch, beside the straight one")
+        tuple[Point, ...],
+        Pairs(
+            ("angles", "moments"),
+            ("rad", "N m"),
+            help="the fold, which snaps back at the angles next to zero",
+        ),
     ] = ()
 
-    def __post_init__(self) -> None:
-        check_quantities(self, f"tape spring '{self.name}'")
-        check_attachment(self)
+    def check(self) -> None:
         straight, negative, positive = self._tables()
         label = f"tape spring '{self.name}'"
         for table in (straight, negative, positive):

@@ -19,7 +19,6 @@ def force(angle, speed, factor, torque):
 @component(
     port=HINGE,
     force=force,
-    section="torque",
     context=("factor",),
     passive=False,
     symbol="arc",

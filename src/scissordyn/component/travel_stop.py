@@ -29,41 +29,23 @@ def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, lim
     port=TRAVEL,
     force=force,
     gap=gap,
-    section="travel_stop",
     label="end stop",
     context=("mode", "approach_speed"),
     symbol="stop",
     example={"point": "slider.centre", "direction": "90 deg", "limit": "1.5 m"},
+    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4",
 )
 class TravelStop:
     r"""An end stop of a point that travels: beyond a line across its direction a force pushes it back.
 
     .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
-
-    Parameters
-    ----------
-    name : str
-    point : (str, str)
-        Body and point.
-    direction : float
-        Direction of travel towards the stop, in the ground's frame [rad].
-    limit : float
-        How far the point may go: its coordinate along the direction at the touch [m].
-    stiffness : float
-        K [N/m^n].
-    exponent : float
-        n.
-    restitution : float
-        Restitution coefficient.
-
-    References
-    ----------
-    Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4
     """
 
     name: str
     point: BodyPoint
-    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of travel towards the stop")]
+    direction: Annotated[
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="of travel towards the stop, in the fixed frame")
+    ]
     limit: Annotated[float, Quantity("m", minimum=-1e4, maximum=1e4, help="coordinate along the direction at the touch")]
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e8
     exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5

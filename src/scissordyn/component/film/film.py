@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.declaration import component
 from scissordyn.component.film.impedance import (
     finite_table,
     long_bearing,
@@ -21,7 +21,7 @@ from scissordyn.component.film.impedance import (
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
 from scissordyn.kernel import kernel
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity
 
 MODELS = ("finite", "short", "long")
 """Bearing models: their place is the kernel's number for them."""
@@ -87,8 +87,6 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
 @component(
     port=FRAME,
     force=force,
-    section="film",
-    label="film",
     context=("differences",),
     outputs=(
         Output("thickness", "m", "least distance of the surfaces, negative where they touch"),
@@ -102,6 +100,7 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
         Output("sliding_speed", "m/s", "of the surfaces past each other"),
     ),
     example={"start": "crank.end", "end": "rod.start", "viscosity": "50 mPa s", "clearance": "0.2 mm"},
+    source="Booker 1965, Dynamically loaded journal bearings: mobility method of solution",
 )
 class Film:
     r"""The oil between a journal and its bearing; a clearance joint with `lubrication` has one.
@@ -110,43 +109,18 @@ class Film:
 
     with the impedance W of a short, a long or a finite bearing. Pressure counts where it is positive; the table of finite
     bearings satisfies Reynolds' equation with that condition, for lengths of a quarter to four diameters.
-
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Centre of the bearing and of the journal.
-    viscosity : float
-        mu [Pa s].
-    clearance : float
-        c [m].
-    radius, length : float
-        R and L [m].
-    roughness : float
-        Film thickness [m] at which the surfaces' peaks carry: the film gets no thinner.
-    model : {"finite", "short", "long"}
-    full : bool
-        Whether negative pressures count, too, for the short and the long bearing: a film under high ambient pressure.
-
-    References
-    ----------
-    Booker 1965, Dynamically loaded journal bearings: mobility method of solution
     """
 
     name: str
-    start: BodyPoint
-    end: BodyPoint
-    viscosity: Annotated[float, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity")]
-    clearance: Annotated[float, Quantity("m", **LENGTH, help="radial clearance")]
-    radius: Annotated[float, Quantity("m", **LENGTH, help="radius of the journal")] = 10e-3
-    length: Annotated[float, Quantity("m", **LENGTH, help="axial length of the bearing")] = 15e-3
+    start: Annotated[BodyPoint, Meaning("centre of the bearing")]
+    end: Annotated[BodyPoint, Meaning("centre of the journal")]
+    viscosity: Annotated[float, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity mu")]
+    clearance: Annotated[float, Quantity("m", **LENGTH, help="radial clearance c")]
+    radius: Annotated[float, Quantity("m", **LENGTH, help="radius R of the journal")] = 10e-3
+    length: Annotated[float, Quantity("m", **LENGTH, help="axial length L of the bearing")] = 15e-3
     roughness: Annotated[float, Quantity("m", above=0.0, maximum=1e-2, help="film thickness at which peaks carry")] = 1e-6
-    model: str = "finite"
-    full: bool = False
-
-    def __post_init__(self) -> None:
-        check_quantities(self, f"film '{self.name}'")
-        check_attachment(self)
+    model: Annotated[str, Meaning("finite, short or long bearing")] = "finite"
+    full: Annotated[bool, Meaning("whether negative pressures count, too, as under high ambient pressure")] = False
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Its numbers, and the table of its length."""

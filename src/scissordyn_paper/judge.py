@@ -17,7 +17,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.answer.measure import Ended
-from scissordyn.run.batch_worker import Worker
+from scissordyn.run.batch import Worker
 from scissordyn.run.options import Options
 from scissordyn_paper.cases import SPEEDS, Choice, PaperCase, every_case
 from scissordyn_paper.measures import FREE_BAR, JOINT, Curves, IdealMotion, Measures, ideal_motion, measure
@@ -60,46 +60,27 @@ def _measured(
     cases: Sequence[PaperCase], options: Options, drives: Mapping[float, PaperCase], member: int
 ) -> dict[PaperCase, Measures]:
     """Measures of runs with the same options, all with friction or all without."""
-    runs = _Runs(cases, drives, member)
+
+    def mechanism(case: int) -> Mechanism:
+        run = cases[case]
+        assert run.clearance is not None
+        joint = _joint(run.choice, run.friction)
+        joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + member * NEIGHBOUR))
+        return described(drives[run.speed]).mechanism.with_clearance(JOINT, joint)
+
     choice, frictional = cases[0].choice, cases[0].friction is not None
     workers: dict[tuple[Any, ...], Worker] = _LOCAL.__dict__.setdefault("workers", {})
     key = choice.driven_bar, choice.angle, frictional
     if key not in workers:
-        workers[key] = Worker(plan(runs.mechanism(0)), options, runs)
-    worker = workers[key]
-    worker.options, worker.cases = dataclasses.replace(options, most_steps=MOST_STEPS), runs
-    worker.run(range(len(cases)))
-    return runs.measured
-
-
-class _Runs:
-    """Runs of a `Worker`."""
-
-    compares, sampled = False, True
-
-    def __init__(self, cases: Sequence[PaperCase], drives: Mapping[float, PaperCase], member: int) -> None:
-        self.cases, self.drives, self.member = cases, drives, member
-        self.measured: dict[PaperCase, Measures] = {}
-
-    def mechanism(self, case: int) -> Mechanism:
-        """With the clearance of a neighbour."""
-        run = self.cases[case]
-        assert run.clearance is not None
-        joint = _joint(run.choice, run.friction)
-        joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + self.member * NEIGHBOUR))
-        return described(self.drives[run.speed]).mechanism.with_clearance(JOINT, joint)
-
-    def start(self, case: int, y: np.ndarray) -> np.ndarray:
-        """As it is."""
-        return y
-
-    def failed(self, case: int, cause: str) -> None:
-        """Nothing: it has no measures."""
-
-    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
-        """Measure a run."""
-        run = self.cases[case]
-        self.measured[run] = measure(_curves(ended, printed=run.choice.samples > 0), _ideal_motion(self.drives[run.speed]))
+        workers[key] = Worker(plan(mechanism(0)), options, sampled=True)
+    worker, measured = workers[key], dict[PaperCase, Measures]()
+    worker.options = dataclasses.replace(options, most_steps=MOST_STEPS)
+    for row in worker.rows(range(len(cases)), mechanism):
+        if row.ended is not None:
+            run = cases[row.case]
+            curves = _curves(row.ended, printed=run.choice.samples > 0)
+            measured[run] = measure(curves, _ideal_motion(drives[run.speed]))
+    return measured
 
 
 @lru_cache(64)

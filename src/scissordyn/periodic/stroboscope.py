@@ -20,7 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.advance.driver import Driver, counted
 from scissordyn.run.advance.snapshot import Snapshot
-from scissordyn.run.advance.trajectory import make_driver, reach
+from scissordyn.run.advance.trajectory import make_driver, reach, reached
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.warn import Extremes
 from scissordyn.run.options import Options, StartKind
@@ -131,7 +131,7 @@ def _cycled(
             cause = reach(driver, (number + 1) * period, options.most_steps, since=driver.tried)
             state = driver.state
             if wanted:
-                extremes.add(driver)
+                extremes.add(reached(driver))
             if cause:
                 break
             log, begin = driver.log, number * period

@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import time as clocks
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError, ScissordynError, did_you_mean
+from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed_all, find, number
-from scissordyn.plan.plan import plan
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.advance.driver import FIRST, SLICE, UNFINISHED, Driver, advance_together
+from scissordyn.run.advance.system import make_system, put_numbers
+from scissordyn.run.advance.trajectory import broken_off, make_driver, model_failure, reach
+from scissordyn.run.answer.hard_contact import ignored_roots, stepping_warnings
 from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_bars, component_units, parts_of
 from scissordyn.run.answer.warn import Extremes
-from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.options import EventKind, Options, StartKind
+from scissordyn.run.start.ideal_path import IdealPath, ideal_path, stages
 
 TITLE = "scissordyn batch"
+
+MOST_TOGETHER = 16
+"""Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,
+preparing one case takes three to ten times as long as after another."""
+
+GROUP_SECONDS = 0.1
+"""Time that a group should take, so that threads end together and Ctrl-C is noticed."""
 
 LARGEST_PERTURBATION = 1e-6
 """What is larger is another start, not round-off."""
@@ -176,6 +190,118 @@ class Perturbed:
         return np.asarray(y * (1.0 + self.perturbation * numbers.standard_normal(y.size)))
 
 
+class Row(NamedTuple):
+    """What a worker returns of a case."""
+
+    case: int
+    ended: Ended | None  # Of a run that is complete; valid until the worker goes on
+    cause: str = ""  # Why it is not
+    seconds: float = math.nan
+    warned: tuple[str, ...] = ()  # By its start and its counters
+
+
+class Worker:
+    """One thread's arrays, which it keeps from case to case: it prepares some cases and advances them one after another."""
+
+    def __init__(self, base: Plan, options: Options, *, compares: bool = False, sampled: bool = False) -> None:
+        self.base, self.options, self.compares, self.sampled = base, options, compares, sampled
+        self.slots: list[_Slot] = []
+        self.path: IdealPath | None = None
+        self.seconds, self.slice = 0.0, FIRST
+
+    def size(self, cases: int, threads: int) -> int:
+        """How many cases to do together, by how long the last ones took."""
+        if not self.seconds:
+            return 1
+        return max(1, min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
+
+    def rows(
+        self,
+        group: Sequence[int],
+        mechanism: Callable[[int], Mechanism],
+        perturb: Callable[[int, np.ndarray], np.ndarray] = lambda case, y: y,
+    ) -> Iterator[Row]:
+        """Simulate some cases, given by their numbers; `perturb` changes the state that a case starts from."""
+        began = clocks.perf_counter()
+        self.slots += [_Slot(self.base) for _ in range(len(group) - len(self.slots))]
+        ready, rows = list[tuple[int, _Slot, Driver]](), list[Row]()
+        for case, slot in zip(group, self.slots, strict=False):
+            try:
+                driver = slot.started(mechanism(case), self.options, partial(perturb, case))
+                slot.path = self._compare(driver) if self.compares else None
+                if self.sampled:
+                    driver.sample_at(np.linspace(0.0, self.options.until, self.options.count))
+                ready.append((case, slot, driver))
+            except ScissordynError as error:
+                rows.append(Row(case, None, str(error)))
+        statuses, seconds = self._together([driver for _, _, driver in ready])
+        for (case, slot, driver), status in zip(ready, statuses, strict=True):
+            cause, taken = self._advance(driver, status)
+            ended = None if cause else Ended(driver, slot.path, self.options)
+            rows.append(Row(case, ended, cause, seconds + taken, () if cause else (*slot.warned, *self._warned(driver))))
+        yield from rows
+        self.seconds = (clocks.perf_counter() - began) / len(group)
+
+    def _together(self, drivers: Sequence[Driver]) -> tuple[list[int], float]:
+        """Advance for about `GROUP_SECONDS`; returns statuses, and the time that each took on the average [s]."""
+        if not drivers:
+            return [], 0.0
+        began = clocks.perf_counter()
+        steps = min(max(1, self.slice // len(drivers)), self.options.most_steps)
+        statuses = advance_together(drivers, self.options.until, steps)
+        seconds = clocks.perf_counter() - began
+        self.slice = min(int(sum(driver.tried for driver in drivers) * GROUP_SECONDS / max(seconds, 1e-9)), SLICE)
+        return statuses, seconds / len(drivers)
+
+    def _advance(self, driver: Driver, status: int) -> tuple[str, float]:
+        """Advance to the end from where `_together` got; returns why it did not get there, "" if it did, and the time taken."""
+        began, options = clocks.perf_counter(), self.options
+        try:
+            cause = reach(driver, options.until, options.most_steps) if status in UNFINISHED else broken_off(status, driver)
+            cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}" if cause else model_failure(driver)
+        except ScissordynError as error:
+            cause = str(error)
+        return cause, clocks.perf_counter() - began
+
+    def _compare(self, driver: Driver) -> IdealPath:
+        """Have the driver compare with the commanded path, which is computed anew only where it is another one."""
+        chosen = stages(driver.plan.mechanism)
+        if self.path is None or self.path.stages[0] != chosen[0]:
+            self.path = ideal_path(driver.plan, self.options)
+        path = replace(self.path, stages=chosen)
+        if path.warnings:
+            raise ScissordynError(path.warnings[0])
+        driver.compare_with(path.table, path.step)
+        return path
+
+    def _warned(self, driver: Driver) -> list[str]:
+        """What the counters of a run warn of."""
+        if driver.stepping is None:
+            return list(map(str, ignored_roots(driver.plan, self.options)))
+        return list(map(str, stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))))
+
+
+class _Slot:
+    """The arrays of one case at a time."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.system = plan, make_system(plan)
+        self.driver: Driver | None = None
+        self.warned: tuple[str, ...] = ()
+        self.path: IdealPath | None = None
+
+    def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
+        """A driver at the start of a case, in the arrays of the case before if they fit."""
+        fits = self.plan.fits(mechanism)
+        self.plan = self.plan.case(mechanism) if fits else plan(mechanism)
+        check_tables(self.plan, options.until)
+        if not (fits and put_numbers(self.system, self.plan)):
+            self.system, self.driver = make_system(self.plan), None
+        self.driver, prepared, _ = make_driver(self.plan, options, self.system, self.driver, perturb)
+        self.warned = prepared.warnings
+        return self.driver
+
+
 class _Batch:
     """The cases, with their measures, status and cause; each is written by one thread, to its own place."""
 
@@ -186,21 +312,17 @@ class _Batch:
         measures: Mapping[str, Measure],
         perturbed: Perturbed,
     ) -> None:
-        self.base, self.columns, self.perturbed = mechanism, columns, perturbed
+        self.base, self.columns, self.measures, self.perturbed = mechanism, columns, measures, perturbed
         self.places = {parameter: find(mechanism, parameter) for parameter in columns}
         cases = len(next(iter(columns.values()))) if columns else np.size(perturbed.members)
         self.members = perturbed.member_of_each(cases)
         self.sizes = parts_of(mechanism)
-        self.measures = measures
         self.values = {
             name: np.full((cases, *(len(self.sizes[dim]) for dim in measure.dims)), np.nan)
             for name, measure in measures.items()
         }
-        self.compares = any(measure.compares for measure in measures.values()) and bool(mechanism.tracks)
-        self.sampled = any(measure.sampled for measure in measures.values())
         self.status = np.full(cases, "pending", dtype="U8")
-        self.cause = np.full(cases, "", dtype=object)
-        self.warnings = np.full(cases, "", dtype=object)
+        self.cause, self.warnings = np.full((2, cases), "", dtype=object)
         self.seconds = np.full(cases, np.nan)
 
     def mechanism(self, case: int) -> Mechanism:
@@ -212,27 +334,32 @@ class _Batch:
         """The state that a case starts from, given that of its mechanism."""
         return self.perturbed.start(int(self.members[case]), y)
 
-    def failed(self, case: int, cause: str) -> None:
-        """Note why a case has no measures."""
-        self.cause[case], self.status[case] = cause, "failed"
-
-    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
-        """Write the measures of a case that is complete, and its warnings."""
-        values = {name: measure.value(ended) for name, measure in self.measures.items()}
+    def enter(self, row: Row) -> None:
+        """Write the measures of a case and its warnings, or why it has none."""
+        case, ended, cause = row.case, row.ended, row.cause
+        try:
+            values = {} if ended is None else {name: measure.value(ended) for name, measure in self.measures.items()}
+        except ScissordynError as error:  # of a measure of the user's
+            ended, cause = None, str(error)
+        if ended is None:
+            self.cause[case], self.status[case] = cause, "failed"
+            return
         for name, value in values.items():
             self.values[name][case] = value
         extremes = Extremes(ended.plan)
-        extremes.add(ended.driver)
-        self.warnings[case] = "\n".join([*warned, *extremes.warnings()])
-        self.seconds[case] = seconds
+        extremes.add(ended.path)
+        self.warnings[case] = "\n".join([*row.warned, *extremes.warnings()])
+        self.seconds[case] = row.seconds
         self.status[case] = "complete"
 
 
 def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[int, int], None] | None) -> bool:
     """Run all cases; returns whether the user stopped it."""
-    base, cases = plan(batch.base), batch.status.size
+    base, cases, chosen = plan(batch.base), batch.status.size, batch.measures.values()
+    compares = any(measure.compares for measure in chosen) and bool(batch.base.tracks)
+    sampled = any(measure.sampled for measure in chosen)
     free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-    workers = [Worker(base, options, batch) for _ in range(min(threads, cases))]
+    workers = [Worker(base, options, compares=compares, sampled=sampled) for _ in range(min(threads, cases))]
     for worker in workers:
         free.put(worker)
 
@@ -246,7 +373,8 @@ def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[
     def run(group: range) -> None:
         worker = free.get()
         try:
-            worker.run(group)
+            for row in worker.rows(group, batch.mechanism, batch.start):
+                batch.enter(row)
         finally:
             free.put(worker)
 

@@ -131,25 +131,22 @@ class Driver:
         self,
         plan: Plan,
         y: np.ndarray,
-        tolerances: Tolerances,
         *,
+        method: Choice,
+        tolerances: Tolerances,
         crosses: int = ENDS,
         initial_events: tuple[list[float], ...] = (),
-        choice: Choice | None = None,
     ) -> None:
-        """Begin another case of the same model without delays, whose numbers `put_numbers` has put in place.
-
-        Shapes: `y` (ny,).
-        """
+        """Begin another case of the same model and method without delays, whose numbers `put_numbers` has put in place."""
         self.plan = plan
-        if self.stepping is not None and choice is not None:
-            self.stepping.restart(plan, choice.step, choice.turn)
+        if self.stepping is not None:
+            self.stepping.restart(plan, method.step, method.turn)
         content = self.integration.content
         work = content.work
         work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)
         work.precision[:], work.crossable[:] = tolerances.precision, tolerances.crossable
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
-        reset_state(content.state, y, crosses=crosses, fixed=0.0 if choice is None else choice.fixed)
+        reset_state(content.state, y, crosses=crosses, fixed=method.fixed)
         self.band["limit"] = self._limits()
         if len(initial_events) > content.log.shape[0]:
             self._exchange(log=np.zeros((2 * len(initial_events), LOG_COLUMNS)))

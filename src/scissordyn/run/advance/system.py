@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from scissordyn.kernel import Handle
@@ -36,3 +39,13 @@ def put_numbers(system: Handle, plan: Plan) -> bool:
     work.inactive[model.latch[:, 0]] = 1.0
     work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
     return True
+
+
+@contextmanager
+def state_kept(system: Handle) -> Iterator[None]:
+    """Put the state of a system back afterwards."""
+    state = system.content.state
+    before = [part.copy() for part in state]
+    yield
+    for part, kept in zip(state, before, strict=True):
+        part[...] = kept

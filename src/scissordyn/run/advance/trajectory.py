@@ -101,21 +101,24 @@ class Trajectory:
         return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])
 
 
-def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]:
-    """A driver at the start of a run."""
-    system = make_system(plan)
+def make_driver(
+    plan: Plan,
+    options: Options,
+    system: Handle | None = None,
+    driver: Driver | None = None,
+    perturb: Callable[[np.ndarray], np.ndarray] = lambda y: y,
+) -> tuple[Driver, Prepared, Choice]:
+    """A driver at the start of a run: in the arrays of another one of the same system, if that has the same method."""
+    system = make_system(plan) if system is None else system
     prepared = prepare_start(plan, system, options.start)
-    tolerances = error_weights(plan, system, prepared.y, rtol=options.rtol, atol=options.atol)
-    choice = choose_method(plan, system, prepared.y, options, tolerances)
-    driver = Driver(
-        plan,
-        system,
-        prepared.y,
-        method=choice,
-        tolerances=tolerances,
-        crosses=crosses(plan, options),
-        initial_events=prepared.initial_events,
-    )
+    y = perturb(prepared.y)
+    tolerances = error_weights(plan, system, y, rtol=options.rtol, atol=options.atol)
+    choice = choose_method(plan, system, y, options, tolerances)
+    across, events = crosses(plan, options), prepared.initial_events
+    if driver is None or driver.method != choice.method:
+        driver = Driver(plan, system, y, method=choice, tolerances=tolerances, crosses=across, initial_events=events)
+    else:
+        driver.restart(plan, y, method=choice, tolerances=tolerances, crosses=across, initial_events=events)
     return driver, prepared, choice
 
 

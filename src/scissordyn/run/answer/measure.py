@@ -23,14 +23,14 @@ from scissordyn.mechanics.monitored import (
     POWERS,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
-    companions,
     oiled_contacts,
 )
-from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.driver import Driver
+from scissordyn.run.advance.system import state_kept
 from scissordyn.run.advance.trajectory import reached
-from scissordyn.run.answer.contacts import Contact, contacts
+from scissordyn.run.answer.contacts import Contact
 from scissordyn.run.answer.dataset import largest_along_bars
 from scissordyn.run.answer.events import ACCOUNTS, accounts
 from scissordyn.run.answer.internal_forces import bars_of
@@ -44,16 +44,14 @@ class Ended:
     """What a driver has accumulated up to now."""
 
     def __init__(self, driver: Driver, path: IdealPath | None = None, options: Options | None = None) -> None:
-        self.driver, self.path, self.options = driver, path, options
-        self.plan = driver.plan
-        self.mechanism = driver.plan.mechanism
-        self.time = driver.time
+        self.driver, self.ideal, self.options = driver, path, options
+        self.plan, self.mechanism, self.time = driver.plan, driver.plan.mechanism, driver.time
+        self.path = reached(driver)
 
     @cached_property
     def contacts(self) -> list[Contact]:
         """All contacts in order of their starts."""
-        model = self.driver.system.content.model
-        return contacts(self.driver.log, self.driver.peak, companions(model)[: len(self.plan.contacts)])
+        return self.path.contacts()
 
     @cached_property
     def by_joint(self) -> list[list[Contact]]:
@@ -90,66 +88,53 @@ class Ended:
 
     def peaks(self, kind: int) -> np.ndarray:
         """Largest values of one kind of monitored quantity."""
-        return np.asarray(self.driver.peak["largest"][self.rows(kind)])
+        return np.asarray(self.path.peaks(kind)["largest"])
 
     def root_mean_squares(self, kind: int) -> np.ndarray:
         """Over the time up to now."""
-        return np.asarray(np.sqrt(self.driver.peak["square"][self.rows(kind)] / self.time))
+        return np.asarray(np.sqrt(self.path.peaks(kind)["square"] / self.time))
 
     def at_end(self, kind: int) -> np.ndarray:
         """One kind of monitored quantity now."""
-        return np.asarray(self.driver.state.monitored[self.rows(kind), 0])
-
-    def settled(self) -> np.ndarray:
-        """From when on the tracked points stay within their tolerances [s]."""
-        guards = self.driver.state.mode.size
-        return settling_times(self.plan, self.driver.band[self.rows(TRACK_DEVIATION) - guards], self.time)
+        return np.asarray(self.driver.state.monitored[self.driver.rows(kind), 0])
 
     def deployed(self) -> float:
         """When the last latch has locked [s]; infinite while one is open, NaN without latches."""
-        log = self.driver.log
-        locked = [
-            float(log["time"][log["guard"] == guard][-1]) if self.driver.state.mode[guard] == 1 else math.inf
-            for guard in self._latches
-        ]
+        model, log, mode = self.driver.system.content.model, self.path.log, self.driver.state.mode
+        latches = model.component_guard[model.latch[:, 2]].tolist()
+        locked = [float(log["time"][log["guard"] == guard][-1]) if mode[guard] == 1 else math.inf for guard in latches]
         return max(locked, default=math.nan)
 
     @cached_property
     def accounts(self) -> np.ndarray:
         """Along `events.ACCOUNTS` [J]."""
-        driver = self.driver
-        energies: np.ndarray = accounts(self.plan, driver.state.total[None], driver.log, np.array([math.inf]))[0]
+        energies: np.ndarray = accounts(self.plan, self.driver.state.total[None], self.path.log, np.array([math.inf]))[0]
         return energies
 
     @cached_property
+    def record(self) -> Record:
+        """Everything at the samples."""
+        with state_kept(self.driver.system):
+            return record(self.plan.maps, self.driver.system, self.path.samples)
+
+    @cached_property
     def bars(self) -> dict[str, np.ndarray]:
-        """Sizes of `bar_largest_...`, by name, of a run with samples."""
-        return along_bars(self.driver)
+        """Sizes of the largest values along bars that bend, among the samples, by the names of their variables."""
+        undefined = np.flatnonzero(~np.all(np.isfinite(self.record.A), axis=1))
+        if undefined.size:
+            time = self.path.samples.time[undefined[0]]
+            raise ScissordynError(f"stopped at t = {time:.9g} s: accelerations are not defined")
+        largest = largest_along_bars(self.path, self.record)
+        return {name: np.abs(variable.values) for name, variable in largest.items() if name != "bar"}
 
     @cached_property
     def deviation_parts(self) -> np.ndarray:
         """Sizes of what servos, bending and clearance add to deviations at the samples, shape (parts, time, tracks) [m]."""
-        if self.path is None or self.options is None:
+        if self.ideal is None or self.options is None:
             return np.full((len(PARTS), 1, len(self.plan.tracks)), math.nan)
-        state = self.driver.system.content.state
-        before = [part.copy() for part in state]
-        run = reached(self.driver)
-        rows = record(run.plan.maps, run.system, run.samples).X
-        for part, kept in zip(state, before, strict=True):
-            part[...] = kept
-        at = np.stack([run.plan.coordinates.tracked(track).at(rows) for track in self.plan.tracks], axis=1)
-        parts = deviation_parts(self.path, self.mechanism, self.options, run.samples.time, at)
+        at = np.stack([self.plan.coordinates.tracked(track).at(self.record.X) for track in self.plan.tracks], axis=1)
+        parts = deviation_parts(self.ideal, self.mechanism, self.options, self.path.samples.time, at)
         return np.asarray(np.hypot(parts[..., 0], parts[..., 1]))
-
-    @cached_property
-    def _latches(self) -> list[int]:
-        """Guards of the latches."""
-        model = self.driver.system.content.model
-        return [int(model.component_guard[component]) for component in model.latch[:, 2]]
-
-    def rows(self, kind: int) -> np.ndarray:
-        """Rows of the peaks of one kind of monitored quantity."""
-        return self.driver.rows(kind)
 
 
 @dataclass(frozen=True)
@@ -164,7 +149,7 @@ class Measure:
     sampled: bool = False  # Whether it needs equally spaced samples
 
 
-def _of_bars(units: str, quantity: str, text: str) -> Measure:
+def _of_bars(quantity: str, units: str, text: str) -> Measure:
     about = f"largest {text} of each bar that bends, among the samples"
     return Measure(units, about, ("bar",), lambda ended: ended.bars[f"bar_largest_{quantity}"], sampled=True)
 
@@ -176,9 +161,15 @@ def _energy(name: str) -> Measure:
     return Measure("J", text, (), lambda ended: float(ended.accounts[place]))
 
 
-_JOINT, _TRACK = ("joint",), ("track",)
+def _of_contacts(units: str, text: str, value: Callable[[list[Contact]], float]) -> Measure:
+    return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
+
 
 _APART = "distance of a tracked point from where it is on the commanded path of the rigid ideal mechanism"
+
+
+def _of_track(text: str, value: Callable[[Ended], np.ndarray], units: str = "m", *, sampled: bool = False) -> Measure:
+    return Measure(units, text, ("track",), value, compares=True, sampled=sampled)
 
 
 def _of_deviation(number: int, at_end: bool) -> Measure:
@@ -188,92 +179,68 @@ def _of_deviation(number: int, at_end: bool) -> Measure:
         sizes = ended.deviation_parts[number]
         return np.asarray(sizes[-1] if at_end else sizes.max(axis=0))
 
-    place = ", at the end" if at_end else ", the largest among the samples"
-    return Measure("m", words + place, _TRACK, value, compares=True, sampled=True)
+    return _of_track(words + (", at the end" if at_end else ", the largest among the samples"), value, sampled=True)
 
 
-def _of_couplings(dim: str) -> tuple[str, Measure]:
+def _of_couplings(dim: str) -> Measure:
     def value(ended: Ended) -> np.ndarray:
         constraints = ended.plan.coordinates.constraints
-        numbers = [k for k, constraint in enumerate(constraints) if constraint.linear]
-        largest = {
-            constraints[k].name: peak / constraints[k].scale
-            for k, peak in zip(numbers, ended.peaks(COUPLING_FORCE), strict=True)
-        }
+        linear = [constraint for constraint in constraints if constraint.linear]
+        peaks = ended.peaks(COUPLING_FORCE)
+        largest = {constraint.name: peak / constraint.scale for constraint, peak in zip(linear, peaks, strict=True)}
         return np.array([largest.get(name, math.nan) for name in parts_of(ended.mechanism)[dim]])
 
     words = "of couplings on their outputs" if dim == "coupling" else "of drives of coordinates"
-    return f"peak_{dim}_force", Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
+    return Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
 
+
+_FORCE = "largest force that a joint transmits: normal force, friction and film together"
+_HARD_FORCE = "estimated largest normal force in a hard contact; NaN for compliant ones"
+_WEAR = "largest product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points"
+_JOINT, _DRIVE = ("joint",), ("drive",)
 
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
-        "peak_force": Measure(
-            "N",
-            "largest force that a joint transmits: normal force, friction and film together",
-            _JOINT,
-            lambda e: e.largest_forces(),
+        "peak_force": Measure("N", _FORCE, _JOINT, lambda e: e.largest_forces()),
+        "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, lambda e: e.estimated_forces()),
+        "peak_approach_speed": _of_contacts(
+            "m/s", "largest approach speed", lambda contacts: max((c.approach_speed for c in contacts), default=0.0)
         ),
-        "peak_force_estimate": Measure(
-            "N",
-            "estimated largest normal force in a hard contact; NaN for compliant ones",
-            _JOINT,
-            lambda e: e.estimated_forces(),
-        ),
-        "peak_approach_speed": Measure(
-            "m/s",
-            "largest approach speed",
-            _JOINT,
-            lambda e: e.per_joint(lambda contacts: max((c.approach_speed for c in contacts), default=0.0)),
-        ),
-        "contact_count": Measure("1", "contacts", _JOINT, lambda e: e.per_joint(len)),
+        "contact_count": _of_contacts("1", "contacts", len),
         "contact_fraction": Measure(
             "1",
             "fraction of the time in contact",
             _JOINT,
             lambda e: e.per_joint(lambda contacts: sum(map(e.lasting, contacts))) / e.time,
         ),
-        "first_contact": Measure(
-            "s",
-            "start of the first contact",
-            _JOINT,
-            lambda e: e.per_joint(lambda contacts: contacts[0].start if contacts else math.inf),
+        "first_contact": _of_contacts(
+            "s", "start of the first contact", lambda contacts: contacts[0].start if contacts else math.inf
         ),
-        "impulse": Measure(
-            "N s",
-            "impulse of the normal forces",
-            _JOINT,
-            lambda e: e.per_joint(lambda contacts: sum(c.impulse for c in contacts)),
-        ),
+        "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(c.impulse for c in contacts)),
         "peak_pressure_velocity": Measure(
-            "Pa m/s",
-            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points",
-            _JOINT,
-            lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts)),
+            "Pa m/s", _WEAR, _JOINT, lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts))
         ),
-        "peak_drive_torque": Measure("N m", "largest driving torque", ("drive",), lambda e: e.peaks(DRIVE_TORQUE)),
+        "peak_drive_torque": Measure("N m", "largest driving torque", _DRIVE, lambda e: e.peaks(DRIVE_TORQUE)),
         "rms_drive_torque": Measure(
-            "N m", "root mean square of the driving torque", ("drive",), lambda e: e.root_mean_squares(DRIVE_TORQUE)
+            "N m", "root mean square of the driving torque", _DRIVE, lambda e: e.root_mean_squares(DRIVE_TORQUE)
         ),
         "peak_indentation": Measure("m", "largest indentation", _JOINT, lambda e: e.peaks(INDENTATION)),
-        "peak_track_deviation": Measure("m", f"largest {_APART}", _TRACK, lambda e: e.peaks(TRACK_DEVIATION), True),
-        "rms_track_deviation": Measure(
-            "m", f"root mean square {_APART}", _TRACK, lambda e: e.root_mean_squares(TRACK_DEVIATION), True
-        ),
-        "end_track_deviation": Measure("m", f"{_APART} at the end", _TRACK, lambda e: e.at_end(TRACK_DEVIATION), True),
+        "peak_track_deviation": _of_track(f"largest {_APART}", lambda e: e.peaks(TRACK_DEVIATION)),
+        "rms_track_deviation": _of_track(f"root mean square {_APART}", lambda e: e.root_mean_squares(TRACK_DEVIATION)),
+        "end_track_deviation": _of_track(f"{_APART} at the end", lambda e: e.at_end(TRACK_DEVIATION)),
         **{f"{part}_deviation": _of_deviation(number, False) for number, part in enumerate(PARTS)},
         **{f"end_{part}_deviation": _of_deviation(number, True) for number, part in enumerate(PARTS)},
-        "settling_time": Measure("s", SETTLING, _TRACK, lambda e: e.settled(), True),
+        "settling_time": _of_track(SETTLING, lambda e: settling_times(e.plan, e.path.bands(TRACK_DEVIATION), e.time), "s"),
         "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
         "peak_component_force": Measure(
             "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),
-        **dict(_of_couplings(dim) for dim in ("coupling", "coordinate_drive")),
-        "peak_bar_stress": _of_bars("Pa", "stress", "stress in the extreme fibre"),
-        "peak_utilisation": _of_bars("1", "utilisation", "stress over the yield strength"),
-        "peak_deflection": _of_bars("m", "deflection", "distance from the line through the ends"),
+        **{f"peak_{dim}_force": _of_couplings(dim) for dim in ("coupling", "coordinate_drive")},
+        "peak_bar_stress": _of_bars("stress", "Pa", "stress in the extreme fibre"),
+        "peak_utilisation": _of_bars("utilisation", "1", "stress over the yield strength"),
+        "peak_deflection": _of_bars("deflection", "m", "distance from the line through the ends"),
         "peak_buckling_ratio": _of_bars(
-            "1", "buckling_ratio", "compression over that at which the mechanism buckles, drives locked"
+            "buckling_ratio", "1", "compression over that at which the mechanism buckles, drives locked"
         ),
         **{name: _energy(name) for name in POWERS},
         "mass": Measure("kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies))),
@@ -329,17 +296,3 @@ def check_bars(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:
             raise InputError(
                 f"measure '{name}': bar '{lacking[0]}' has no {needed}", f"a {needed} of every bar", f"{needed} = ..."
             )
-
-
-def along_bars(driver: Driver) -> dict[str, np.ndarray]:
-    """Sizes of the largest values along bars that bend, among the samples of a driver, each of shape (bars,)."""
-    state = driver.system.content.state
-    before = [part.copy() for part in state]
-    path = reached(driver)
-    outputs = record(path.plan.maps, path.system, path.samples)
-    for part, kept in zip(state, before, strict=True):
-        part[...] = kept
-    undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
-    if undefined.size:
-        raise ScissordynError(f"stopped at t = {path.samples.time[undefined[0]]:.9g} s: accelerations are not defined")
-    return {name: np.abs(variable.values) for name, variable in largest_along_bars(path, outputs).items() if name != "bar"}

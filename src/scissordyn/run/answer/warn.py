@@ -20,12 +20,12 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.answer.bars import mode_warnings
-from scissordyn.run.answer.film_range import film_peak_warnings, film_warnings
+from scissordyn.run.answer.film import film_peak_warnings, film_warnings
 from scissordyn.run.results import Run, along
 from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
-    from scissordyn.run.advance.driver import Driver
+    from scissordyn.run.advance.trajectory import Trajectory
 
 TURNED_OVER = (
     "kinetic_energy",
@@ -111,22 +111,20 @@ class Extremes:
         self._effort = np.zeros(len(plan.components))
         self._outputs = dict[int, float]()
 
-    def add(self, driver: Driver) -> None:
-        """Add what a driver has accumulated since it last began to count."""
-        log, peak, count = driver.log, driver.peak, len(self._speeds)
+    def add(self, path: Trajectory) -> None:
+        """Add what a stretch has accumulated."""
+        log, count = path.log, len(self._speeds)
         for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
             self._speeds[int(guard)].append(speed)
         if count:
-            np.maximum(self._indentation, peak["largest"][driver.rows(INDENTATION)], out=self._indentation)
-        for row in driver.rows(FRICTION_RATIO).tolist():
-            joint = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
+            np.maximum(self._indentation, path.peaks(INDENTATION)["largest"], out=self._indentation)
+        for joint, peak in zip(path.monitored(FRICTION_RATIO).tolist(), path.peaks(FRICTION_RATIO), strict=True):
             ratio, lasting = self._friction.get(joint, (0.0, 0.0))
-            self._friction[joint] = max(ratio, float(peak["largest"][row])), lasting + float(peak["excess_time"][row])
+            self._friction[joint] = max(ratio, float(peak["largest"])), lasting + float(peak["excess_time"])
         if self._effort.size:
-            np.maximum(self._effort, peak["largest"][driver.rows(COMPONENT_FORCE)[: self._effort.size]], out=self._effort)
-        for row in driver.rows(COMPONENT_OUTPUT).tolist():
-            which = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
-            self._outputs[which] = max(self._outputs.get(which, 0.0), float(peak["largest"][row]))
+            np.maximum(self._effort, path.peaks(COMPONENT_FORCE)["largest"][: self._effort.size], out=self._effort)
+        for which, peak in zip(path.monitored(COMPONENT_OUTPUT).tolist(), path.peaks(COMPONENT_OUTPUT), strict=True):
+            self._outputs[which] = max(self._outputs.get(which, 0.0), float(peak["largest"]))
 
     def warnings(self) -> list[str]:
         """The warnings that follow, without samples: of contact laws, friction and controllers.

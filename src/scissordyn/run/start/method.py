@@ -16,6 +16,7 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Driver
+from scissordyn.run.advance.system import state_kept
 from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.run.start.tolerance import Tolerances
 
@@ -153,16 +154,13 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
 
     Shapes: `y` (ny,).
     """
-    state = system.content.state
-    before = [part.copy() for part in state]
-    driver = Driver(plan, system, y, method=Choice(EXPLICIT, ""), tolerances=tolerances)
-    driver.monitor(False)
-    closed, status = np.flatnonzero(state.mode[: len(plan.contacts)] == 1), ADVANCING
-    while closed.size and driver.tried < most and status == ADVANCING:
-        status = driver.advance(until, most_steps=most // TRIAL)
-        closed = np.setdiff1d(closed, driver.log["guard"][driver.log["mode"] == 0])
-    for part, kept in zip(state, before, strict=True):
-        part[...] = kept
+    with state_kept(system):
+        driver = Driver(plan, system, y, method=Choice(EXPLICIT, ""), tolerances=tolerances)
+        driver.monitor(False)
+        closed, status = np.flatnonzero(system.content.state.mode[: len(plan.contacts)] == 1), ADVANCING
+        while closed.size and driver.tried < most and status == ADVANCING:
+            status = driver.advance(until, most_steps=most // TRIAL)
+            closed = np.setdiff1d(closed, driver.log["guard"][driver.log["mode"] == 0])
     return closed.size == 0
 
 

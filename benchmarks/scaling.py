@@ -13,7 +13,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.cut import recorded
 from scissordyn.run.advance.trajectory import Trajectory, compute
-from scissordyn.run.answer.dataset import to_dataset
+from scissordyn.run.answer.dataset import results
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 
@@ -61,7 +61,7 @@ def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dic
             began = time.perf_counter()
             path = paths[name] = compute(plan(mechanism), options)
             computed = time.perf_counter()
-            to_dataset(path.plan, write_configuration(mechanism, options), *recorded(path.plan, options, path))
+            results(path.plan, write_configuration(mechanism, options), *recorded(path.plan, options, path)).dataset()
             integration = float(path.statistics["seconds"])
             if turn:
                 times[name].append((integration, computed - began - integration, time.perf_counter() - computed))

@@ -95,7 +95,7 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
         raise AssertionError("simulated")
 
     monkeypatch.setattr(driver.Driver, "advance", refuse)
-    made = dataset.to_dataset(path.plan, write_configuration(arm, options), path, record)
+    made = dataset.results(path.plan, write_configuration(arm, options), path, record).dataset()
     assert made.sizes["time"] == 11
     modules = (dataset, track, events, contacts, synchronisation, configuration, store, netcdf, export, output_file)
     assert not [module.__name__ for module in modules if {"compute", "Driver", "simulate"} & set(vars(module))]

@@ -16,7 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.cut import recorded
 from scissordyn.run.advance.trajectory import compute
-from scissordyn.run.answer.dataset import to_dataset
+from scissordyn.run.answer.dataset import results
 from scissordyn.run.options import Options
 
 TURN = 2.0 * math.pi
@@ -46,7 +46,7 @@ def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor
         raise KeyboardInterrupt
     if path.status != "complete":
         raise FailedRunError(path.cause)
-    return to_dataset(tables, "", path, record)
+    return results(tables, "", path, record).dataset()
 
 
 def columns_of(run: xr.Dataset, headings: Sequence[str]) -> list[TimeColumn]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -22,6 +22,15 @@ class Variable(NamedTuple):
 
 
 Variables = dict[str, Variable]
+
+
+def described(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
+    return Variable((dims,) if isinstance(dims, str) else dims, values, {"units": units, "long_name": long_name})
+
+
+def labels(dim: str, texts: Sequence[str], long_name: str = "") -> Variable:
+    """Texts along a dimension, by default its names."""
+    return Variable((dim,), np.array(texts, dtype=str), {"long_name": long_name or dim.replace("_", " ")})
 
 
 class Run(Protocol):

@@ -17,7 +17,7 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
-from scissordyn.run.results import Run, Variable, Variables
+from scissordyn.run.results import Run, Variable, Variables, described, labels
 from scissordyn.warning import RunWarning, warning
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
@@ -229,7 +229,7 @@ def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping
     motions = bar_motions(plan, record, time)
     tables = [_table(axis, motion) for axis, motion in zip(axes, motions, strict=True)]
     names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis.bar)]
-    variables = {"beam": Variable(("beam",), np.array(names, dtype=str), {"long_name": "beam"})}
+    variables = {"beam": labels("beam", names)}
     further = len(names) - len(elements)
     for name, variable in present.items():
         if "beam" in variable.dims and name != "beam":
@@ -240,22 +240,17 @@ def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
             parts.insert(0, present[f"beam_{name}"].values if f"beam_{name}" in present else none)
-        variables[f"beam_{name}"] = Variable(
-            ("time", "beam"), np.concatenate(parts, axis=1), {"units": unit, "long_name": text}
-        )
+        variables[f"beam_{name}"] = described(("time", "beam"), np.concatenate(parts, axis=1), unit, text)
     hard = "; hard contacts have the frequency of their stiffness law" if plan.hard_places else ""
-    bars = {
-        "flexible_bar": (np.array([axis.bar.name for axis in axes], dtype=str), {"long_name": "flexible bar"}),
-        "flexible_bar_modes": (
-            np.array([axis.shapes.modes for axis in axes]),
-            {"units": "1", "long_name": f"bending modes with the cross-sections held{hard}"},
-        ),
-        "flexible_bar_frequency": (
-            np.array([axis.highest_frequency for axis in axes]),
-            {"units": "Hz", "long_name": "frequency of the highest of them, with the cross-sections held"},
-        ),
+    modes, frequency = (
+        np.array(values) for values in zip(*((axis.shapes.modes, axis.highest_frequency) for axis in axes), strict=True)
+    )
+    what, of_highest = f"bending modes with the cross-sections held{hard}", "frequency of the highest of them"
+    return variables | {
+        "flexible_bar": labels("flexible_bar", [axis.bar.name for axis in axes]),
+        "flexible_bar_modes": described("flexible_bar", modes, "1", what),
+        "flexible_bar_frequency": described("flexible_bar", frequency, "Hz", f"{of_highest}, with the cross-sections held"),
     }
-    return variables | {name: Variable(("flexible_bar",), values, attributes) for name, (values, attributes) in bars.items()}
 
 
 def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:

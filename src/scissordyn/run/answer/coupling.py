@@ -14,7 +14,7 @@ from scissordyn.mechanics.rotation import TURN
 from scissordyn.model.coupling import Coordinate, RelativeAngle, Slide
 from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.plan import Plan
-from scissordyn.run.results import Variable, Variables
+from scissordyn.run.results import Variables, described, labels
 
 if TYPE_CHECKING:
     from scissordyn.run.advance.trajectory import Trajectory
@@ -124,9 +124,7 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
         values, rates = (
             np.stack(part, axis=1) for part in zip(*(samples.coordinate(first[0][1]) for first in terms), strict=True)
         )
-        variables[dim] = Variable(
-            (dim,), np.array([part.name for part, _, _ in rows], str), {"long_name": dim.replace("_", " ")}
-        )
+        variables[dim] = labels(dim, [part.name for part, _, _ in rows])
         output = "output" if dim == "coupling" else "value"
         if dim == "coordinate_drive":
             # a motion may begin some turns away from the place of the body
@@ -137,24 +135,20 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             values_in = np.stack([samples.coordinate(first[1][1])[0] for first in terms], axis=1)
             force_in = force * np.array([first[1][0] for first in terms])
             units = [first[1][1].unit for first in terms]
-            variables[f"{dim}_input"] = _described(along, values_in, _joined(units), "input coordinate of a coupling")
+            variables[f"{dim}_input"] = described(along, values_in, _joined(units), "input coordinate of a coupling")
             words = "torque or force of a coupling on its input coordinate"
-            variables[f"{dim}_input_force"] = _described(along, force_in, _of_forces(units), words)
-            variables[f"{dim}_input_unit"] = _units(dim, units)
+            variables[f"{dim}_input_force"] = described(along, force_in, _of_forces(units), words)
+            variables[f"{dim}_input_unit"] = labels(dim, units, "unit of the coordinate")
         units = [first[0][1].unit for first in terms]
-        variables[f"{dim}_{output}"] = _described(along, values, _joined(units), f"coordinate that {label} acts on")
-        variables[f"{dim}_force"] = _described(along, force, _of_forces(units), f"torque or force of {label} on it")
-        variables[f"{dim}_power"] = _described(along, force * rates, "W", f"power that {label} gives to that coordinate")
-        variables[f"{dim}_unit"] = _units(dim, units)
+        variables[f"{dim}_{output}"] = described(along, values, _joined(units), f"coordinate that {label} acts on")
+        variables[f"{dim}_force"] = described(along, force, _of_forces(units), f"torque or force of {label} on it")
+        variables[f"{dim}_power"] = described(along, force * rates, "W", f"power that {label} gives to that coordinate")
+        variables[f"{dim}_unit"] = labels(dim, units, "unit of the coordinate")
         largest = np.array([peaks[k]["largest"] / constraint.scale for _, k, constraint in rows])
         when = np.array([peaks[k]["largest_time"] for _, k, _ in rows])
-        variables[f"peak_{dim}_force"] = _described((dim,), largest, _of_forces(units), f"largest torque or force of {label}")
-        variables[f"peak_{dim}_force_time"] = _described((dim,), when, "s", "when it is largest")
+        variables[f"peak_{dim}_force"] = described(dim, largest, _of_forces(units), f"largest torque or force of {label}")
+        variables[f"peak_{dim}_force_time"] = described(dim, when, "s", "when it is largest")
     return variables
-
-
-def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
-    return Variable(dims, values, {"units": units, "long_name": long_name})
 
 
 def _joined(units: list[str]) -> str:
@@ -165,7 +159,3 @@ def _joined(units: list[str]) -> str:
 def _of_forces(units: list[str]) -> str:
     """The unit of what acts on coordinates of some units."""
     return _joined(["N m" if unit == "rad" else "N" for unit in units])
-
-
-def _units(dim: str, units: list[str]) -> Variable:
-    return Variable((dim,), np.array(units, str), {"long_name": "unit of the coordinate"})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,33 +39,17 @@ from scissordyn.run.answer.peak_estimate import peak_forces
 from scissordyn.run.answer.synchronisation import synchronisation_variables
 from scissordyn.run.answer.track import track_variables
 from scissordyn.run.configuration import TITLE
-from scissordyn.run.results import Results, Variable, Variables
+from scissordyn.run.results import Results, Variables, described, labels
 from scissordyn.run.start.distributed import with_distributed_mass
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
-    return Variable(dims, values, {"units": units, "long_name": long_name})
-
-
-def _named(dim: str, names: list[str]) -> Variable:
-    return Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
-
-
-def to_dataset(plan: Plan, configuration: str, path: Trajectory, record: Record) -> xr.Dataset:
-    """All results of a run as a Dataset."""
-    return results(plan, configuration, path, record).dataset()
 
 
 def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
     """All results of a run; nothing is simulated here."""
     variables = {
-        "time": _described(("time",), path.samples.time, "s", "time"),
-        "body": _named("body", [body.name for body in plan.bodies]),
-        "joint": _named("joint", list(plan.joint_names)),
-        "axis": _named("axis", ["x", "y"]),
+        "time": described("time", path.samples.time, "s", "time"),
+        "body": labels("body", [body.name for body in plan.bodies]),
+        "joint": labels("joint", list(plan.joint_names)),
+        "axis": labels("axis", ["x", "y"]),
         **_motion_variables(plan, path, record),
         **_joint_variables(plan, path, record),
         **_rod_variables(plan, path, record),
@@ -102,7 +85,7 @@ def largest_along_bars(path: Trajectory, record: Record) -> Variables:
     """`largest_variables` of a run of which nothing else is asked."""
     plan = path.plan
     variables = {
-        "body": _named("body", [body.name for body in plan.bodies]),
+        "body": labels("body", [body.name for body in plan.bodies]),
         **_motion_variables(plan, path, record),
         **_component_variables(plan, path, record),
     }
@@ -116,13 +99,13 @@ def _motion_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
     cos, sin = np.cos(record.angle), np.sin(record.angle)
     origin = record.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
     variables = {
-        "origin": _described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
-        "position": _described(point, record.position, "m", "position of the mass centre"),
-        "velocity": _described(point, record.velocity, "m/s", "velocity of the mass centre"),
-        "acceleration": _described(point, record.acceleration, "m/s^2", "acceleration of the mass centre"),
-        "angle": _described(rotation, record.angle, "rad", "angle"),
-        "angular_velocity": _described(rotation, record.angular_velocity, "rad/s", "angular velocity"),
-        "angular_acceleration": _described(rotation, record.angular_acceleration, "rad/s^2", "angular acceleration"),
+        "origin": described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
+        "position": described(point, record.position, "m", "position of the mass centre"),
+        "velocity": described(point, record.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": described(point, record.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": described(rotation, record.angle, "rad", "angle"),
+        "angular_velocity": described(rotation, record.angular_velocity, "rad/s", "angular velocity"),
+        "angular_acceleration": described(rotation, record.angular_acceleration, "rad/s^2", "angular acceleration"),
     }
     guide = plan.output_guide
     if guide is not None:
@@ -134,7 +117,7 @@ def _motion_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
             ("acceleration", guided.at(record.A), "m/s^2"),
         ):
             text = f"{name} of the guided point along its guide"
-            variables[f"slider_{name}"] = _described(("time",), values @ along, units, text)
+            variables[f"slider_{name}"] = described("time", values @ along, units, text)
     return variables
 
 
@@ -166,7 +149,7 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     names = list(plan.joint_names)
     per_joint = ("time", "joint")
     what = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
-    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
+    variables = {"reaction": described((*per_joint, "axis"), _reactions(plan, record, path.samples.time), "N", what)}
     if not plan.contacts:
         return variables
     at = plan.places(contact.name for contact in plan.contacts)
@@ -186,18 +169,18 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     clearance[at] = path.system.content.parameters.contact["clearance"]
     about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
     variables |= {
-        "eccentricity": _described((*per_joint, "axis"), eccentricity, "m", about),
-        "indentation": _described(per_joint, everywhere(contact["depth"]), "m", "indentation, negative in free flight"),
-        "normal_force": _described(per_joint, everywhere(contact["normal"]), "N", "normal contact force"),
-        "friction_force": _described(per_joint, everywhere(contact["tangential"]), "N", "tangential contact force"),
-        "slip_speed": _described(per_joint, everywhere(contact["slip"]), "m/s", "slip speed of the two surfaces"),
-        "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
-        "clearance": _described(("joint",), clearance, "m", "radial clearance"),
+        "eccentricity": described((*per_joint, "axis"), eccentricity, "m", about),
+        "indentation": described(per_joint, everywhere(contact["depth"]), "m", "indentation, negative in free flight"),
+        "normal_force": described(per_joint, everywhere(contact["normal"]), "N", "normal contact force"),
+        "friction_force": described(per_joint, everywhere(contact["tangential"]), "N", "tangential contact force"),
+        "slip_speed": described(per_joint, everywhere(contact["slip"]), "m/s", "slip speed of the two surfaces"),
+        "in_contact": described(per_joint, touching, "1", "journal and bearing in contact"),
+        "clearance": described("joint", clearance, "m", "radial clearance"),
     }
     variables |= _joint_peaks(plan, path, at)
     if plan.contact_points:
         plane = np.isin(names, [point.name for point in plan.contact_points])
-        variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
+        variables["plane_contact"] = described("joint", plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
         if joint.clearance.contact == "hard":
@@ -207,7 +190,7 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
             name = declared.name
             if name not in variables:
                 empty = np.full((instants, len(names)), np.nan)
-                variables[name] = _described(per_joint, empty, declared.unit, name.replace("_", " "))
+                variables[name] = described(per_joint, empty, declared.unit, name.replace("_", " "))
             state = path.samples.state[:, first + s]
             variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
     return variables
@@ -238,7 +221,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
         if values.size:
             full = np.full(len(plan.joint_names), np.nan)
             full[joints[: values.size]] = values
-            variables[name] = _described(("joint",), full, units, text)
+            variables[name] = described("joint", full, units, text)
     return variables
 
 
@@ -255,18 +238,18 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
     parts: tuple[Component, ...] = plan.acting
     for section, index in kinds.items():
         declared = parts[index[0]].declaration
-        variables[section] = _named(section, [parts[i].name for i in index])
+        variables[section] = labels(section, [parts[i].name for i in index])
         if declared.force is None:
             torque = record.wrench[:, [len(plan.contacts) + i for i in index], 2]
             text = f"torque of a locked {declared.label} on its body"
-            variables[f"{section}_torque"] = _described(("time", section), torque, "N m", text)
+            variables[f"{section}_torque"] = described(("time", section), torque, "N m", text)
         else:
             largest = peaks[[i for i in index if i < len(plan.components)]]
             kind = "torque" if declared.port.forces == ("torque",) else "force"
             unit = "N m" if kind == "torque" else "N"
-            variables[f"{section}_peak_{kind}"] = _described((section,), largest["largest"], unit, f"largest {kind}")
+            variables[f"{section}_peak_{kind}"] = described(section, largest["largest"], unit, f"largest {kind}")
             when = largest["largest_time"]
-            variables[f"{section}_peak_{kind}_time"] = _described((section,), when, "s", f"when the {kind} is largest")
+            variables[f"{section}_peak_{kind}_time"] = described(section, when, "s", f"when the {kind} is largest")
         for output in declared.reported:
             if declared.force is None and not output.coordinate:
                 continue
@@ -275,18 +258,18 @@ def _component_variables(plan: Plan, path: Trajectory, record: Record) -> Variab
             values = source[:, index, output.first : last] if output.components > 1 else source[:, index, output.first]
             dims = ("time", section, "axis") if output.components > 1 else ("time", section)
             text = f"{output.help} ({declared.label})"
-            variables[f"{section}_{output.name}"] = _described(dims, np.ascontiguousarray(values), output.unit, text)
+            variables[f"{section}_{output.name}"] = described(dims, np.ascontiguousarray(values), output.unit, text)
         for output in declared.outputs_monitored:
             found_peaks = [largest_outputs[i * RESULTS + output.first] for i in index]
             for name, column, unit, text in (
                 (f"{section}_peak_{output.name}", "largest", output.unit, f"largest value: {output.help}"),
                 (f"{section}_peak_{output.name}_time", "largest_time", "s", f"when it is largest: {output.help}"),
             ):
-                variables[name] = _described((section,), np.array([peak[column] for peak in found_peaks]), unit, text)
+                variables[name] = described(section, np.array([peak[column] for peak in found_peaks]), unit, text)
         first = 2 * path.plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
         for s, state in enumerate(declared.states):
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
-            found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
+            found_there = described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", found_there)
     variables.update(bar_variables(plan, path.samples.time, record, variables))
     variables.update(film_variables(plan, path.samples.time, variables))
@@ -304,9 +287,9 @@ def _rod_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     length = np.sqrt(np.sum(span * span, axis=-1))
     tension = -np.sum(record.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
     return {
-        "rod": _named("rod", [rod.name for rod in plan.rods]),
-        "rod_force": _described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
-        "rod_length": _described(("time", "rod"), length, "m", "length of a rod"),
+        "rod": labels("rod", [rod.name for rod in plan.rods]),
+        "rod_force": described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
+        "rod_length": described(("time", "rod"), length, "m", "length of a rod"),
     }
 
 
@@ -319,11 +302,11 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
     over, content = ("time", "actuator"), path.system.content
     peaks = path.peaks(COMPONENT_FORCE)[index]
     variables: Variables = {
-        "actuator": _named("actuator", [part.name for _, part in chosen]),
-        "control_torque": _described(over, record.result[:, index, 0], "N m", "torque that a controller gives"),
-        "control_error": _described(over, record.observed[:, index, 0], "rad", "reference less measured angle"),
-        "peak_control_torque": _described(("actuator",), peaks["largest"], "N m", "largest torque that a controller gives"),
-        "peak_control_torque_time": _described(("actuator",), peaks["largest_time"], "s", "when that torque is largest"),
+        "actuator": labels("actuator", [part.name for _, part in chosen]),
+        "control_torque": described(over, record.result[:, index, 0], "N m", "torque that a controller gives"),
+        "control_error": described(over, record.observed[:, index, 0], "rad", "reference less measured angle"),
+        "peak_control_torque": described("actuator", peaks["largest"], "N m", "largest torque that a controller gives"),
+        "peak_control_torque_time": described("actuator", peaks["largest_time"], "s", "when that torque is largest"),
     }
     recorder = content.model.recorder
     if np.any(recorder >= 0):
@@ -332,14 +315,14 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
             if at.any():
                 values = np.where(at, record.observed[:, index, 1], np.nan)
                 text = f"{name.replace('_', ' ')} as a controller with a delay records it"
-                variables[f"recorded_{name}"] = _described(over, values, unit, text)
+                variables[f"recorded_{name}"] = described(over, values, unit, text)
     for place, (i, part) in enumerate(chosen):
         first = 2 * path.plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
         for s, declared in enumerate(part.controller.states):
             name = declared.name
             if name not in variables:
                 empty = np.full((record.X.shape[0], len(chosen)), np.nan)
-                variables[name] = _described(over, empty, declared.unit, name.replace("_", " "))
+                variables[name] = described(over, empty, declared.unit, name.replace("_", " "))
             variables[name].values[:, place] = path.samples.state[:, first + s]
     return variables
 
@@ -365,7 +348,7 @@ def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
         "dissipated_energy": (lost, "dissipated energy"),
         "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
     }
-    return {name: _described(("time",), np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
+    return {name: described("time", np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
 
 
 def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
@@ -373,14 +356,14 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
         return {}
     peaks = path.peaks(DRIVE_TORQUE)
     variables = {
-        "drive": _named("drive", [drive.body for drive in plan.drives]),
+        "drive": labels("drive", [drive.body for drive in plan.drives]),
         # with several drives the first is the one that the contract names; all of them stand beside it
-        "drive_torque": _described(("time",), record.torque[:, 0].copy(), "N m", "driving torque"),
-        "peak_drive_torque": _described(("drive",), peaks["largest"], "N m", "largest driving torque"),
-        "peak_drive_torque_time": _described(("drive",), peaks["largest_time"], "s", "when the driving torque is largest"),
+        "drive_torque": described("time", record.torque[:, 0].copy(), "N m", "driving torque"),
+        "peak_drive_torque": described("drive", peaks["largest"], "N m", "largest driving torque"),
+        "peak_drive_torque_time": described("drive", peaks["largest_time"], "s", "when the driving torque is largest"),
     }
     if len(plan.drives) > 1:
-        variables["drive_torques"] = _described(("time", "drive"), record.torque, "N m", "driving torque of each drive")
+        variables["drive_torques"] = described(("time", "drive"), record.torque, "N m", "driving torque of each drive")
     return variables
 
 
@@ -409,10 +392,10 @@ def _impact_variables(plan: Plan, table: dict[str, np.ndarray], step: float) -> 
     text = "estimated largest normal force in a hard contact: of the compliant law at its impacts, or the force that lasts"
     mass = "effective mass along the normal at the start of a hard contact"
     return {
-        "peak_force_estimate": _described(("contact",), estimate, "N", text),
-        "peak_force_estimate_time": _described(("contact",), when, "s", "time from the start to that force"),
-        "peak_force_estimate_least": _described(("contact",), least, "N", f"{text}; by its approach and lasting forces"),
-        "effective_mass": _described(("contact",), table["effective_mass"], "kg", mass),
+        "peak_force_estimate": described("contact", estimate, "N", text),
+        "peak_force_estimate_time": described("contact", when, "s", "time from the start to that force"),
+        "peak_force_estimate_least": described("contact", least, "N", f"{text}; by its approach and lasting forces"),
+        "effective_mass": described("contact", table["effective_mass"], "kg", mass),
     }
 
 
@@ -420,22 +403,20 @@ def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
     table = columns(path.contacts())
     names = np.array([joint.name for joint in plan.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
-    along = ("contact",)
+    along = "contact"
     return {
         **_impact_variables(plan, table, path.statistics.get("step", 0.0)),
-        "contact_joint": Variable(along, joint.astype(str), {"long_name": "joint"}),
-        "contact_start": _described(along, table["start"], "s", "start of the contact"),
-        "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
-        "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),
-        "peak_force": _described(along, table["peak_force"], "N", "largest force: normal force and friction"),
-        "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest force"),
-        "peak_normal_force": _described(along, table["peak_normal_force"], "N", "largest normal force"),
-        "peak_normal_time": _described(
-            along, table["peak_normal_time"], "s", "time from the start to the largest normal force"
-        ),
-        "contact_duration": _described(along, table["duration"], "s", "duration"),
-        "rebound_speed": _described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
-        "impulse": _described(along, table["impulse"], "N s", "impulse of the normal force"),
-        "contact_damping_loss": _described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
-        "contact_friction_loss": _described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
+        "contact_joint": labels("contact", joint.tolist(), "joint"),
+        "contact_start": described(along, table["start"], "s", "start of the contact"),
+        "approach_speed": described(along, table["approach_speed"], "m/s", "approach speed"),
+        "contact_angle": described(along, table["angle"], "rad", "direction of the normal at the start"),
+        "peak_force": described(along, table["peak_force"], "N", "largest force: normal force and friction"),
+        "peak_time": described(along, table["peak_time"], "s", "time from the start to the largest force"),
+        "peak_normal_force": described(along, table["peak_normal_force"], "N", "largest normal force"),
+        "peak_normal_time": described(along, table["peak_normal_time"], "s", "time from the start to the largest normal force"),
+        "contact_duration": described(along, table["duration"], "s", "duration"),
+        "rebound_speed": described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
+        "impulse": described(along, table["impulse"], "N s", "impulse of the normal force"),
+        "contact_damping_loss": described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
+        "contact_friction_loss": described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
     }

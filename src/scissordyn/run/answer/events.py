@@ -6,7 +6,7 @@ import numpy as np
 
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.plan.plan import Plan
-from scissordyn.run.results import Variable, Variables
+from scissordyn.run.results import Variables, described, labels
 
 ACCOUNTS = (*POWERS, "switching_loss")
 """The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
@@ -24,24 +24,15 @@ def event_variables(plan: Plan, log: np.ndarray) -> Variables:
     rows = log[log["guard"] >= first]
     parts = [guarded[k] for k in (rows["guard"].astype(int) - first).tolist()]
     kinds = [part.declaration.events[int(mode)] for part, mode in zip(parts, rows["mode"], strict=True)]
-    along = ("event",)
     coordinates = [output.unit for part in guarded for output in part.declaration.port.outputs if output.coordinate]
     rates = " or ".join(dict.fromkeys(f"{unit}/s" for unit in coordinates)) or "1/s"
     return {
-        "event_time": Variable(
-            along,
-            rows["time"],
-            {"units": "s", "long_name": "instant of the event, 0 of what acts from the start on"},
-        ),
-        "event_name": Variable(along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
-        "event_kind": Variable(along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
-        "event_speed": Variable(along, rows["rate"], {"units": rates, "long_name": "rate of approach"}),
-        "event_loss": Variable(along, rows["loss"], {"units": "J", "long_name": "energy dissipated by the event"}),
-        "event_drive_work": Variable(
-            along,
-            rows["drive_work"],
-            {"units": "J", "long_name": "work of the drives' impulses in the event"},
-        ),
+        "event_time": described("event", rows["time"], "s", "instant of the event, 0 of what acts from the start on"),
+        "event_name": labels("event", [part.name for part in parts], "component"),
+        "event_kind": labels("event", kinds, "what happened"),
+        "event_speed": described("event", rows["rate"], rates, "rate of approach"),
+        "event_loss": described("event", rows["loss"], "J", "energy dissipated by the event"),
+        "event_drive_work": described("event", rows["drive_work"], "J", "work of the drives' impulses in the event"),
     }
 
 

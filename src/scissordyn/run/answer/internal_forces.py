@@ -19,7 +19,7 @@ from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.run.answer.bars import PARTS, marks_of, part_names
 from scissordyn.run.configuration import read_configuration
-from scissordyn.run.results import Variable, Variables
+from scissordyn.run.results import Variables, described, labels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,8 +103,8 @@ def internal_forces(
     InputError
         If no bar bends, or a place is not on a bar.
     """
-    described = mechanism or read_configuration(run).build_mechanism()
-    present = bars_of(described)
+    mechanism = mechanism or read_configuration(run).build_mechanism()
+    present = bars_of(mechanism)
     if not present or "beam_axial_force" not in run:
         raise InputError("internal forces of bars that do not bend", "bars that bend", "mechanism.with_bending(...)")
     at = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.atleast_1d(np.asarray(places, float))
@@ -114,21 +114,17 @@ def internal_forces(
         )
     names = [bar.name for bar in present]
     chosen = [bar for bar in present if bars == "all" or bar.name in matching("bar", bars, names)]
-    read = _Read(run, described)
+    read = _Read(run, mechanism)
     quantities = [_along(bar, read, at) for bar in chosen]
     for bar, along in zip(chosen, quantities, strict=True):
         along["buckling_ratio"] = _compression(along) / float(run["bar_buckling_load"][names.index(bar.name)])
     over = ("time", "bar", "place")
-    variables: dict[str, Any] = {
-        name: (
-            over,
-            np.stack([bar_quantities[name] for bar_quantities in quantities], axis=1),
-            {"units": unit, "long_name": text},
-        )
-        for name, (unit, text) in QUANTITIES.items()
-    }
-    position = np.stack([bar_quantities["position"] for bar_quantities in quantities], axis=1)
-    variables["position"] = ((*over, "axis"), position, {"units": "m", "long_name": "place of the bar's axis"})
+
+    def stacked(name: str) -> np.ndarray:
+        return np.stack([of_bar[name] for of_bar in quantities], axis=1)
+
+    variables = {name: described(over, stacked(name), unit, text) for name, (unit, text) in QUANTITIES.items()}
+    variables["position"] = described((*over, "axis"), stacked("position"), "m", "place of the bar's axis")
     distance = np.array([[bar.length * part for part in at] for bar in chosen])
     coordinates = {
         "time": run["time"],
@@ -174,19 +170,14 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
             kept[:, b] = quantities[name][row, column], time[row], at[column] * ends[-1]
     about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
-    variables_of_bars = {"bar_buckling_load": Variable(("bar",), loads, {"units": "N", "long_name": about})}
-    variables_of_bars |= {"bar": Variable(("bar",), np.array([bar.name for bar in bars]), {"long_name": "bar that bends"})}
+    answers = {"bar_buckling_load": described("bar", loads, "N", about)}
+    answers["bar"] = labels("bar", [bar.name for bar in bars], "bar that bends")
     for name, (unit, text) in QUANTITIES.items():
-        for k, (suffix, units, about) in enumerate(
-            (
-                ("", unit, "largest"),
-                ("_time", "s", "when it is largest:"),
-                ("_place", "m", "distance from the first end there:"),
-            )
-        ):
-            described = {"units": units, "long_name": f"{about} {text}"}
-            variables_of_bars[f"bar_largest_{name}{suffix}"] = Variable(("bar",), largest[name][k], described)
-    return variables_of_bars
+        size, when, where = largest[name]
+        answers[f"bar_largest_{name}"] = described("bar", size, unit, f"largest {text}")
+        answers[f"bar_largest_{name}_time"] = described("bar", when, "s", f"when it is largest: {text}")
+        answers[f"bar_largest_{name}_place"] = described("bar", where, "m", f"distance from the first end there: {text}")
+    return answers
 
 
 class _Read:

@@ -20,7 +20,7 @@ from scissordyn.run.advance.trajectory import compute
 from scissordyn.run.answer.coupling import SampledCoordinates
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options, SampleCount
-from scissordyn.run.results import Results, Variable, Variables
+from scissordyn.run.results import Results, Variable, Variables, described, labels
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
@@ -117,16 +117,14 @@ def _variables(
     force, values, rates = at_inputs
     over = ("time", "input")
     return {
-        "time": Variable(("time",), time, {"units": "s", "long_name": "time"}),
-        "input": Variable(("input",), np.array(list(inputs), str), {"long_name": "input"}),
-        "output": Variable(("output",), np.array(outputs, str), {"long_name": "driven coordinate"}),
-        "input_unit": Variable(
-            ("input",), np.array([coordinate.unit for coordinate in inputs.values()], str), {"long_name": "its unit"}
-        ),
+        "time": described("time", time, "s", "time"),
+        "input": labels("input", list(inputs)),
+        "output": labels("output", outputs, "driven coordinate"),
+        "input_unit": labels("input", [coordinate.unit for coordinate in inputs.values()], "its unit"),
         "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
         "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
         "input_rate": Variable(over, rates, {"long_name": "its rate"}),
-        "input_power": Variable(over, force * rates, {"units": "W", "long_name": "power of an input"}),
+        "input_power": described(over, force * rates, "W", "power of an input"),
         "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
     }
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
-from scissordyn.run.results import Variable, Variables
+from scissordyn.run.results import Variables, described, labels
 
 BAR = re.compile(r"(unit \d+)/bar ([12])")
 
@@ -39,13 +39,10 @@ def synchronisation_variables(plan: Plan, record: Record) -> Variables:
     opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
     error = opening - opening[:, :1]
     error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
+    largest = np.max(np.abs(error), axis=0, initial=0.0)
     about = "deployment angle of the unit less that of the first one"
     return {
-        "unit": Variable(("unit",), np.array(list(units)), {"long_name": "unit"}),
-        "synchronisation_error": Variable(("time", "unit"), error, {"units": "rad", "long_name": about}),
-        "peak_synchronisation_error": Variable(
-            ("unit",),
-            np.max(np.abs(error), axis=0, initial=0.0),
-            {"units": "rad", "long_name": "largest sampled size of the synchronisation error"},
-        ),
+        "unit": labels("unit", list(units)),
+        "synchronisation_error": described(("time", "unit"), error, "rad", about),
+        "peak_synchronisation_error": described("unit", largest, "rad", "largest sampled size of the synchronisation error"),
     }

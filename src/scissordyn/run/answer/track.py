@@ -11,7 +11,7 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.options import Options
-from scissordyn.run.results import Run, Variable, Variables, along
+from scissordyn.run.results import Run, Variables, along, described, labels
 from scissordyn.run.start.ideal_path import PARTS, IdealPath, deviation_parts
 
 SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
@@ -23,14 +23,10 @@ def track_variables(path: Trajectory, record: Record) -> Variables:
     if not tracks:
         return {}
     maps = [path.plan.coordinates.tracked(track) for track in tracks]
-    dims = ("time", "track", "axis")
-    variables: Variables = {
-        "track": Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
-    }
+    variables = {"track": labels("track", [track.name for track in tracks], "tracked point")}
     for name, rows, units in (("position", record.X, "m"), ("velocity", record.V, "m/s"), ("acceleration", record.A, "m/s^2")):
         values = np.stack([tracked.at(rows) for tracked in maps], axis=1)
-        text = f"{name} of the tracked point"
-        variables[f"track_{name}"] = Variable(dims, values, {"units": units, "long_name": text})
+        variables[f"track_{name}"] = described(("time", "track", "axis"), values, units, f"{name} of the tracked point")
     return variables
 
 
@@ -51,20 +47,16 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
         ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
     )
     unknown = ideal.end < path.end * (1.0 - 1e-9)
-    of_parts = _text("m", "what servos, bending and clearance add to the deviation of the tracked point")
+    of_parts = "what servos, bending and clearance add to the deviation of the tracked point"
     return {
-        "part": Variable(("part",), np.array(PARTS), {"long_name": "cause of a deviation"}),
-        "deviation_part": Variable(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), of_parts),
-        "track_deviation": Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
+        "part": labels("part", PARTS, "cause of a deviation"),
+        "deviation_part": described(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), "m", of_parts),
+        "track_deviation": described(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), "m", about),
         **{
-            name: Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))
+            name: described("track", np.full_like(values, np.nan) if unknown else values, units, text)
             for name, values, units, text in columns
         },
     }
-
-
-def _text(units: str, long_name: str) -> dict[str, str]:
-    return {"units": units, "long_name": long_name}
 
 
 def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:

@@ -10,39 +10,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import numpy as np
 from typer import Option
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
-from scissordyn.cli.output import print_json
+from scissordyn.cli.output import check_picture, print_json
 from scissordyn.cli.terminal import say
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
-from scissordyn.config.file import read_case
 from scissordyn.config.quantity import written
 from scissordyn.errors import InputError, command
-from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.kinematics.inertia import DriveInertia, drive_inertia
-from scissordyn.kinematics.path import path_of
-from scissordyn.kinematics.peak import smooth_peak
-from scissordyn.kinematics.time_functions import check_tables
-from scissordyn.model.commanded import commanded, rigid
-from scissordyn.model.hard_contact import hard_numbers
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.advance.trajectory import make_driver
-from scissordyn.run.answer.summary import summary_of
-from scissordyn.run.options import Options
-from scissordyn.run.results import Results, Run
-from scissordyn.run.simulate import results_of
-from scissordyn.run.start.demand import check_samples, duration
 from scissordyn.units import quantities, short
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the help of a command loads no libraries
     import xarray as xr
 
     from scissordyn.component.declaration import Component
+    from scissordyn.component.time_function import TimeFunction
+    from scissordyn.kinematics.inertia import DriveInertia
+    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.plan.plan import Plan
     from scissordyn.run.advance.driver import Driver
+    from scissordyn.run.results import Results, Run
     from scissordyn.study.compute.convergence import Convergence
 
 MOST_NAMES = 20
@@ -76,6 +62,15 @@ def check(
         bool, Option("--modes", help="With --converge: several numbers of bending modes in place of tolerances.")
     ] = False,
 ) -> int:
+    from scissordyn.config.file import read_case
+    from scissordyn.kinematics.branching import drive_warnings
+    from scissordyn.kinematics.time_functions import check_tables
+    from scissordyn.model.commanded import commanded, rigid
+    from scissordyn.plan.plan import plan
+    from scissordyn.run.advance.trajectory import make_driver
+    from scissordyn.run.answer.summary import summary_of
+    from scissordyn.run.start.demand import check_samples
+
     read = read_case(case, change or [])
     mechanism, until = read.mechanism, read.run.until
     planned = plan(mechanism)
@@ -152,6 +147,8 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
 
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
     """A line for each clearance and its laws, with the names of the parts that have it, or the number of many."""
+    from scissordyn.model.hard_contact import hard_numbers
+
     names: dict[str, list[str]] = {}
     for part in parts:
         if (gap := part.clearance) is not None:
@@ -171,6 +168,9 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 
 def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
     """The whole motion with ideal joints; why there is none, or "" where it ends early or takes long."""
+    from scissordyn.run.options import Options
+    from scissordyn.run.simulate import results_of
+
     try:
         ideal = results_of(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
     except TimeIsOverError:
@@ -182,6 +182,13 @@ def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
 
 def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
     """What the only drive, or the only servo in its place, has to accelerate; None where they do not determine the motion."""
+    import numpy as np
+
+    from scissordyn.component.actuator import Actuator
+    from scissordyn.kinematics.inertia import DriveInertia, drive_inertia
+    from scissordyn.kinematics.path import path_of
+    from scissordyn.plan.plan import plan
+
     servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.reference is not None]
     ideal = mechanism.ideal()
     if len(servos) == 1 and not mechanism.drives:
@@ -196,6 +203,8 @@ def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
 
 
 def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
+    from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated
+
     if isinstance(motion, Tabulated):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
     if isinstance(motion, Polynomial):
@@ -223,6 +232,8 @@ def limited(seconds: float) -> Callable[[float], None]:
 
 def cost_line(driver: Driver, until: float) -> str:
     """How long the run of a new driver will take, from a fraction of a second of it; empty if that is short or fails."""
+    from scissordyn.run.start.demand import duration
+
     began = time.perf_counter()
     try:
         driver.advance(until, progress=limited(TRIED))
@@ -263,6 +274,11 @@ class ServoDemand(NamedTuple):
 
 def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list[ServoDemand]:
     """The demands in a motion in which drives stand in the place of servos, see `commanded`."""
+    import numpy as np
+
+    from scissordyn.component.actuator import Actuator
+    from scissordyn.kinematics.peak import smooth_peak
+
     demands, driven = [], [drive.body for drive in followed.drives]
     torques = np.abs(ideal["drive_torque"].values.reshape(ideal.sizes["time"], -1)) if driven else np.zeros((0, 0))
     for part in mechanism.components:
@@ -328,13 +344,12 @@ def preview(
     ] = None,
     change: Changes = None,
 ) -> int:
+    from scissordyn.config.file import read_case
+    from scissordyn.model.commanded import commanded
     from scissordyn.run.ideal import ideal_kinematics
 
     for path in (output, curves):
-        if path is not None:
-            from scissordyn.plot.file import check_format
-
-            check_format(path.suffix.lower().removeprefix("."))
+        check_picture(path, case, "-o picture.svg")
     read = read_case(case, change or [])
     followed = commanded(read.mechanism)
     ideal = ideal_kinematics(followed, until=read.run.until)
@@ -373,6 +388,8 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
 
 def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
     """The stroke of the only drive and where it locks."""
+    import numpy as np
+
     low, high, unit = (ideal.attrs[f"range_{name}"] for name in ("low", "high", "unit"))
     if not unit:
         return [] if mechanism.drives or mechanism.coordinate_drives else ["No drive prescribes the motion."]
@@ -390,6 +407,10 @@ def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
 
 def _forces(ideal: xr.Dataset) -> list[str]:
     """Transmission angle, torque and reactions at their worst."""
+    import numpy as np
+
+    from scissordyn.kinematics.peak import smooth_peak
+
     lines, time = [], ideal["time"].values
     angle = np.degrees(ideal["transmission_angle"].values)
     if angle.size:

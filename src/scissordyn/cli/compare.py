@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from typer import Argument, Option
 
 from scissordyn.cli.option import PictureFormat, SavedRun
@@ -16,10 +15,6 @@ from scissordyn.cli.output import check_folder
 from scissordyn.cli.read import read_run
 from scissordyn.cli.terminal import print_table, say
 from scissordyn.config.quantity import written
-from scissordyn.model.walk import declared
-from scissordyn.run.answer.joints import clearance_joints
-from scissordyn.run.answer.summary import joint_summaries
-from scissordyn.run.configuration import Configuration, read_configuration
 from scissordyn.units import cell
 
 if TYPE_CHECKING:
@@ -74,6 +69,8 @@ def compare(
 
 
 def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, str]) -> None:
+    from scissordyn.run.configuration import read_configuration
+
     entries = list(differences(read_configuration(first), read_configuration(second)))
     if entries:
         print_table({"entry": "text", **dict.fromkeys(labels, "numbers")}, entries[:MOST])
@@ -139,18 +136,19 @@ def change(value: float, other: float) -> str:
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Figures of a run with their units, by name."""
+    from scissordyn.run.answer.joints import clearance_joints
+    from scissordyn.run.answer.summary import joint_summaries
+
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
-    if "contact_joint" in run:
-        largest = {joint.name: joint.largest for joint in joint_summaries(run)}
-        joint_of = run["contact_joint"].values.astype(str)
-    else:
-        largest, joint_of = {}, np.empty(0, str)
+    there = "contact_joint" in run
+    largest = {joint.name: joint.largest for joint in joint_summaries(run)} if there else {}
+    joint_of = run["contact_joint"].values.astype(str).tolist() if there else []
     for joint in clearance_joints(run):
-        figures[f"contacts at {joint}"] = (float((joint_of == joint).sum()), "")
+        figures[f"contacts at {joint}"] = (float(joint_of.count(joint)), "")
         if math.isfinite(largest.get(joint, math.nan)):
             figures[f"largest force at {joint}"] = (largest[joint], "N")
     if "peak_drive_torque" in run:
-        figures["largest driving torque"] = (float(np.max(np.abs(run["peak_drive_torque"].values))), "N m")
+        figures["largest driving torque"] = (float(abs(run["peak_drive_torque"].values).max()), "N m")
     if "peak_control_torque" in run:
         for name, size in zip(run["actuator"].values.astype(str), run["peak_control_torque"].values.tolist(), strict=True):
             figures[f"largest torque of {name}"] = (abs(size), "N m")
@@ -176,6 +174,9 @@ def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Ite
 
 def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
     """Name, value and unit of what a value is made of; None for what is one thing."""
+    from scissordyn.model.walk import declared
+    from scissordyn.run.configuration import Configuration
+
     if isinstance(value, Mapping):
         return ((str(key), part, unit) for key, part in value.items())
     if isinstance(value, tuple):

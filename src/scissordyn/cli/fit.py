@@ -8,18 +8,17 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from typer import Option
 
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json
 from scissordyn.cli.terminal import print_table, say
-from scissordyn.config.file import read_case, write_case
 from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError, did_you_mean, printable
 from scissordyn.units import Quantity, cell
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
     from scissordyn.config.case import Case
@@ -62,6 +61,7 @@ def fit(
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
+    from scissordyn.config.file import read_case, write_case
     from scissordyn.config.fits import fit as compute
     from scissordyn.run.configuration import read_configuration
 

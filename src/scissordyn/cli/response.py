@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from typer import Argument, Option
 
 from scissordyn.cli.option import CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount
@@ -25,10 +24,8 @@ from scissordyn.cli.output import (
 )
 from scissordyn.cli.read import typed, value_of
 from scissordyn.cli.terminal import say
-from scissordyn.config.file import read_case
 from scissordyn.config.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.model.parameter_path import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +60,9 @@ def modes(
     mode: Annotated[int, Option(help="Number of the mode that is animated.", min=1)] = 1,
     change: Changes = None,
 ) -> int:
+    import numpy as np
+
+    from scissordyn.config.file import read_case
     from scissordyn.run.answer.modes import modes as compute
     from scissordyn.run.store import save
 
@@ -151,6 +151,7 @@ def motor(
     change: Changes = None,
 ) -> int:
     from scissordyn.analysis.motor import torque_over_speed
+    from scissordyn.config.file import read_case
     from scissordyn.config.motor import read_motor
     from scissordyn.run.simulate import simulate
 
@@ -165,6 +166,8 @@ def motor(
     if least:
         _print_least(read, least, first, last, require or [])
     if plot is not None:
+        import numpy as np
+
         from scissordyn.plot.file import write
         from scissordyn.plot.motor import torque_speed
 
@@ -175,6 +178,8 @@ def motor(
 
 
 def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
+    import numpy as np
+
     torque, speed, power, time = (needed[name].values for name in ("torque", "speed", "power", "time"))
     k = int(np.argmax(np.abs(torque)))
     print(f"Torque of {printable(needed.attrs['of'])} on '{printable(needed.attrs['body'])}', from 0 to {time[-1]:g} s:")
@@ -195,6 +200,7 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
 
 def _print_least(read: Case, path: str, first: str, last: str, require: list[str]) -> None:
     from scissordyn.config.least import least_value
+    from scissordyn.model.parameter_path import number
 
     quantity = number(read.mechanism, path).quantity
     assert quantity is not None
@@ -229,6 +235,10 @@ def bifurcation(
     plot: Annotated[Path | None, Option(help="Draw the diagram into this file.")] = None,
     variable: Annotated[str, Option(help="The variable to draw.")] = "",
 ) -> int:
+    import numpy as np
+
+    from scissordyn.config.file import read_case
+    from scissordyn.model.parameter_path import number
     from scissordyn.periodic.bifurcation import bifurcation as compute
     from scissordyn.periodic.bifurcation import check_diagram
     from scissordyn.periodic.cycles import recorded

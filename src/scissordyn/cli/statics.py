@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from typer import Option
 
 from scissordyn.cli.option import CaseFile, Changes
 from scissordyn.cli.output import check_file, check_picture
 from scissordyn.cli.read import typed
 from scissordyn.cli.terminal import say
-from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.units import short
 
@@ -35,6 +34,7 @@ def statics(
     ] = "input",
     change: Changes = None,
 ) -> int:
+    from scissordyn.config.file import read_case
     from scissordyn.run.answer.statics import statics as compute
 
     if output is not None:
@@ -65,16 +65,18 @@ def statics(
 
 def _table(solved: xr.Dataset) -> list[str]:
     """A line for each force: its least and its largest value, and what the first drive holds there."""
+    import numpy as np
+
     from scissordyn.plot.scale import engineering
 
     names = solved["quantity"].values.tolist()
     width = max(map(len, names), default=8)
-    factor, unit = (180.0 / np.pi, "deg") if str(solved["prescribed_unit"].values[0]) == "rad" else (1e3, "mm")
+    factor, unit = (180.0 / math.pi, "deg") if str(solved["prescribed_unit"].values[0]) == "rad" else (1e3, "mm")
     time, stroke = solved["time"].values, factor * solved["input"].values[:, 0]
     lines = [f"{'':{width}}  {'least':>12} {'at':>13}  {'largest':>12} {'at':>13}"]
     for k, name in enumerate(names):
         ends = [float(solved[end].values[k]) for end in ("least", "largest")]
-        if not np.isfinite(ends).all():
+        if not all(map(math.isfinite, ends)):
             lines.append(f"{name:{width}}  not determined")
             continue
         scale = engineering(str(solved["quantity_unit"].values[k]), ends)
@@ -102,6 +104,8 @@ def _save(solved: xr.Dataset, path: Path) -> Path:
         from scissordyn.run.store import save
 
         return save(solved, path)
+    import numpy as np
+
     from scissordyn.file.output_file import csv_text, write_file
 
     head = ["time [s]"]

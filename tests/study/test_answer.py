@@ -20,7 +20,6 @@ from scissordyn.run.options import Options
 from scissordyn.study.answer.conclusion import numbers_text
 from scissordyn.study.answer.export import export, table
 from scissordyn.study.answer.indices import morris_indices, sensitivity, sobol_indices
-from scissordyn.study.answer.report import write_report
 from scissordyn.study.answer.verdict import by_point, causes, feasible_fraction, warned, worst_cases
 from scissordyn.study.ask.description import Factor, Sampling, Study
 from scissordyn.study.ask.design import Design, design_values
@@ -31,6 +30,7 @@ from scissordyn.study.compute.execute import execute
 from scissordyn.study.compute.optimise import candidates, nondominated, optimise, proposer
 from scissordyn.study.compute.store import COMPLETE, FAILED, Store
 from scissordyn.study.compute.table import column
+from scissordyn.study.result import StudyResult
 
 
 def arm() -> sd.Mechanism:
@@ -66,6 +66,13 @@ def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None
     variables["status"] = ("case", states)
     variables["cause"] = ("case", np.array([""] * cases.size, object))
     return xr.Dataset(variables, coords={"joint": ["A"]})
+
+
+def result_of(described: Study, results: xr.Dataset, store: str = "a.db") -> StudyResult:
+    """A study whose results are given."""
+    result = StudyResult(described, Store(store))
+    result.dataset = results  # as it is read from a store
+    return result
 
 
 def test_share_and_interval() -> None:
@@ -294,20 +301,20 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     run = found.replay(4)
     assert int(found.dataset["member"][4]) == 0
     assert float(run["peak_force"].max()) == float(results["peak_force"][4, 0])
-    text = write_report(described, results, "a.db", tmp_path / "r.html").read_text()
-    hostile = write_report(described, results, "<script>alert(1)", tmp_path / "h.html").read_text()
+    text = found.report(tmp_path / "r.html").read_text()
+    hostile = result_of(described, results, "<script>alert(1)").report(tmp_path / "h.html").read_text()
     assert "<script" not in hostile
     assert "&lt;script&gt;alert(1)" in hostile
     for title in ("Where the requirements are met", "Map of peak_force", "Response curves", "scissordyn study replay a.db"):
         assert title in text
     with pytest.raises(sd.InputError, match=r"ends in \.html or \.pdf"):
-        write_report(described, results, "a.db", tmp_path / "r.txt")
+        found.report(tmp_path / "r.txt")
     monkeypatch.setattr("scissordyn.study.answer.report.printed", lambda page: b"%PDF-1.4" + page)
-    assert b"Response curves" in write_report(described, results, "a.db", tmp_path / "r.pdf").read_bytes()
-    write_report(described, results, "a.db", tmp_path / "r.pdf")  # in the place of the earlier one
+    assert b"Response curves" in found.report(tmp_path / "r.pdf").read_bytes()
+    found.report(tmp_path / "r.pdf")  # in the place of the earlier one
     (tmp_path / "own.pdf").write_text("mine")
     with pytest.raises(sd.InputError, match="something else than a report"):
-        write_report(described, results, "a.db", tmp_path / "own.pdf")
+        found.report(tmp_path / "own.pdf")
     with pytest.raises(sd.InputError, match=r"ends in \.csv"):
         export(results, tmp_path / "a.xls")
     assert export(results, tmp_path / "a.csv") == tmp_path / "a.csv"  # in the place of the same table

@@ -18,7 +18,6 @@ from scissordyn.study.answer.conclusion import conclude, trend_table
 from scissordyn.study.answer.fact import WORDS, Fact
 from scissordyn.study.answer.ranking import ranked, rankings
 from scissordyn.study.answer.recommendation import recommended
-from scissordyn.study.answer.report import write_report
 from scissordyn.study.answer.summary import response_ranges
 from scissordyn.study.answer.surface import Surfaces
 from scissordyn.study.answer.trend import fitted, needed, trends
@@ -28,7 +27,7 @@ from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Uniform
 from scissordyn.study.ask.requirement import Requirement
 from scissordyn.study.compute.store import FAILED
-from study.test_answer import made_up, study
+from study.test_answer import made_up, result_of, study
 
 FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")
 
@@ -316,7 +315,7 @@ def test_the_interval_of_the_probability_covers() -> None:
 def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     """Contract: verdict, margins, trends and commands come before the tables of what was computed."""
     described, found = proportional(100.0)
-    page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
+    page = result_of(described, found).report(tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
         "met nowhere",
         "Nearest to meeting them",
@@ -333,7 +332,7 @@ def test_a_report_is_read_in_any_folder(tmp_path: Path) -> None:
     """Contract: commands have the store's name, not where it is on the machine that wrote the report."""
     described, found = proportional(100.0)
     pages = [
-        write_report(described, found, address, tmp_path / name).read_text(encoding="utf-8")
+        result_of(described, found, address).report(tmp_path / name).read_text(encoding="utf-8")
         for address, name in (("a.db", "here.html"), (str(tmp_path / "far" / "a.db"), "there.html"))
     ]
     assert pages[0] == pages[1]

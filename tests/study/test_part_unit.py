@@ -17,15 +17,14 @@ from scissordyn.plot.study import response_curves
 from scissordyn.run.answer.measure import COMPONENT_UNIT, component_units
 from scissordyn.run.options import Options
 from scissordyn.study.answer.export import table
-from scissordyn.study.answer.report import write_report
 from scissordyn.study.answer.verdict import by_point, worst_cases
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.ask.goal import Goal, Optimisation
 from scissordyn.study.ask.requirement import Requirement
 from scissordyn.study.compute.block import pilot
-from scissordyn.study.compute.store import COMPLETE, Store
-from scissordyn.study.result import StudyResult
+from scissordyn.study.compute.store import COMPLETE
+from study.test_answer import result_of
 
 MEASURE = "peak_component_force"
 SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)
@@ -92,13 +91,12 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     assert points[f"{MEASURE} (torque)"].values.tolist() == [10.0, 20.0, 30.0]
     assert points[f"{MEASURE} (force)"].values.tolist() == [1.0, 2.0, 3.0]
     assert worst_cases(described, found)[0].text == "30.00 N·m"
-    result = StudyResult(described, Store("a.db"))
-    result.dataset = found  # as it is read from a store
+    result = result_of(described, found)
     show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
-    page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
+    page = result.report(tmp_path / "r.html").read_text(encoding="utf-8")
     assert f"{MEASURE} (torque) 10.00 20.00 30.00 N·m {MEASURE} (force) 1.000 2.000 3.000 N" in shown
-    assert "30.00 N·m (20.0% beyond the bound)" in shown
+    assert "value 30.00 N·m; margin -20.0%" in shown
     assert "<td>30.00 N·m</td>" in page
     assert "SI" not in page.partition("<img")[0]
     labels = [axes.get_ylabel() for axes in response_curves(points)]

@@ -219,5 +219,5 @@ def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -
     assert status_of(failing) == 3
     shown = capsys.readouterr()
     assert "all 10 cases failed" in shown.err
-    assert "10 failed: stopped at" in shown.out
+    assert "cases 10; cause stopped at" in shown.out
     assert status_of(["study", "retry", "b.db"]) == 3

@@ -14,7 +14,6 @@ from scissordyn.cli.study import show_answers
 from scissordyn.plot.study import response_curves
 from scissordyn.run.options import Options
 from scissordyn.study.answer.indices import morris_indices
-from scissordyn.study.answer.report import write_figures, write_report
 from scissordyn.study.answer.summary import agreement, best_points, sensitivities, varied_numbers
 from scissordyn.study.answer.verdict import by_point
 from scissordyn.study.ask.description import Factor, Study
@@ -22,8 +21,8 @@ from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
 from scissordyn.study.ask.goal import Goal, Optimisation
 from scissordyn.study.ask.requirement import Requirement
-from scissordyn.study.compute.store import COMPLETE, Store
-from scissordyn.study.result import StudyResult
+from scissordyn.study.compute.store import COMPLETE
+from study.test_answer import result_of
 
 CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
 
@@ -80,15 +79,14 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
     """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
     described = study()
     found = results(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
-    result = StudyResult(described, Store("a.db"))
-    result.dataset = found  # as it is read from a store
+    result = result_of(described, found)
     show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
-    page = write_report(described, found, "a.db", tmp_path / "r.html").read_text(encoding="utf-8")
+    page = result.report(tmp_path / "r.html", figures=tmp_path / "figures").read_text(encoding="utf-8")
     for text in (
         "peak_force 20.00 40.00 84.07 kN 0.0%",
-        "84.07 kN (40.1% beyond the bound)",
-        "Warning in 10 cases, as in: limit 5",
+        "requirement peak_force < 60 kN; value 84.07 kN; margin -40.1%; numbers A.clearance = 0.5 mm scissordyn study replay",
+        "cases 10; warning limit 5 scissordyn study replay",
     ):
         assert text in shown
     for text in (
@@ -101,7 +99,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "The points of the design &#x27;grid&#x27; are no sample. Failed cases are left out.",
     ):
         assert text in page
-    (picture,) = write_figures(described, found, "a.db", tmp_path / "figures")
+    (picture,) = (tmp_path / "figures").iterdir()
     assert picture.name == "response_curves.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
 
@@ -111,10 +109,9 @@ def test_fronts_and_effects_have_units() -> None:
     best = dataclasses.replace(study(), design=Design("adaptive", 5), optimisation=Optimisation((Goal("peak_force"),)))
     points = np.linspace(1e-4, 5e-4, 5)[:, None]
     found = results(dataclasses.replace(best, design=Design("grid")), np.array([50e3, 40e3, 30e3, 45e3, 84e3]))
-    table = best_points(best, found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))}), 5)
-    assert table is not None
-    assert table.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
-    assert table.rows == [("2", "0.3000", "30.000")]
+    part = best_points(best, found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))}), 5)
+    assert part.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
+    assert part.rows == [("2", "0.3000", "30.000")]
     steps = np.array([[0.0], [2.0 / 3.0]] * 8)
     effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
     effects.attrs["units"] = "N"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import sys
 import time
@@ -30,7 +29,7 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, counted, short
 
 if TYPE_CHECKING:
-    from scissordyn.study.answer.summary import Table
+    from scissordyn.study.answer.summary import Section
     from scissordyn.study.ask.description import Study
     from scissordyn.study.compute.execute import Progress
     from scissordyn.study.result import StudyResult
@@ -126,8 +125,10 @@ def study(
         return _report(result, output, plot)
     if what == "replay":
         return _replay(result, case, output)
+    from scissordyn.study.answer.page import damage_section
+
     print(f"Saved to {result.export(output or 'study.csv')}")
-    show_damage(result)
+    _show(damage_section(result, result.store.path))
     return DONE
 
 
@@ -300,7 +301,9 @@ def _rate(rate: float) -> str:
 
 
 def _status(result: StudyResult) -> int:
-    counts, study, times = result.counts, result.study, result.store.times()
+    from scissordyn.study.answer.page import cause_sections, damage_section
+
+    counts, study, times, store = result.counts, result.study, result.store.times(), result.store.path
     states = ", ".join(f"{count} {name}" for name, count in counts.items())
     print(f"{study.points} points x {study.per_point} cases: {states}; blocks of {result.store.block}")
     worked, cases = float(times["seconds"].sum()), float(times["cases"].sum())
@@ -310,11 +313,10 @@ def _status(result: StudyResult) -> int:
             f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it beside the integration; "
             f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
         )
-    show_causes(result)
-    show_warnings(result)
-    show_damage(result)
+    for part in (*cause_sections(result, store, ROWS), damage_section(result, store)):
+        _show(part)
     if counts["pending"]:
-        print(f"To go on: {command('scissordyn', 'study', 'resume', result.store.path)}")
+        print(f"To go on: {command('scissordyn', 'study', 'resume', store)}")
     return DONE
 
 
@@ -341,7 +343,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
 
     check_folder(plot, "--plot figures")
     files = [result.report(output or "report.html")]
-    files += [] if plot is None else write_figures(result.study, result.dataset, result.store.path, plot)
+    files += [] if plot is None else write_figures(result, plot)
     show_answers(result)
     for path in files:
         print(f"Saved to {path}")
@@ -349,7 +351,7 @@ def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
 
 
 def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
-    from scissordyn.study.answer.verdict import replay_command
+    from scissordyn.study.answer.page import replay_command
 
     file = result.store.path
     if case is None or not 0 <= case < result.store.cases:
@@ -373,99 +375,23 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
 
 
 def show_answers(result: StudyResult) -> None:
-    """Print counts, what the study says, fractions, sensitivity, the best points and the worst cases."""
-    from scissordyn.study.answer.indices import sensitivity
-    from scissordyn.study.answer.ranking import rankings
-    from scissordyn.study.answer.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
+    """Print what the study answers, section by section."""
+    from scissordyn.study.answer.page import page
 
-    study, results = result.study, result.dataset
-    print(f"{', '.join(f'{n} {name}' for name, n in result.counts.items())}; {study.points} points".replace(" ", " cases ", 1))
-    show_damage(result)
-    _fidelity(result)
-    _conclusion(result)
-    if study.requirements:
-        _show(requirement_fractions(study, results))
-    _show(response_ranges(study, result.dataset, result.points))
-    if runs_agree := agreement(study, result.points):
-        say(runs_agree)
-    indices, left_out = sensitivity(study, results)
-    for table in sensitivities(indices):
-        _show(table)
-    for table in rankings(study, results):
-        _show(table)
-    for name, why in left_out.items():
-        print(f"No indices of {name}: {printable(why)}")
-    best = best_points(study, results, ROWS)
-    if best is not None:
-        print(best.title)
-        _show(best)
-    _worst(result)
-    show_causes(result)
-    show_warnings(result)
+    for part in page(result, result.store.path, ROWS):
+        _show(part)
 
 
-def _fidelity(result: StudyResult) -> None:
-    """What cheap and accurate runs say together."""
-    from scissordyn.study.answer.fidelity import fidelity_text
-
-    if (verified := result.verified) is None:
-        return
-    sentences, table, cost = fidelity_text(result.study, result.dataset, verified.dataset, (result.store, verified.store))
-    say(*sentences)
-    print(table.title)
-    _show(table)
-    print(cost)
-
-
-def _conclusion(result: StudyResult) -> None:
-    """Whether and where the requirements are met, what the responses go with, and what to do next."""
-    conclusion = result.conclusion
-    say(*conclusion.verdict)
-    if conclusion.margins is not None:
-        _show(conclusion.margins)
-    say(*conclusion.trends)
-    for why, what in conclusion.next:
-        print(f"{why}:\n  {what}")
-
-
-def _show(table: Table) -> None:
-    print_table(dict.fromkeys(table.head, "text"), table.rows)
-    for note in table.notes:
+def _show(part: Section) -> None:
+    """Print a section; a command stands on a line of its own, below what it is for."""
+    if part.title:
+        say(part.title, style="bold")
+    say(*part.lines)
+    if part.head[-1:] == ("command",):
+        for *cells, typed in part.rows:
+            print("; ".join(printable(f"{head} {cell}".lstrip()) for head, cell in zip(part.head[:-1], cells, strict=True)))
+            print(f"  {typed}")
+    elif part.rows:
+        print_table(dict.fromkeys(part.head, "text"), part.rows)
+    for note in part.notes if part.rows else ():
         print(note)
-
-
-def _worst(result: StudyResult) -> None:
-    from scissordyn.study.answer.conclusion import numbers_text
-
-    for worst in result.worst(3) if result.study.requirements else ():
-        what, place = ("Worst", "beyond") if worst.margin < 0.0 else ("Nearest", "from")
-        bound = f" ({abs(worst.margin):.1%} {place} the bound)" if math.isfinite(worst.margin) else ""
-        where = numbers_text(result.study, result.dataset, worst.numbers)
-        _with_command(result, f"{what} for {worst.requirement}: {worst.text}{bound} at {where}", worst.case)
-
-
-def show_warnings(result: StudyResult) -> None:
-    """Print the warnings, each with the number of its cases and a command that shows one."""
-    for text, cases in list(result.warnings.items())[:ROWS]:
-        many = "case" if len(cases) == 1 else "cases"
-        _with_command(result, f"Warning in {len(cases)} {many}, as in: {printable(text)}", cases[0])
-
-
-def show_causes(result: StudyResult) -> None:
-    """Print the failed cases by cause, each with a command that shows one."""
-    for cause, cases in list(result.causes.items())[:ROWS]:
-        _with_command(result, f"{len(cases)} failed: {printable(cause)}", cases[0])
-
-
-def _with_command(result: StudyResult, text: str, case: int) -> None:
-    from scissordyn.study.answer.verdict import replay_command
-
-    print(text)
-    print(f"  {replay_command(result.store.path, case)}")
-
-
-def show_damage(result: StudyResult) -> None:
-    """Name the blocks that were written and are not whole, and the command that computes them anew."""
-    if result.damage:
-        print(result.damage)
-        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', result.store.path)}")

@@ -154,7 +154,7 @@ class StudyResult:
         """By response, the power law or straight line that predicts points it has not seen best; see `study.trend.Trend`."""
         return {name: both[0] for name, both in trends(self.study, self.dataset).items()}
 
-    @property
+    @cached_property
     def verified(self) -> StudyResult | None:
         """The accurate runs of a study of cheap ones: their own study and store; None if there are none."""
         store = Store(verified_path(self.store.path))
@@ -373,7 +373,7 @@ class StudyResult:
 
     def _now(self, now: StudyResult) -> StudyResult:
         """The same result after a computation: what was read before is read anew."""
-        for name in ("dataset", "points", "conclusion"):
+        for name in ("dataset", "points", "conclusion", "verified"):
             self.__dict__.pop(name, None)
         self.store, self.study = now.store, replace(self.study, design=now.study.design)
         return self
@@ -400,9 +400,9 @@ class StudyResult:
         """
         from scissordyn.study.answer.report import write_figures, write_report
 
-        written = write_report(self.study, self.dataset, self.store.path, Path(path))
+        written = write_report(self, Path(path))
         if figures is not None:
-            write_figures(self.study, self.dataset, self.store.path, Path(figures))
+            write_figures(self, Path(figures))
         return written
 
     def __repr__(self) -> str:
@@ -413,10 +413,11 @@ class StudyResult:
         return f"<study '{self.store.path}': {'; '.join(parts)}>"
 
     def _repr_html_(self) -> str:
-        from scissordyn.study.answer.report import conclusion_html, summary_html
+        from scissordyn.study.answer.page import page
+        from scissordyn.study.answer.report import MOST_ROWS, as_html
 
         head = f"<b>Study {html.escape(Path(self.store.path).name)}</b>"
-        return f"{head}{conclusion_html(self.study, self.dataset, self.store.path)}{summary_html(self.study, self.dataset)}"
+        return head + as_html(page(self, self.store.path, MOST_ROWS))
 
 
 def computed(

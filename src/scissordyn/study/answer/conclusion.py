@@ -14,7 +14,7 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer.fact import Fact
 from scissordyn.study.answer.next_step import next_steps
 from scissordyn.study.answer.recommendation import Recommendation, recommended
-from scissordyn.study.answer.summary import Table, meaning
+from scissordyn.study.answer.summary import Section, meaning
 from scissordyn.study.answer.trend import Need, Trend, needed, trends, with_indicators
 from scissordyn.study.answer.verdict import answered, by_point, case_values, feasible_fraction
 from scissordyn.study.ask.description import Study
@@ -36,7 +36,7 @@ class Conclusion:
     """What a study has found, in the order in which it is wanted."""
 
     verdict: tuple[Fact, ...]  # Whether and where the requirements are met; the point to build; its probability
-    margins: Table | None  # Of that point
+    margins: Section | None  # Of that point
     trends: tuple[Fact, ...]  # Of each response, and what requirements need
     next: tuple[tuple[Fact, str], ...]  # Why, and a command
 
@@ -155,7 +155,7 @@ def margin_text(margin: float) -> str:
     return f"{margin:+.1%}" if math.isfinite(margin) else "not met" if margin < 0.0 else "met"
 
 
-def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Table:
+def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Section:
     meanings = {requirement.label: meaning(results, requirement) for requirement in study.requirements}
     explained, rows = any(meanings.values()), []
     for margin in point.margins:
@@ -163,7 +163,7 @@ def _margins(study: Study, results: xr.Dataset, point: Recommendation) -> Table:
         rows.append((margin.requirement, *means, margin.text, margin_text(margin.margin)))
     note = "Worst case of the point; the margin is a fraction of the bound, negative where the requirement is not met."
     head = ("requirement", *(("meaning",) if explained else ()), "value there", "margin")
-    return Table(head, rows, f"Point {point.point}", (note,))
+    return Section(head, rows, f"Point {point.point}", (note,))
 
 
 def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
@@ -240,7 +240,7 @@ def _need(results: xr.Dataset, study: Study, need: Need, by_response: dict[str, 
     return Fact(kind, need.requirement, about, _scale(results, study, need.number, first, last))
 
 
-def trend_table(study: Study, results: xr.Dataset) -> Table | None:
+def trend_table(study: Study, results: xr.Dataset) -> Section | None:
     """Exponents of the power laws with their 95 % intervals, and how well they fit; None without any."""
     columns: list[tuple[str, ...]] = [("response", *study.factor_names, "R2", "error at points left out")]
     for name, both in trends(study, results).items():
@@ -255,4 +255,4 @@ def trend_table(study: Study, results: xr.Dataset) -> Table | None:
     note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."
     # the longer side of the table goes down the page
     head, *rows = columns if len(study.factor_names) <= MOST_NUMBERS else zip(*columns, strict=True)
-    return Table(head, rows, "Exponents", (note,)) if len(columns) > 1 else None
+    return Section(head, rows, "Exponents", (note,)) if len(columns) > 1 else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.study.answer.control_variate import Estimate, Predicted, fraction_estimate, mean_estimate, quantile_estimates
 from scissordyn.study.answer.fact import Fact
 from scissordyn.study.answer.margin_estimate import fraction_by_margins
-from scissordyn.study.answer.summary import Table
+from scissordyn.study.answer.summary import Section
 from scissordyn.study.answer.verdict import answered
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import Requirement, Response, response_unit, response_values
@@ -144,23 +144,24 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     return pd.DataFrame({**table, "front": front}, index=pd.Index(places, name="point"))
 
 
-def fidelity_text(
-    study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]
-) -> tuple[list[Fact], Table, str]:
+def fidelity(study: Study, cheap: xr.Dataset, accurate: xr.Dataset, stores: tuple[Store, Store]) -> Iterator[Section]:
     """What both kinds of runs say together."""
     times = [_seconds(store) for store in stores]
+    cost = _cost(study, stores, times)
     if study.optimisation is not None:
         points = confirmed(study, accurate, cheap)
-        return [_confirmation(study, points)], _confirmed_table(study, cheap, points), _cost(study, stores, times)
+        yield Section(lines=[_confirmation(study, points)])
+        yield _confirmed_table(study, cheap, points, cost)
+        return
     corrected = estimates(study, cheap, accurate)
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
     if any(number.estimate.interpolated for number in corrected):
         saved += f" Fractions and means predict {OTHERS} further cases by interpolation between the cheap runs."
-    table = Table(head, [_row(number) for number in corrected], "Cheap and accurate runs", (f"Intervals of 95 %. {saved}",))
     every = next((number.estimate for number in corrected if number.label == "all requirements"), None)
-    sentences = [] if every is None else [_met_by(every, times)]
-    return [*sentences, Fact("cheap")], table, _cost(study, stores, times)
+    yield Section(lines=[*([] if every is None else [_met_by(every, times)]), Fact("cheap")])
+    notes = (f"Intervals of 95 %. {saved}", cost)
+    yield Section(head, [_row(number) for number in corrected], "Cheap and accurate runs", notes)
 
 
 def _confirmation(study: Study, points: pd.DataFrame) -> Fact:
@@ -209,7 +210,7 @@ def _shown(value: float, scale: Scale | None) -> str:
     return f"{value:.1%}" if scale is None else scale.cells(value)[0]
 
 
-def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame) -> Table:
+def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame, cost: str) -> Section:
     assert study.optimisation is not None
     points = candidates(study, cheap).points
     labels = [goal.label for goal in study.optimisation.goals]
@@ -227,7 +228,8 @@ def _confirmed_table(study: Study, cheap: xr.Dataset, table: pd.DataFrame) -> Ta
         violated = row["accurate violation"]
         met = "met" if violated <= 0.0 else "failed" if not np.isfinite(violated) else f"violated by {violated:.1%}"
         rows.append((*cells, met, "yes" if row["front"] else "no"))
-    return Table((*head, "requirements, accurate", "best there"), rows, "Search by cheap runs, confirmed by accurate ones")
+    title = "Search by cheap runs, confirmed by accurate ones"
+    return Section((*head, "requirements, accurate", "best there"), rows, title, (cost,))
 
 
 def _seconds(store: Store) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.plot.style import Canvas
-from scissordyn.study.answer.surface import map_extras
+from scissordyn.study.answer.surface import Surfaces
 from scissordyn.study.answer.verdict import feasible_fraction
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ class StudyPictures:
 
     def __init__(self, result: StudyResult) -> None:
         self._result = result
+        self._surfaces = Surfaces(result.study, result.points)
 
     def map(self, colour: str = "met", *, x: str = "", y: str = "", axes: Canvas = None) -> list[Axes]:
         """A response, or "met", the fraction of cases that meet the requirements, over two numbers; see `feasibility_map`.
@@ -38,7 +39,7 @@ class StudyPictures:
         responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
         if colour not in ("met", *points):
             raise InputError(f"a map of '{colour}'", ", ".join(["met", *responses]), f"result.plot.map('{responses[0]}')")
-        field, bounds = map_extras(self._result.study, points, colour, x, y)
+        field, bounds = self._surfaces.of_map(colour, x, y)
         limit = self._limits().get(colour)
         return feasibility_map(points, x=x, y=y, colour=colour, limit=limit, field=field, bounds=bounds, axes=axes)
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from scissordyn.study.answer.summary import Table
+from scissordyn.study.answer.summary import Section
 from scissordyn.study.answer.trend import trends
 from scissordyn.study.answer.verdict import CONFIDENCE, answered, case_values
 from scissordyn.study.ask.description import Study
@@ -24,7 +24,7 @@ RESAMPLES = 400
 """Of the bootstrap that says how often a number is the first."""
 
 
-def rankings(study: Study, results: xr.Dataset) -> list[Table]:
+def rankings(study: Study, results: xr.Dataset) -> list[Section]:
     """A table for each response without a clear trend: the numbers by their rank correlation with it, and how sure that is."""
     names = [factor.name for factor in (*study.factors, *study.uncertain) if not factor.labels]
     if len(names) < 2 or study.design.kind in ("saltelli", "morris"):
@@ -41,7 +41,7 @@ def rankings(study: Study, results: xr.Dataset) -> list[Table]:
     return tables
 
 
-def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndarray) -> Table:
+def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndarray) -> Section:
     correlations, order, first, chance = ranked(numbers, values)
     count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
     half = _half_width(correlations, count)
@@ -56,7 +56,7 @@ def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndar
         f"{values.size} samples of {len(names)} numbers: among so many, chance alone reaches {float(chance.max()):.2f} in size "
         "in 5 % of samples."
     )
-    return Table(head, rows, f"{response} goes with", (note,))
+    return Section(head, rows, f"What {response} goes with", (note,))
 
 
 def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -25,11 +25,14 @@ SHOWN = 6
 
 
 @dataclass(frozen=True)
-class Table:
-    head: tuple[str, ...]
-    rows: Sequence[tuple[str, ...]]
+class Section:
+    """A part of the answers; the last column of its table may be "command", what can be typed."""
+
+    head: tuple[str, ...] = ()
+    rows: Sequence[tuple[str, ...]] = ()
     title: str = ""
-    notes: tuple[str, ...] = ()  # Sentences below it
+    notes: tuple[str, ...] = ()  # Sentences below the table
+    lines: Sequence[object] = ()  # Above it
 
 
 def design_size(study: Study) -> str:
@@ -43,11 +46,11 @@ def design_size(study: Study) -> str:
     return ", ".join(parts)
 
 
-def varied_numbers(study: Study, results: xr.Dataset) -> Table:
+def varied_numbers(study: Study, results: xr.Dataset) -> Section:
     """The numbers that vary, and over what."""
     rows = [(factor.path, "chosen", _over(results, factor)) for factor in study.factors]
     rows += [(factor.name, "uncertain", _over(results, factor)) for factor in study.uncertain]
-    return Table(("number", "role", "values"), rows)
+    return Section(("number", "role", "values"), rows)
 
 
 def _over(results: xr.Dataset, factor: Factor) -> str:
@@ -78,7 +81,7 @@ def agreement(study: Study, points: xr.Dataset) -> Fact | None:
     return Fact("disagree", numbers={**about, "undecided": undecided})
 
 
-def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Table:
+def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Section:
     """Smallest, median and largest value of each response over the complete cases, and how far members differ."""
     rows = []
     for response in answered(study, results):
@@ -90,27 +93,22 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Ta
             spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
             rows.append((response.name, *shown, scale.unit or "1", *spread))
     members = ("largest spread of members",) if study.members > 1 else ()
-    return Table(("response", "smallest", "median", "largest", "unit", *members), rows)
+    return Section(("response", "smallest", "median", "largest", "unit", *members), rows)
 
 
-def requirement_fractions(study: Study, results: xr.Dataset) -> Table:
-    """The fraction of the range that meets each requirement, and all of them; no rows without requirements."""
+def requirement_fractions(study: Study, results: xr.Dataset) -> Section:
+    """The fraction of the range that meets each requirement, and all of them."""
     meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
-    rows, explained = [], any(meanings)
-    for fraction, text in zip(feasible_fraction(study, results), meanings, strict=False):
+    rows, explained, sampled = [], any(meanings), False
+    for fraction, text in zip(feasible_fraction(study, results), meanings, strict=True):
+        sampled |= np.isfinite(fraction.low)
         interval = "no sample" if np.isnan(fraction.low) else f"{fraction.low:.1%} to {fraction.high:.1%}"
         rows.append(
             (fraction.label, *((text,) if explained else ()), f"{fraction.fraction:.1%}", interval, str(fraction.trials))
         )
     head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
-    return Table(head, rows)
-
-
-def interval_note(study: Study, results: xr.Dataset) -> str:
-    """What the intervals of `requirement_fractions` are, or why there are none."""
-    there = any(np.isfinite(fraction.low) for fraction in feasible_fraction(study, results))
-    note = "Interval of Clopper and Pearson." if there else f"The points of the design '{study.design.kind}' are no sample."
-    return f"{note} Failed cases are left out."
+    note = "Interval of Clopper and Pearson." if sampled else f"The points of the design '{study.design.kind}' are no sample."
+    return Section(head, rows, "Requirements", (f"{note} Failed cases are left out.",))
 
 
 def meaning(results: xr.Dataset, requirement: Requirement) -> str:
@@ -121,7 +119,7 @@ def meaning(results: xr.Dataset, requirement: Requirement) -> str:
     return "" if text.startswith("measure '") else text
 
 
-def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
+def sensitivities(indices: dict[str, xr.Dataset]) -> list[Section]:
     """A table for each response of what it depends on."""
     tables = []
     for name, table in indices.items():
@@ -136,7 +134,7 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
         rows = [(str(row["factor"].item()), *texts) for row, texts in zip(factors, cells, strict=True)]
         left_out = table.attrs["left_out"]
         notes = (f"{counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
-        tables.append(Table((f"{name} depends on", *head), rows, name, notes))
+        tables.append(Section((f"{name} depends on", *head), rows, f"What {name} depends on", notes))
     return tables
 
 
@@ -146,10 +144,9 @@ def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
     return f"{value} ± {half}"
 
 
-def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
-    """The Pareto front, or the best point of one goal; None without an optimisation."""
-    if study.optimisation is None:
-        return None
+def best_points(study: Study, results: xr.Dataset, most: int) -> Section:
+    """The Pareto front of a search, or the best point of one goal."""
+    assert study.optimisation is not None
     search = candidates(study, results)
     rows = np.flatnonzero(search.points["front"].values) if search.best < 0 else np.array([search.best])
     names = [factor.path for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
@@ -163,7 +160,7 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
     if search.best >= 0 and float(search.points["violation"][search.best]) > 0.0:
         notes.append("No point meets all requirements; this is the one that violates them least.")
     head = ("point", *(scales[name].label(name) for name in names))
-    return Table(head, shown, "Pareto front" if search.best < 0 else "Best point", tuple(notes))
+    return Section(head, shown, "Pareto front" if search.best < 0 else "Best point", tuple(notes))
 
 
 def _percent(fraction: float) -> str:

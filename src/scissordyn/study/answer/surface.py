@@ -99,22 +99,17 @@ class Surfaces:
         model = Kriging(table[there], values[there], logarithmic)
         return model if model.predicted >= CLEAR else None
 
-
-def map_extras(
-    study: Study, points: xr.Dataset, colour: str, x: str = "", y: str = "", surfaces: Surfaces | None = None
-) -> tuple[Field | None, list[Bound]]:
-    """The field under a map and the lines of requirements over it; nothing for grids and where nothing can be interpolated."""
-    names = [factor.path for factor in study.factors]
-    if len(names) < 2:
-        return None, []
-    x = x or names[0]
-    y = y or next(name for name in names if name != x)
-    surfaces = surfaces or Surfaces(study, points)
-    bounds = surfaces.bounds(x, y)
-    if colour == "met":
-        return None, bounds
-    labels = {requirement.label for requirement in study.requirements if requirement.response.name == colour}
-    return surfaces.field(colour, x, y), [bound for bound in bounds if bound.label in labels]
+    def of_map(self, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
+        """The field under a map and the lines of requirements over it; nothing where nothing can be interpolated."""
+        if len(self._names) < 2:
+            return None, []
+        x = x or self._names[0]
+        y = y or next(name for name in self._names if name != x)
+        bounds = self.bounds(x, y)
+        if colour == "met":
+            return None, bounds
+        labels = {requirement.label for requirement in self._study.requirements if requirement.response.name == colour}
+        return self.field(colour, x, y), [bound for bound in bounds if bound.label in labels]
 
 
 def predicted_point(study: Study, points: xr.Dataset) -> dict[str, float] | None:

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from scissordyn.errors import command
 from scissordyn.study.answer.grouped import grouped, grouped_lines
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.part_unit import whole_responses
@@ -212,11 +211,6 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                     numbers = {parameter: float(results[column(parameter)][case]) for parameter in study.factor_names}
                     by_place[point] = Worst(int(case), requirement.label, value, text, float(margins[case]), numbers)
     return sorted(by_place.values(), key=lambda worst: worst.margin)[:count]
-
-
-def replay_command(store: str, case: int) -> str:
-    """What to type to simulate a case again, with its histories."""
-    return command("scissordyn", "study", "replay", store, case)
 
 
 def causes(results: xr.Dataset) -> dict[str, list[int]]:

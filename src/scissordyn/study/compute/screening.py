@@ -65,12 +65,6 @@ def verified_study(study: Study, points: int) -> Study:
     )
 
 
-def verified_results(study: Study, path: str | os.PathLike[str]) -> xr.Dataset | None:
-    """The accurate runs of a study as far as there are any."""
-    store = Store(verified_path(path))
-    return store.results() if study.accurate is not None and store.exists() else None
-
-
 def screened(study: Study, path: str | os.PathLike[str], budget: float | None = None, **how: Unpack[How]) -> Store:
     """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
     _check(study, budget)

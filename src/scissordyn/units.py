@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
@@ -213,6 +213,28 @@ class Meaning:
 
     help: str  # One line
     example: str = ""  # A value as Python
+
+
+Described = TypeVar("Described", bound=Callable[..., Any])
+
+
+def documented(described: Described, meanings: Mapping[str, str] = MappingProxyType({}), source: str = "") -> Described:
+    """A class or function whose docstring gets parameters, with units and meanings from their annotations, and a source."""
+    text = inspect.cleandoc(described.__doc__ or "")
+    hints, rows = get_type_hints(described, include_extras=True), []
+    for name, parameter in inspect.signature(described).parameters.items():
+        about = extras(hints[name])
+        units = next((extra.units for extra in about if isinstance(extra, Pairs)), ())
+        unit = " and ".join(units) or next((extra.unit for extra in about if isinstance(extra, Quantity)), "1")
+        meaning = next((extra.help for extra in about if getattr(extra, "help", "")), meanings.get(name, ""))
+        optional = "" if parameter.default is parameter.empty else ", optional"
+        rows.append(f"{name} : {in_words(hints[name])}{optional}")
+        rows += [f"    {meaning} [{unit}]".replace(" [1]", "")] if meaning or unit != "1" else []
+    end = re.search(r"\n\n(?:Returns|Raises|References)\n-|\Z", text)
+    sections = [text[: end.start()], "Parameters\n----------\n" + "\n".join(rows), text[end.start() :].strip()]  # type: ignore[union-attr]
+    sections += ["References\n----------\n" + source.replace("; ", "\n")] if source else []
+    described.__doc__ = "\n\n".join(filter(None, sections))
+    return described
 
 
 Arguments = ParamSpec("Arguments")

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, get_type_hints, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtime_checkable
 
-from scissordyn.annotation import in_words
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.origin import note_origin
 from scissordyn.plugin.pointer import Kernel as Kernel
 from scissordyn.plugin.pointer import arguments_of
-from scissordyn.units import Pairs, Quantity, State, check_quantities, extras, quantities
+from scissordyn.units import State, check_quantities, documented, quantities
 
 PARAMETERS = 64
 """Most parameters of a component, the numbers of its table included."""
@@ -147,27 +145,6 @@ def _own_check(self: Any) -> None:
         self.check()
 
 
-def meaning_of(name: str, hint: Any) -> str:
-    """What a field of a component means, in one line."""
-    return next((extra.help for extra in extras(hint) if getattr(extra, "help", "")), MEANINGS.get(name, ""))
-
-
-def _documented(described: Any, source: str) -> str:
-    """The docstring of a class, with its fields and its source, which the declaration has."""
-    text, raises, errors = inspect.cleandoc(described.__doc__ or "").partition("\n\nRaises\n")
-    hints, fields = get_type_hints(described, include_extras=True), []
-    for field in dataclasses.fields(described):
-        hint = hints[field.name]
-        optional = "" if field.default is dataclasses.MISSING else ", optional"
-        pairs = next((extra.units for extra in extras(hint) if isinstance(extra, Pairs)), ())
-        unit = " and ".join(pairs) or next((extra.unit for extra in extras(hint) if isinstance(extra, Quantity)), "1")
-        meaning = meaning_of(field.name, hint) + (f" [{unit}]" if unit != "1" else "")
-        fields.append(f"{field.name} : {in_words(hint)}{optional}\n    {meaning}")
-    sections = [text, "Parameters\n----------\n" + "\n".join(fields), raises.strip() and f"Raises\n{errors}"]
-    sections += ["References\n----------\n" + source.replace("; ", "\n")] if source else []
-    return "\n\n".join(filter(None, sections))
-
-
 def _check_attachment(described: Any) -> None:
     """Raise `InputError` for a component between a body and itself, or on the ground alone."""
     port, label = described.declaration.port, f"{described.declaration.label} '{described.name}'"
@@ -235,7 +212,7 @@ def component(
             cls.states = states
         _check_fields(cls)
         if "\n    Parameters\n" not in (cls.__doc__ or "") and (source or cls.__module__.startswith("scissordyn.")):
-            cls.__doc__ = _documented(cls, source)
+            documented(cls, MEANINGS, source)
         note_origin(cls, described)
         return cls
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from scissordyn.units import Meaning
+
 GROUND = "ground"
 """Name under which joints and components refer to the fixed frame."""
 
@@ -10,3 +14,6 @@ Point = tuple[float, float]
 
 BodyPoint = tuple[str, str]
 """A body's name and the name of one of its points; the body may be "ground". Where one is given, "BODY.POINT" is the same."""
+
+Reference = Annotated[BodyPoint, Meaning('a point, as "BODY.POINT" or "ground.POINT"')]
+Name = Annotated[str, Meaning("name, unique among its kind")]

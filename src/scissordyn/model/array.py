@@ -12,26 +12,25 @@ from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, BarLength, BarMass, SliderMass, Units, joints_of_units
-from scissordyn.units import Quantity, Sample, checked
+from scissordyn.units import Quantity, Sample, checked, documented
 
 Inclination = Annotated[
-    float, Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls")
+    float,
+    Quantity("rad", help="mean inclination th of the bars to the circumference; the array extends as it falls"),
 ]
 
 
+@documented
 @checked
 def polar_scissor(
     *,
     units: Units = 4,
-    inner: Annotated[float, Quantity("m", above=0.0, help="length of a bar inside of its pivot")] = 0.8,
-    outer: Annotated[float, Quantity("m", above=0.0, help="length of a bar outside of its pivot")] = 1.2,
-    kink: Annotated[float, Quantity("rad", help="angle between the two legs of a bar, 0 for straight bars")] = 0.0,
+    inner: Annotated[float, Quantity("m", above=0.0, help="leg a of a bar, inside of its pivot")] = 0.8,
+    outer: Annotated[float, Quantity("m", above=0.0, help="leg b of a bar, outside of its pivot")] = 1.2,
+    kink: Annotated[float, Quantity("rad", help="angle k between the two legs of a bar, 0 for straight bars")] = 0.0,
     bar_mass: BarMass = 5.0,
     slider_mass: SliderMass = 5.0,
-    angle: Annotated[
-        float,
-        Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls"),
-    ] = math.pi / 4,
+    angle: Inclination = math.pi / 4,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
@@ -44,23 +43,8 @@ def polar_scissor(
         tan(g/2) = (b cos(th - k/2) - a cos(th + k/2)) / (b sin(th - k/2) + a sin(th + k/2))
         R_i = a cos(th + k/2) / sin(g/2),    R_o = b cos(th - k/2) / sin(g/2)
 
-    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the curvature changes during deployment. With equal legs g = k: the
-    radius changes and the angle does not (Hoberman 1990, US patent 4942700).
-
-    Parameters
-    ----------
-    units : int
-        Number of units N >= 1.
-    inner, outer : float
-        Legs a and b [m]; equal ones without a kink make a straight array. The array curves downwards if b > a.
-    kink : float
-        k [rad].
-    bar_mass, slider_mass : float
-        [kg]
-    angle : float
-        th at the start [rad].
-    gravity, gravity_direction : float
-        Acceleration [m/s^2] and direction [rad].
+    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the curvature, downwards if b > a, changes during deployment. With
+    equal legs g = k: the radius changes and the angle does not (Hoberman 1990, US patent 4942700).
 
     Returns
     -------
@@ -90,16 +74,14 @@ def polar_scissor(
     )
 
 
+@documented
 @checked
 def hoberman_ring(
     *,
     units: Annotated[int, Quantity("1", minimum=3, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 12,
-    leg: Annotated[float, Quantity("m", above=0.0, help="from the pivot of a bar to each of its ends")] = 0.5,
+    leg: Annotated[float, Quantity("m", above=0.0, help="p, from the pivot of a bar to each of its ends")] = 0.5,
     bar_mass: BarMass = 1.0,
-    angle: Annotated[
-        float,
-        Quantity("rad", help="mean inclination of the bars to the circumference at the start; the array extends as it falls"),
-    ] = math.pi / 4,
+    angle: Inclination = math.pi / 4,
     gravity: Gravity = 0.0,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
@@ -109,19 +91,6 @@ def hoberman_ring(
     circles about the origin (You and Pellegrino 1997, Foldable bar structures):
 
         R = p cos th / sin(k/2),    R_i = p cos(th + k/2) / sin(k/2),    R_o = p cos(th - k/2) / sin(k/2)
-
-    Parameters
-    ----------
-    units : int
-        Number of units N >= 3.
-    leg : float
-        p, from the pivot of a bar to each of its ends [m].
-    bar_mass : float
-        [kg]
-    angle : float
-        th at the start [rad].
-    gravity, gravity_direction : float
-        Acceleration [m/s^2], none by default, and direction [rad].
 
     Returns
     -------
@@ -147,6 +116,7 @@ def hoberman_ring(
     )
 
 
+@documented
 @checked
 def mast(
     *,
@@ -157,26 +127,14 @@ def mast(
     platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, none without it")] = None,
     angle: Annotated[
         float,
-        Quantity("rad", help="of the bars to the base at the start, above 0 and below 90 deg; the mast extends as it grows"),
+        Quantity("rad", help="th of the bars to the base at the start, above 0 and below 90 deg; the mast extends as it grows"),
     ] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """An array on a base along x that extends along y to the height N L sin th, with or without a platform.
 
-    Parameters
-    ----------
-    units : int
-        Number of units N >= 1.
-    bar_length, bar_mass, slider_mass : float
-        L [m] and masses [kg].
-    platform_mass : float, optional
-        Of a uniform platform as long as a bar [kg], pinned to the left end of the last unit and resting on its right end;
-        no platform if None.
-    angle : float
-        Inclination th of the bars against the base at the start [rad], strictly between 0 and pi/2.
-    gravity, gravity_direction : float
-        Acceleration [m/s^2] and direction [rad].
+    A platform is uniform and as long as a bar, pinned to the left end of the last unit, and rests on its right end.
 
     Returns
     -------

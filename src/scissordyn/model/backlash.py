@@ -12,38 +12,29 @@ from scissordyn.model.body import Body
 from scissordyn.model.coupling import RelativeAngle
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.units import Quantity, checked, quantities
+from scissordyn.units import Meaning, Quantity, checked, documented, quantities
 
 _STOP = quantities(AngleStop)
 
 
+@documented
 @checked
 def with_backlash(
     mechanism: Mechanism,
-    coupling: str,
-    backlash: Annotated[float, Quantity("rad", above=0.0, help="angle between both flanks")],
+    coupling: Annotated[str, Meaning("name of the coupling")],
+    backlash: Annotated[float, Quantity("rad", above=0.0, help="angle that the wheel can turn between both flanks")],
     *,
     stiffness: Annotated[float, _STOP["stiffness"]] = 1e6,
     exponent: Annotated[float, _STOP["exponent"]] = 1.5,
     restitution: Annotated[float, _STOP["restitution"]] = 0.5,
-    share: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="share of the wheel that moves with the flanks")] = 0.01,
+    share: Annotated[
+        float, Quantity("1", above=0.0, maximum=0.5, help="of the wheel's mass and inertia that the flanks have")
+    ] = 0.01,
 ) -> Mechanism:
     """The same mechanism with backlash in a coupling: contact of either flank by a law, and a dead zone between.
 
     The wheel of the output, or of the input where the output is no angle, gets a second body on its bearing, "COUPLING flanks",
     which the coupling moves in its place. Two end stops between both are the flanks; the wheel starts in the middle.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    coupling : str
-        Name of the coupling.
-    backlash : float
-        Angle that the wheel can turn between the flanks [rad].
-    stiffness, exponent, restitution : float
-        Of each flank, as of an `AngleStop`.
-    share : float
-        Of the wheel's mass and inertia that the flanks have.
 
     Returns
     -------

@@ -7,35 +7,22 @@ from typing import Annotated
 
 from scissordyn.component.place import Point
 from scissordyn.model.body import Body
-from scissordyn.units import Quantity, checked
+from scissordyn.units import Meaning, Quantity, checked, documented
 
 
+@documented
 @checked
 def angulated_bar(
     name: str,
     *,
-    first: Annotated[float, Quantity("m", above=0.0)],
-    second: Annotated[float, Quantity("m", above=0.0)],
-    kink: Annotated[float, Quantity("rad")] = 0.0,
-    mass: Annotated[float, Quantity("kg", above=0.0)],
-    position: Point = (0.0, 0.0),
-    angle: Annotated[float, Quantity("rad")] = 0.0,
+    first: Annotated[float, Quantity("m", above=0.0, help="from the start to the pivot")],
+    second: Annotated[float, Quantity("m", above=0.0, help="from the pivot to the end")],
+    kink: Annotated[float, Quantity("rad", help="angle from the direction of the first leg to that of the second")] = 0.0,
+    mass: Annotated[float, Quantity("kg", above=0.0, help="of both legs, in proportion to their lengths")],
+    position: Annotated[Point, Meaning("of its start [m]")] = (0.0, 0.0),
+    angle: Annotated[float, Quantity("rad", help="direction of the first leg")] = 0.0,
 ) -> Body:
     """A uniform bar of two straight legs that meet at a pivot; without a kink a straight bar with a pivot outside its middle.
-
-    Parameters
-    ----------
-    name : str
-    first, second : float
-        Lengths from the start to the pivot and from there to the end [m].
-    kink : float
-        Angle from the direction of the first leg to that of the second [rad].
-    mass : float
-        Of both legs, distributed in proportion to their lengths [kg].
-    position : (float, float)
-        Position of its start [m].
-    angle : float
-        Direction of the first leg [rad].
 
     Returns
     -------

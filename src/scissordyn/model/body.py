@@ -10,7 +10,7 @@ from typing import Annotated
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities, checked
+from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 
 def check_place(label: str, place: Point) -> None:
@@ -22,37 +22,21 @@ def check_place(label: str, place: Point) -> None:
 PLACE = Quantity("m")
 
 
+@documented
 @dataclass(frozen=True)
 class Body:
     """A rigid body, with named points in its own frame and an initial guess of its position.
 
-    Parameters
-    ----------
-    name : str
-        Name, unique in the mechanism.
-    mass : float
-        Mass [kg].
-    inertia : float or None
-        Moment of inertia about the mass centre [kg m^2]; None for a body that does not rotate: a point mass,
-        or a block that its guide keeps aligned.
-    points : mapping of str to (float, float)
-        Points that joints refer to, in the body's frame [m].
-    centre : (float, float)
-        Mass centre in the body's frame [m].
-    position : (float, float) or None
-        Position of the origin of the body's frame at the start [m]. None: it follows from the other bodies, near (0, 0).
-    angle : float or None
-        Direction of the body's x axis at the start [rad]. None: it follows from the other bodies, near 0.
-    velocity : (float, float) or None
-        Velocity of the body's origin at the start [m/s]. None: it follows from the velocities that are given, or is 0.
-    angular_velocity : float or None
-        Angular velocity at the start [rad/s], as for the velocity.
+    A body without inertia does not rotate: a point mass, or a block that its guide keeps aligned. A position, angle or velocity
+    that is None follows from the other bodies, near (0, 0), 0 and rest.
     """
 
-    name: str
+    name: Annotated[str, Meaning("name, unique in the mechanism")]
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")]
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
-    points: Mapping[str, Point] = field(default_factory=dict, hash=False)
+    points: Annotated[Mapping[str, Point], Meaning("points for joints, in its frame [m]")] = field(
+        default_factory=dict, hash=False
+    )
     centre: Annotated[Point, Quantity("m", help="mass centre in the body's frame")] = (0.0, 0.0)
     position: Annotated[Point | None, Quantity("m", help="of the origin of the body's frame at the start")] = None
     angle: Annotated[float | None, Quantity("rad", help="direction at the start")] = None
@@ -106,31 +90,18 @@ class Body:
         return ox + cos * x - sin * y, oy + sin * x + cos * y
 
 
+@documented
 @checked
 def bar(
     name: str,
     *,
-    length: Annotated[float, Quantity("m", above=0.0)],
-    mass: Annotated[float, Quantity("kg", above=0.0)],
-    position: Point | None = None,
-    angle: Annotated[float | None, Quantity("rad")] = None,
-    inertia: Annotated[float | None, Quantity("kg m^2", above=0.0)] = None,
+    length: Annotated[float, Quantity("m", above=0.0, help="length")],
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass")],
+    position: Annotated[Point | None, Meaning("of its start [m]")] = None,
+    angle: Annotated[float | None, Quantity("rad", help="direction from start to end")] = None,
+    inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its middle; m L^2/12 without it")] = None,
 ) -> Body:
     """A straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
-
-    Parameters
-    ----------
-    name : str
-    length : float
-        Length [m].
-    mass : float
-        Mass [kg].
-    position : (float, float), optional
-        Position of its start [m].
-    angle : float, optional
-        Its direction from start to end [rad].
-    inertia : float, optional
-        About its middle [kg m^2]; m L^2/12 if not given.
 
     Returns
     -------

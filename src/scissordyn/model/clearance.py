@@ -13,43 +13,28 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.hard_contact import ContactKind, check_hard
 from scissordyn.model.lubrication import Lubrication
-from scissordyn.units import Meaning, Quantity, Sample, check_quantities
+from scissordyn.units import Meaning, Quantity, Sample, check_quantities, documented
 
-SlipKind = Literal["surfaces", "contact-points"]
+SlipKind = Annotated[
+    Literal["surfaces", "contact-points"], Meaning("slip speed of the surfaces, or of the points where they touch")
+]
 
 
+@documented
 @dataclass(frozen=True)
 class Clearance:
     """A revolute clearance joint: a journal smaller than its bearing by the radial clearance.
 
-    Parameters
-    ----------
-    clearance : float
-        Radial clearance c = R_B - R_J [m].
-    journal_radius : float
-        R_J [m]; constant when the clearance is varied.
-    bearing_length : float
-        L_b [m].
-    material : Material
-        Material of the journal, and of the bearing unless that is given.
-    bearing_material : Material, optional
-    stiffness : elastic law
-    damping : damping law
-    friction : friction law
-    lubrication : Lubrication, optional
-        A film of oil in the clearance; dry if not given.
-    contact : {"compliant", "hard"}
-        Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
-    slip : {"surfaces", "contact-points"}
-        Slip speed of the surfaces, or, as in some papers and for comparison with them only, of the points where they touch:
-        these do not turn with the bodies, and nearly all sliding is left out.
+    Hard contact has impulses in place of forces by laws, with the restitution of the damping law and the coefficients of the
+    friction law. The slip speed is that of the surfaces, or, as in some papers and for comparison with them only, of the points
+    where they touch: these do not turn with the bodies, and nearly all sliding is left out.
     """
 
-    clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance")]
-    journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the journal")] = 10e-3
-    bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length of the bearing")] = 15e-3
+    clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance c = R_B - R_J")]
+    journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius R_J of the journal")] = 10e-3
+    bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length L_b of the bearing")] = 15e-3
     material: Annotated[Material, Meaning("of the journal", "STEEL")] = STEEL
-    bearing_material: Material | None = None
+    bearing_material: Annotated[Material | None, Meaning("of the bearing; that of the journal without it")] = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Liu()")] = field(default_factory=Liu)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)

@@ -4,25 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scissordyn.component.place import BodyPoint
+from scissordyn.component.place import Name, Reference
 from scissordyn.errors import InputError
-from scissordyn.units import check_quantities
+from scissordyn.units import check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class Weld:
-    """A rigid connection: two points coincide and the bodies keep the relative angle of the start.
+    """A rigid connection: two points coincide and the bodies keep the relative angle of the start."""
 
-    Parameters
-    ----------
-    name : str
-    start, end : (str, str)
-        Body and point; one body may be "ground".
-    """
-
-    name: str
-    start: BodyPoint
-    end: BodyPoint
+    name: Name
+    start: Reference
+    end: Reference
 
     def __post_init__(self) -> None:
         check_quantities(self, f"weld '{self.name}'")

@@ -8,18 +8,13 @@ from typing import Annotated
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.errors import InputError
-from scissordyn.units import Meaning, Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class RelativeAngle:
-    """The angle of a body against another one or the ground, counted with its turns [rad].
-
-    Parameters
-    ----------
-    body : str
-    base : str
-    """
+    """The angle of a body against another one or the ground, counted with its turns [rad]."""
 
     body: str
     base: str = GROUND
@@ -37,19 +32,10 @@ class RelativeAngle:
         return self.body, self.base
 
 
+@documented
 @dataclass(frozen=True)
 class Slide:
-    """How far a point is displaced along a direction, from the origin of the base [m].
-
-    Parameters
-    ----------
-    point : (str, str)
-        Body and point.
-    direction : float
-        In the frame of the base [rad].
-    base : str
-        A body, or the ground.
-    """
+    """How far a point is displaced along a direction, from the origin of the base [m]."""
 
     point: BodyPoint
     direction: Annotated[float, Quantity("rad", help="direction of the slide in the frame of its base")] = 0.0
@@ -68,15 +54,10 @@ class Slide:
         return self.point[0], self.base
 
 
+@documented
 @dataclass(frozen=True)
 class Distance:
-    """The distance of two points, such as the length of a cylinder [m].
-
-    Parameters
-    ----------
-    start, end : (str, str)
-        Body and point; one body may be "ground".
-    """
+    """The distance of two points, such as the length of a cylinder [m]."""
 
     start: BodyPoint
     end: BodyPoint
@@ -97,21 +78,13 @@ class Distance:
 Coordinate = RelativeAngle | Slide | Distance
 
 
+@documented
 @dataclass(frozen=True)
 class Coupling:
     """Keeps output = ratio * input + offset: gears, belts, racks, screws, synchronised units.
 
     It acts on both coordinates with forces or torques that do no work together. What a mesh or a belt presses on bearings
     beside its torque is not part of it.
-
-    Parameters
-    ----------
-    name : str
-    output, input : RelativeAngle, Slide or Distance
-    ratio : float
-        Of the output over the input; an angle over a distance is in rad/m. It is negative where both move in opposite senses.
-    offset : float, optional
-        Value of the output where the input is zero [rad or m]; as assembled at the start if not given.
     """
 
     name: str
@@ -133,17 +106,10 @@ class Coupling:
         return (1.0, self.output), (-self.ratio, self.input)
 
 
+@documented
 @dataclass(frozen=True)
 class CoordinateDrive:
-    """Prescribes a coordinate over time; the force or torque that does it follows.
-
-    Parameters
-    ----------
-    name : str
-    coordinate : RelativeAngle, Slide or Distance
-    motion : TimeFunction
-        Of the coordinate, in rad or m.
-    """
+    """Prescribes a coordinate over time; the force or torque that does it follows."""
 
     name: str
     coordinate: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("forearm", "arm")')]

@@ -6,22 +6,15 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.units import Meaning, check_quantities
+from scissordyn.units import Meaning, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class Drive:
-    """A prescribed angle of a body; the driving torque follows from the motion.
+    """A prescribed angle of a body; the driving torque follows from the motion."""
 
-    Parameters
-    ----------
-    body : str
-        The driven body.
-    motion : TimeFunction
-        Its prescribed angle.
-    """
-
-    body: str
+    body: Annotated[str, Meaning("the driven body")]
     motion: Annotated[TimeFunction, Meaning("the prescribed angle", "ConstantSpeed(rpm(150))")]
 
     def __post_init__(self) -> None:

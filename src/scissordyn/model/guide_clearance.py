@@ -17,51 +17,31 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.body import Body, check_place
 from scissordyn.model.hard_contact import ContactKind, check_hard
-from scissordyn.units import Meaning, Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class GuideClearance:
     """A clearance guide: a block in a wider channel, whose rounded corners make contact with the two guide surfaces.
 
-    Parameters
-    ----------
-    clearance : float
-        c = (H - W)/2 with H the width of the channel and W that of the block: the gap on either side of the centred block [m]
-        (Flores, Ambrosio, Claro and Lankarani 2008, doi:10.1115/1.2802113).
-    length, width : float, optional
-        Of a rectangular block, along the guide and across it, centred on the guided point and straight at the start [m].
-    corners : tuple of (float, float)
-        In place of length and width: the centres of the rounded corners of any outline, in the follower's frame [m]. A corner
-        to the left of the guided point, seen along the guide, faces the left guide surface. The distance from each guide
-        surface to the nearest corners facing it is c.
-    corner_radius : float
-        R [m]: rounding of a rectangular block, added to the outline for given corners.
-    around : bool
-        Whether the follower surrounds the guide, as a ring does a pole, in place of being inside a channel: each corner then
-        faces the surface on its own side of the pole from outside.
-    thickness : float
-        Length of the corners' edges, across the plane of motion [m].
-    material : Material
-        Material of the block, and of the guide unless that is given.
-    guide_material : Material, optional
-    stiffness : elastic law
-        A law with parameters for a contact point at a plane surface: "hertz", "braendlein", "power", "linear" or user-defined.
-    damping : damping law
-    friction : friction law
-    contact : {"compliant", "hard"}
-        Forces by the laws, or impulses with the restitution of the damping law and the coefficients of the friction law.
+    The clearance is c = (H - W)/2 with H the width of the channel and W that of the block (Flores, Ambrosio, Claro and
+    Lankarani 2008, doi:10.1115/1.2802113). A rectangular block is centred on the guided point and straight at the start. Given
+    corners are in the follower's frame; one to the left of the guided point, seen along the guide, faces the left guide
+    surface, and each surface has the distance c from the nearest corners that face it. Around a pole each corner faces the
+    surface on its own side of it from outside. Elastic laws are those with parameters at a plane surface: hertz, braendlein,
+    power, linear, or of your own. Hard contact is as in a `Clearance`.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
     length: Annotated[float | None, Quantity("m", above=0.0, help="of the block, along the guide")] = None
     width: Annotated[float | None, Quantity("m", above=0.0, help="of the block, across the guide")] = None
-    corners: tuple[Point, ...] = ()
+    corners: Annotated[tuple[Point, ...], Meaning("in place of length and width: centres of the rounded corners [m]")] = ()
     corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
     around: Annotated[bool, Meaning("whether the follower surrounds the guide, as a ring does a pole")] = False
     thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
     material: Annotated[Material, Meaning("of the block", "STEEL")] = STEEL
-    guide_material: Material | None = None
+    guide_material: Annotated[Material | None, Meaning("of the guide; that of the block without it")] = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Hertz()")] = field(default_factory=Hertz)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.friction.coefficients import static_coefficient
 from scissordyn.laws.friction.none import NoFriction
-from scissordyn.units import State
+from scissordyn.units import Meaning, State
 
 if TYPE_CHECKING:
     from scissordyn.model.clearance import Clearance
     from scissordyn.model.guide_clearance import GuideClearance
 
-ContactKind = Literal["compliant", "hard"]
+ContactKind = Annotated[
+    Literal["compliant", "hard"], Meaning("forces by the laws, or impulses with their restitution and friction")
+]
 
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
 """Internal state of a hard contact: its mean friction force over the last step."""

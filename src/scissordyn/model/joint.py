@@ -11,27 +11,17 @@ from scissordyn.component.port.declaration import Attachment, Ends
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
-from scissordyn.units import Meaning, Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class Revolute:
-    """A pin between two bodies, ideal unless it has a clearance.
+    """A pin between two bodies, ideal unless it has a clearance."""
 
-    Parameters
-    ----------
-    name : str
-    journal : (str, str)
-        Body and point that carry the journal.
-    bearing : (str, str)
-        Body and point that carry the bearing.
-    clearance : Clearance, optional
-        Of the joint; None for an ideal one.
-    """
-
-    name: str
-    journal: BodyPoint
-    bearing: BodyPoint
+    name: Annotated[str, Meaning("name; [[clearance]] refers to it")]
+    journal: Annotated[BodyPoint, Meaning("the point that carries the journal")]
+    bearing: Annotated[BodyPoint, Meaning("the point that carries the bearing")]
     clearance: Annotated[Clearance | None, Meaning("of the joint", "Clearance(5e-4)")] = None
 
     def __post_init__(self) -> None:
@@ -55,36 +45,22 @@ class Revolute:
         return journal_ends(self)
 
 
+@documented
 @dataclass(frozen=True)
 class Guide:
     """A straight line, on the ground or on a moving body, that keeps a point of a body on it.
 
-    Parameters
-    ----------
-    name : str
-    follower : (str, str)
-        Body and point that are guided.
-    through : (float, float)
-        A point of the line, in the frame of its body [m].
-    direction : float
-        Direction of the line in that frame [rad].
-    body : str
-        The body that carries the line; the ground unless given.
-    aligned : bool
-        Whether the follower also keeps its angle against the line, as a block in a channel does (a prismatic joint); otherwise
-        it rotates freely about its guided point.
-    clearance : GuideClearance, optional
-        Of the guide; None for an ideal one. A clearance guide is a channel, so `aligned` is true for it, also when it is made
-        ideal.
+    Point and direction of the line are in the frame of its body. An aligned follower is a block in a channel (a prismatic
+    joint); another rotates freely about its guided point. A clearance guide is a channel, aligned also when it is made ideal.
     """
 
-    name: str
-    follower: BodyPoint
+    name: Annotated[str, Meaning("name; [[guide_clearance]] refers to it")]
+    follower: Annotated[BodyPoint, Meaning("the guided point")]
     through: Annotated[Point, Quantity("m", help="a point of the line")] = (0.0, 0.0)
     direction: Annotated[float, Quantity("rad", help="direction of the line")] = 0.0
-    body: str = GROUND
-    aligned: bool = False
-    clearance: GuideClearance | None = None
+    body: Annotated[str, Meaning("the body that carries the line")] = GROUND
+    aligned: Annotated[bool, Meaning("whether the follower also keeps its angle against the line")] = False
+    clearance: Annotated[GuideClearance | None, Meaning("of the guide")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"guide '{self.name}'")

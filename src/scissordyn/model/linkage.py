@@ -12,7 +12,7 @@ from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, SliderMass
-from scissordyn.units import Meaning, Quantity, checked
+from scissordyn.units import Meaning, Quantity, checked, documented
 
 
 @checked
@@ -40,11 +40,12 @@ def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute,
     return tuple(Revolute(f"{name} {number}", pin, other) for number, other in enumerate(others, start=1))
 
 
+@documented
 @checked
 def slider_crank(
     *,
-    crank: Annotated[float, Quantity("m", above=0.0, help="length of the crank")] = 0.05,
-    rod: Annotated[float, Quantity("m", above=0.0, help="length of the rod")] = 0.12,
+    crank: Annotated[float, Quantity("m", above=0.0, help="length r of the crank")] = 0.05,
+    rod: Annotated[float, Quantity("m", above=0.0, help="length l of the rod")] = 0.12,
     offset: Annotated[float, Quantity("m", help="height of the slider's line")] = 0.0,
     crank_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the crank")] = 0.3,
     crank_inertia: Annotated[
@@ -54,32 +55,16 @@ def slider_crank(
     rod_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its middle")] = 2.5e-4,
     slider_mass: SliderMass = 0.14,
     slider_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its pin, for a clearance guide")] = None,
-    angle: Annotated[float, Quantity("rad", help="direction of the crank at the start")] = 0.0,
+    angle: Annotated[float, Quantity("rad", help="direction a of the crank at the start")] = 0.0,
     gravity: Gravity = 0.0,
     gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """A crank about the origin, a rod, and a slider on a line along x: r sin a + l sin b = offset.
 
     The defaults are those of the comparisons of clearance joint laws by Flores and co-workers. At a prescribed speed the mass
-    of the crank has no influence on the motion, only on the torque.
-
-    Parameters
-    ----------
-    crank, rod : float
-        Lengths r and l [m].
-    offset : float
-        y of the slider's line [m].
-    crank_mass, rod_mass, slider_mass : float
-        [kg]; mass centres of crank and rod are in their middles, that of the slider is on its pin.
-    crank_inertia, rod_inertia : float, optional
-        About the middle [kg m^2]; that of a uniform bar if None.
-    slider_inertia : float, optional
-        Of the slider about its pin [kg m^2]: a block that an ideal guide keeps aligned; with clearance in the guide it can
-        tilt. Without it the slider has no rotation.
-    angle : float
-        Direction a of the crank at the start [rad]; the slider is to the right of the crank pin.
-    gravity, gravity_direction : float
-        Acceleration [m/s^2], none by default, and direction [rad].
+    of the crank has no influence on the motion, only on the torque. Mass centres of crank and rod are in their middles, that of
+    the slider is on its pin. With an inertia the slider is a block that an ideal guide keeps aligned, and that can tilt in a
+    clearance guide; without it the slider has no rotation.
 
     Returns
     -------
@@ -115,6 +100,7 @@ def slider_crank(
     )
 
 
+@documented
 @checked
 def four_bar(
     *,
@@ -136,22 +122,8 @@ def four_bar(
     """A planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
 
     The defaults make a crank-rocker: by Grashof's criterion the crank rotates fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
-    other lengths that can be assembled at the start are allowed.
-
-    Parameters
-    ----------
-    ground, crank, coupler, rocker : float
-        Lengths [m].
-    crank_mass, coupler_mass, rocker_mass : float
-        [kg]
-    coupler_point : (float, float)
-        The coupler's point "point", along the coupler from the crank pin and across it to the left [m].
-    angle : float
-        Direction of the crank at the start [rad].
-    branch : {"open", "crossed"}
-        Whether the rocker pin starts to the left of the line from crank pin to rocker ground pin ("open"), or to its right.
-    gravity, gravity_direction : float
-        Acceleration [m/s^2] and direction [rad].
+    other lengths that can be assembled at the start are allowed. Where the branch is "open", the rocker pin starts to the left
+    of the line from crank pin to rocker ground pin.
 
     Returns
     -------
@@ -190,13 +162,14 @@ def four_bar(
     )
 
 
+@documented
 @checked
 def n_four_bar(
     units: Annotated[
-        int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of parallelograms")
+        int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of parallelograms N")
     ] = 2,
     *,
-    length: Annotated[float, Quantity("m", above=0.0, help="length of every bar")] = 1.0,
+    length: Annotated[float, Quantity("m", above=0.0, help="length L of every bar")] = 1.0,
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of every bar")] = 1.0,
     speed: Annotated[float, Quantity("m/s", help="of the first upper pin along x at the start")] = 1.0,
     gravity: Gravity = 9.81,
@@ -206,17 +179,6 @@ def n_four_bar(
     N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x, and N couplers join their upper ends
     B0, B1, ...; all bars are alike and uniform. It moves as a pendulum,
     ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th, and all its bars are aligned twice per revolution.
-
-    Parameters
-    ----------
-    units : int
-        N >= 1.
-    length, mass : float
-        Of each bar, L [m] and [kg].
-    speed : float
-        Of B0 along x at the start [m/s].
-    gravity : float
-        Acceleration along -y [m/s^2].
 
     Returns
     -------

@@ -9,7 +9,7 @@ from scissordyn.component.film.film import Film
 from scissordyn.component.place import BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
-from scissordyn.units import Meaning, Quantity, check_quantities, quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, documented, quantities
 
 SHORTEST, LONGEST = 0.25, 4.0
 """Length over diameter of the table of finite bearings."""
@@ -17,30 +17,13 @@ SHORTEST, LONGEST = 0.25, 4.0
 THICK = Quantity("m", above=0.0, maximum=1e-3, help="film thickness at which the peaks of both surfaces carry")
 
 
+@documented
 @dataclass(frozen=True)
 class Lubrication:
     """A film of oil that fills the clearance; where it is as thin as the surfaces are rough, metal touches beside it.
 
-    Parameters
-    ----------
-    oil : Oil, optional
-        Its viscosity at `temperature`, in place of `viscosity`; one of the catalogue also by its name.
-    viscosity : float, optional
-        mu [Pa s].
-    temperature : float
-        Of the oil [K].
-    density : float
-        With a viscosity in place of an oil, for Reynolds numbers [kg/m^3].
-    roughness : float
-        Combined roughness of both surfaces [m]; the film gets no thinner.
-    bearing : {"finite", "short", "long"}
-        How the pressure is found; finite: for lengths of a quarter to four diameters.
-    full : bool
-        Whether negative pressures of a short or a long bearing count, too, as under a high ambient pressure.
-    ambient_pressure : float
-        Around the joint [Pa]; 0 in a vacuum.
-    vapour_pressure : float
-        Of the oil at its temperature [Pa]; 0 if it is not known.
+    An oil has a viscosity at the temperature. Finite bearings are from a quarter to four diameters long; negative pressures can
+    count in short and long ones.
 
     Raises
     ------
@@ -49,11 +32,11 @@ class Lubrication:
     """
 
     oil: Annotated[Oil | None, Meaning("an oil", '"ISO VG 46"')] = None
-    viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity")] = None
+    viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity mu")] = None
     temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
     roughness: Annotated[float, THICK] = 1e-6
-    bearing: Literal["finite", "short", "long"] = "finite"
-    full: bool = False
+    bearing: Annotated[Literal["finite", "short", "long"], Meaning("how the pressure is computed")] = "finite"
+    full: Annotated[bool, Meaning("whether negative pressures count, too, as under a high ambient pressure")] = False
     density: Annotated[float, quantities(Oil)["density"]] = 870.0
     ambient_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e9, help="pressure around the joint")] = 101325.0
     vapour_pressure: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e7, help="vapour pressure, 0 if unknown")] = 0.0

@@ -15,32 +15,23 @@ from scissordyn.model.body import Body
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
-from scissordyn.units import Quantity, checked
+from scissordyn.units import Meaning, Quantity, checked, documented
 
 PAYLOAD, PANEL = "payload", "panel"
 """Names of the points that say where a body carries what: "payload", and "panel start" and "panel end", numbered from the
 second one on. Pictures draw them, and they can be tracked as any point."""
 
 
+@documented
 @checked
 def with_payload(
     mechanism: Mechanism,
-    place: str | BodyPoint,
+    place: Annotated[str | BodyPoint, Meaning('a joint (at the body of its journal), or a point as "BODY.POINT"')],
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")],
     *,
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="about the payload's own mass centre")] = 0.0,
 ) -> Mechanism:
     """The same mechanism with a payload fixed to one of its bodies, which gets a point "payload" there.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    place : str or (str, str)
-        A revolute joint, whose journal's body carries the payload, or a body and one of its points, as "BODY.POINT" or a pair.
-    mass : float
-        [kg]
-    inertia : float
-        About the payload's own mass centre [kg m^2]; not used for a body that does not rotate.
 
     Returns
     -------
@@ -56,28 +47,19 @@ def with_payload(
     return _exchanged(mechanism, [_loaded(marked, mass, local, inertia)])
 
 
+@documented
 @checked
 def with_panels(
     mechanism: Mechanism,
-    bodies: str | Iterable[str],
+    bodies: Annotated[str | Iterable[str], Meaning("which bars, by name or pattern")],
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of one panel")],
     *,
-    start: str = "start",
-    end: str = "end",
+    start: Annotated[str, Meaning("a point of the bar, where the panel begins")] = "start",
+    end: Annotated[str, Meaning("a point of the bar, where the panel ends")] = "end",
 ) -> Mechanism:
     """The same mechanism with a panel on each of some bars, its mass spread evenly between two points of the bar.
 
     The bar gets points "panel start" and "panel end" there.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    bodies : str or iterable of str
-        Names or patterns, such as ``"unit */bar 1"``.
-    mass : float
-        Of one panel [kg].
-    start, end : str
-        Points of the bars between which the panels extend.
 
     Returns
     -------

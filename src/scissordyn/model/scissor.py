@@ -10,15 +10,15 @@ from scissordyn.errors import InputError
 from scissordyn.model.body import bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
-from scissordyn.units import Meaning, Quantity, Sample, checked
+from scissordyn.units import Meaning, Quantity, Sample, checked, documented
 
 MOST_UNITS = 10_000
 """Units of an array: the elimination of linear constraints takes time with the square of their number at least."""
 
 UNITS_TAKE = "3000 units take half a minute, and 100000 would take a gigabyte and 8 hours at least"
 
-Units = Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")]
-BarLength = Annotated[float, Quantity("m", above=0.0, help="length of a bar")]
+Units = Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units N")]
+BarLength = Annotated[float, Quantity("m", above=0.0, help="length L of a bar")]
 BarMass = Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")]
 SliderMass = Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")]
 
@@ -39,6 +39,7 @@ def joints_of_units(
     return tuple(joints)
 
 
+@documented
 @checked
 def scissor(
     *,
@@ -47,7 +48,7 @@ def scissor(
     bar_mass: BarMass = 5.68,
     slider_mass: SliderMass = 5.0,
     angle: Annotated[
-        float, Quantity("rad", help="of the bars to the axis at the start, 0 to 90 deg; the array extends as it falls")
+        float, Quantity("rad", help="th of the bars to the axis at the start, 0 to 90 deg; the array extends as it falls")
     ] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,
@@ -57,21 +58,9 @@ def scissor(
 ) -> Mechanism:
     """A straight array of equal scissor units along x, pinned at the origin, with a slider on the y axis.
 
-    Parameters
-    ----------
-    units : int
-        Number of units N >= 1; each is two bars pivoted at their middles.
-    bar_length, bar_mass, slider_mass : float
-        L [m], m [kg], m_s [kg].
-    angle : float
-        Half opening angle th_0 at the start [rad], strictly between 0 and pi/2: the angle of the bars to the axis of the array,
-        which extends as the angle falls (length ``units * bar_length * cos(angle)``).
-    gravity, gravity_direction : float
-        Acceleration [m/s^2] and direction [rad].
-    driven_bar : {"pinned", "slider"}
-        Which bar of the first unit is driven; the driven one is always bar 1. "pinned": bar 1 is pinned to the ground, and the
-        journal of joint A is the end of bar 2. "slider": bar 2 is pinned to the ground, and the journal of joint A is the end
-        of bar 1.
+    Each unit is two bars pivoted at their middles; the array is N L cos th long. The driven bar is always bar 1: "pinned", it
+    is pinned to the ground, and the journal of joint A is the end of bar 2; "slider", bar 2 is pinned to the ground, and the
+    journal of joint A is the end of bar 1.
 
     Returns
     -------

@@ -11,53 +11,32 @@ from types import MappingProxyType
 from typing import Annotated
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class Section:
-    """A cross-section: what bending in the plane needs of it.
+    """A cross-section: what bending in the plane needs of it."""
 
-    Parameters
-    ----------
-    area : float
-        [m^2]
-    second_moment : float
-        Of area, about the axis perpendicular to the plane of motion [m^4].
-    depth : float
-        Twice the distance of the extreme fibre from the neutral axis [m].
-    """
-
-    area: Annotated[float, Quantity("m^2", above=0.0)]
-    second_moment: Annotated[float, Quantity("m^4", above=0.0)]
-    depth: Annotated[float, Quantity("m", above=0.0)]
+    area: Annotated[float, Quantity("m^2", above=0.0, help="area")]
+    second_moment: Annotated[float, Quantity("m^4", above=0.0, help="of area, about the axis across the plane of motion")]
+    depth: Annotated[float, Quantity("m", above=0.0, help="twice the distance of the extreme fibre from the neutral axis")]
 
     def __post_init__(self) -> None:
         check_quantities(self, "section")
 
 
+@documented
 @dataclass(frozen=True)
 class StructuralMaterial:
-    """A material of bars.
+    """A material of bars."""
 
-    Parameters
-    ----------
-    youngs_modulus : float
-        [Pa]
-    density : float
-        [kg/m^3]
-    yield_strength : float
-        Or the 0.2 % proof stress [Pa].
-    source : str
-    thermal_expansion : float
-        [1/K]; needed for bars that are heated.
-    """
-
-    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0)]
-    density: Annotated[float, Quantity("kg/m^3", above=0.0)]
-    yield_strength: Annotated[float, Quantity("Pa", above=0.0)]
+    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, help="Young's modulus")]
+    density: Annotated[float, Quantity("kg/m^3", above=0.0, help="density")]
+    yield_strength: Annotated[float, Quantity("Pa", above=0.0, help="or the 0.2 % proof stress")]
     source: str = "the user"
-    thermal_expansion: Annotated[float, Quantity("1/K", minimum=0.0, maximum=1e-2)] = 0.0
+    thermal_expansion: Annotated[float, Quantity("1/K", minimum=0.0, maximum=1e-2, help="of bars that are heated")] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self, "material")

@@ -7,27 +7,17 @@ from typing import Annotated
 
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 
+@documented
 @dataclass(frozen=True)
 class Track:
-    """A point of a body whose position, velocity, acceleration and deviation from the commanded path are recorded.
+    """A point of a body whose position, velocity, acceleration and deviation from the commanded path are recorded."""
 
-    Parameters
-    ----------
-    name : str
-        Unique among the tracked points.
-    body : str
-    point : str or (float, float)
-        A named point of the body, or a place in its frame [m].
-    tolerance : float, optional
-        Deviation within which the point has settled [m], for its settling time.
-    """
-
-    name: str
-    body: str
-    point: str | Point
+    name: Annotated[str, Meaning("name of the tracked point")]
+    body: Annotated[str, Meaning("the body")]
+    point: Annotated[str | Point, Meaning('a point of the body, or a place in its frame as "1.2, 0 m"')]
     tolerance: Annotated[float | None, Quantity("m", above=0.0, help="deviation within which the point has settled")] = None
 
     def __post_init__(self) -> None:

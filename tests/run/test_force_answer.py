@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.run.answer.force_answer import FALLS, force_after_start
-from scissordyn.run.answer.summary import joint_summaries, summary_of
+from scissordyn.run.answer.joint_force import FALLS, force_after_start, joint_summaries
+from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.configuration import read_configuration
 
 GRAVITY, CLEARANCE = 9.81, 1e-4

@@ -17,7 +17,8 @@ from scissordyn.cli.terminal import TextConsole
 from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import fmu
 from scissordyn.explore.answers import cards, contact_table
-from scissordyn.run.answer.summary import joint_summaries, summary_of
+from scissordyn.run.answer.joint_force import joint_summaries
+from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.options import Options
 
 

@@ -18,7 +18,8 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.trajectory import make_driver, model_failure
-from scissordyn.run.answer.summary import joint_summaries, summary_of
+from scissordyn.run.answer.joint_force import joint_summaries
+from scissordyn.run.answer.summary import summary_of
 from scissordyn.run.options import Options
 
 GAP, PUSH = 1e-3, 5.0

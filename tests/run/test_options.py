@@ -21,8 +21,6 @@ def test_keywords_have_names_order_and_defaults_of_the_options(function):
     assert all(keywords[name].default == FIELDS[name] for name in shared if FIELDS[name] is not dataclasses.MISSING)
 
 
-def test_simulate_has_every_option_and_its_description():
-    """Contract: the paragraphs of the options stand in the docstring of `simulate` word by word."""
+def test_simulate_has_every_option():
+    """Contract: `simulate` takes every option."""
     assert set(FIELDS) <= set(inspect.signature(simulate).parameters)
-    said = inspect.cleandoc(Options.__doc__).split("----------\n")[1]
-    assert said in inspect.cleandoc(simulate.__doc__)

@@ -14,7 +14,7 @@ import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.run.results import Results, Variable
 from scissordyn.run.simulate import results_of
-from scissordyn.run.write import write_results
+from scissordyn.run.store import write_results
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BESIDE = {"REFERENCE_LIST", "DIMENSION_LIST"}  # where in the file dimensions are

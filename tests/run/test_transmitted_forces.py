@@ -12,7 +12,8 @@ from benchmarks.random_cases import random_case
 
 import scissordyn as sd
 from reference.balance import Balance, rotated
-from scissordyn.run.answer.summary import joint_summaries, summary_of
+from scissordyn.run.answer.joint_force import joint_summaries
+from scissordyn.run.answer.summary import summary_of
 
 OIL = sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.1))
 RUBBED = sd.Clearance(4e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(viscosity=0.02))

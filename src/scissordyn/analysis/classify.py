@@ -11,7 +11,7 @@ from scissordyn.analysis.contact import contact_spans, contact_statistics
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
-from scissordyn.run.answer.joints import some_clearance_joints
+from scissordyn.run.answer.joint_force import some_clearance_joints
 from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
 
 MAPS = ("strobe", "cycle")

@@ -11,7 +11,7 @@ from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.deviation import deviation
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.component.place import GROUND
-from scissordyn.run.answer.joints import largest_force, some_clearance_joints
+from scissordyn.run.answer.joint_force import largest_force, some_clearance_joints
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

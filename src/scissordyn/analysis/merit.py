@@ -10,7 +10,7 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.run.advance.instants import time_mean
-from scissordyn.run.answer.joints import clearance_joints, largest_force
+from scissordyn.run.answer.joint_force import clearance_joints, largest_force
 from scissordyn.run.configuration import number_attribute, read_configuration
 
 

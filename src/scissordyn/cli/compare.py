@@ -136,8 +136,7 @@ def change(value: float, other: float) -> str:
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Figures of a run with their units, by name."""
-    from scissordyn.run.answer.joints import clearance_joints
-    from scissordyn.run.answer.summary import joint_summaries
+    from scissordyn.run.answer.joint_force import clearance_joints, joint_summaries
 
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
     there = "contact_joint" in run

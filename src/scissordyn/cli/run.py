@@ -102,7 +102,7 @@ def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Pat
 
 def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:
     """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
-    from scissordyn.run.write import write_results
+    from scissordyn.run.store import write_results
 
     try:
         write_results(result, output)

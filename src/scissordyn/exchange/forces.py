@@ -13,7 +13,7 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.answer.joints import joint_force
+from scissordyn.run.answer.joint_force import joint_force
 
 if TYPE_CHECKING:
     import pandas as pd

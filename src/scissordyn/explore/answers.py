@@ -10,8 +10,7 @@ import numpy as np
 
 from scissordyn.numeral import decimals
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.run.answer.force_answer import LESS, ForceAnswer, parts_of_oiled
-from scissordyn.run.answer.summary import kinds_left_out
+from scissordyn.run.answer.joint_force import LESS, ForceAnswer, kinds_left_out, parts_of_oiled
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
 from scissordyn.plot.source import TorqueSource, torque_sources
-from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.units import short
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces
 from scissordyn.run.advance.instants import spread_samples
 from scissordyn.run.answer.deflection import magnified_deflection
-from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.joint_force import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.series import finish, largest_forces, time_scale
 from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
-from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.joint_force import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.run.answer.joints import joint_force
+from scissordyn.run.answer.joint_force import joint_force
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from scissordyn.plot.source import torque_sources
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 from scissordyn.plot.track import has_tracks, track
-from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.joint_force import clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, in_lines, normal, small
-from scissordyn.run.answer.joints import clearance_joints, joint_force, largest_force, some_clearance_joints
+from scissordyn.run.answer.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,7 +23,7 @@ from scissordyn.plot.series import BEYOND, Joints, chosen_joints, mechanism_of, 
 from scissordyn.plot.style import BLACK, LIGHT, figure_size, figure_width, in_lines, is_column, legend, literal, small
 from scissordyn.plot.window import window
 from scissordyn.run.answer.deflection import magnified_deflection
-from scissordyn.run.answer.joints import clearance_joints
+from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:

@@ -274,13 +274,7 @@ class Processes(Executor):
             self.shutdown()
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
-        """Hand out a task.
-
-        Raises
-        ------
-        EngineError
-            If no process can be started.
-        """
+        """Hand out a task; `EngineError` if no process can be started."""
         try:
             with _starting():
                 for _ in range(2):

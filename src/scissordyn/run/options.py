@@ -38,32 +38,8 @@ class Options:
 
     Parameters
     ----------
-    until : float
-        End of the simulated time [s].
-    start : {"concentric", "in-contact", "static", "as-placed"}
-        Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
-        of the ideal reaction; in static equilibrium under gravity, springs and loads, the drives fixed at t = 0; or with
-        positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
-    samples : int or "auto"
-        Number of recorded instants, equally spaced; steps and events do not depend on it. With "auto" those of the contacts
-        themselves are added, so that no curve misses its own peaks.
-    rtol : float
-        Error allowed in a step, relative to the speeds and to the internal states of friction laws.
-    atol : float
-        Error in positions allowed in a step, as a fraction of the smallest clearance (of the largest body if there is none).
-    method : str
-        "auto", chosen by an estimate of stiffness, or "dop853", "dopri5", "rodas5p", "rodas4p".
-    most_steps : int
-        Largest number of steps; with more the run fails.
-    events : {"auto", "located", "crossed"}
-        Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses
-        in mechanisms with many clearance joints.
-    trust : bool
-        Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
-    step : float, optional
-        Step of time stepping with hard contacts [s]; chosen if not given. With `trust` the second run has half of it. Without
-        hard contacts every step has this size, whatever its error, and contacts begin and end with the steps in which they are
-        noticed, as in programs without error control and location of events.
+    until, start, samples, rtol, atol, method, most_steps, events, trust, step
+        As for `simulate`.
     """
 
     until: EndTime

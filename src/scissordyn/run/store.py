@@ -1,19 +1,23 @@
-"""Runs on disk: NetCDF, written whole or not at all."""
+"""Runs on disk: NetCDF, written whole or not at all, of Datasets or of results from which none has been made."""
 
 from __future__ import annotations
 
 import os
+import tomllib
+import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
-import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.errors import InputError
-from scissordyn.file.netcdf import NetcdfFile, text_of
-from scissordyn.file.output_file import OURS, regular_size
-from scissordyn.run.write import write_run
+from scissordyn.file.output_file import OURS, check_name, check_target, regular_size, write_file
+from scissordyn.run.configuration import ATTRIBUTE, TITLE
+from scissordyn.run.results import Results, Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 OTHER_FILES = {".toml": "read_case", ".db": "open_study"}
 """What reads files that are no runs."""
@@ -46,7 +50,7 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     InputError
         If the file cannot be written, or holds something else.
     """
-    return write_run(run, path, lambda: _writable(run).to_netcdf(engine="h5netcdf"), replace_broken=replace_broken)
+    return _write_run(run, path, lambda: _writable(run).to_netcdf(engine="h5netcdf"), replace_broken=replace_broken)
 
 
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -65,6 +69,11 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     InputError
         If there is no such file, or it is not a whole run.
     """
+    import xarray as xr  # a run that is only shown loads neither this nor HDF5
+
+    import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
+    from scissordyn.file.netcdf import NetcdfFile
+
     try:
         if regular_size(path) is None:
             raise ValueError("it is not a regular file")
@@ -84,6 +93,10 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def _writable(run: xr.Dataset) -> xr.Dataset:
     """The same with every text such that NetCDF can hold it, and with a title that says whose it is."""
+    import xarray as xr
+
+    from scissordyn.file.netcdf import text_of
+
     attributes = {name: text_of(value) for name, value in run.attrs.items()}
     attributes.setdefault("title", OURS)
     changed: dict[Any, xr.Variable] = {}
@@ -96,3 +109,50 @@ def _writable(run: xr.Dataset) -> xr.Dataset:
                 changed[name] = xr.Variable(variable.dims, values, variable.attrs)
     coordinates = {name: changed.pop(name) for name in list(changed) if name in run.coords}
     return run.assign(changed).assign_coords(coordinates).assign_attrs(attributes)
+
+
+def write_results(results: Results, path: str | os.PathLike[str]) -> Path:
+    """Write results to the file that `store.save` makes of their Dataset."""
+    from scissordyn.file.netcdf import netcdf
+
+    variables = {name: (variable.dims, variable.values, variable.attrs) for name, variable in results.variables.items()}
+    return _write_run(results, path, lambda: netcdf(results.sizes, variables, results.attributes))
+
+
+def _write_run(
+    run: Run, path: str | os.PathLike[str], content: Callable[[], bytes | memoryview], *, replace_broken: bool = False
+) -> Path:
+    """Write the content of a file, also where Ctrl-C comes meanwhile; a warning says if it cannot be run again."""
+    lost = _without_file(run)
+    if lost:
+        kind, _, name = lost[0].partition(" ")
+        how = "give the function as" if kind == "function" else "import the class from there or give it as"
+        warnings.warn(
+            f"the saved run cannot be run again from '{path}': its {kind} '{name}' is in no file; put it in one and {how} "
+            f"'mine.py:{name.rpartition('.')[2]}'",
+            stacklevel=3,
+        )
+    try:
+        return _write(path, content, replace_broken)
+    except KeyboardInterrupt:
+        _write(path, content, replace_broken)
+        raise
+
+
+def _write(path: str | os.PathLike[str], content: Callable[[], bytes | memoryview], replace_broken: bool) -> Path:
+    check_target(path, replace_broken=replace_broken)
+    check_name(path)
+    # into memory first: when a disk is full the HDF5 library leaves a file that crashes the process as it is closed
+    return write_file(path, content())
+
+
+def _without_file(run: Run) -> list[str]:
+    """Functions and classes of a run that are in no file; none of data that are no run of this version."""
+    title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
+    if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
+        return []
+    try:
+        code = tomllib.loads(text).get("code", {})
+        return [name for name in code if name.startswith(("class ", "function "))] if isinstance(code, dict) else []
+    except (ValueError, RecursionError):
+        return []

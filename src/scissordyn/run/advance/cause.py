@@ -54,10 +54,7 @@ def jam(plan: Plan, system: Handle) -> str:
 
 
 def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:
-    """The bodies that a singular position is made of, in words; empty if the position is not near a singular one.
-
-    Shapes: `state` (ny,).
-    """
+    """The bodies that a singular position is made of, in words; empty if the position is not near a singular one."""
     content: System = system.content
     inactive = content.work.inactive.tolist()
     active = [constraint for constraint, off in zip(plan.coordinates.constraints, inactive, strict=True) if off == 0.0]
@@ -104,8 +101,6 @@ def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
 
     A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the constraints: it cannot move if E
     vanishes on the null space of D.
-
-    Shapes: `full` (n + nb,) [x; b].
     """
     joints, n = plan.clearance_joints, plan.coordinates.free
     if not joints:

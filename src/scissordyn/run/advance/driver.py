@@ -67,10 +67,7 @@ def next_slice(steps: int, seconds: float, most: int) -> int:
 
 
 class Driver:
-    """A mechanism on its way through time.
-
-    Shapes: `y` (ny,).
-    """
+    """A mechanism on its way through time."""
 
     def __init__(
         self,
@@ -240,10 +237,7 @@ class Driver:
         self.state.counts["samples"] = 0
 
     def compare_with(self, table: np.ndarray, step: float) -> None:
-        """Monitor how far the tracked points are from those of the ideal mechanism.
-
-        Shapes: `table` (nodes, 6 tracks).
-        """
+        """Monitor how far the tracked points are from those of the ideal mechanism, a table of shape (nodes, 6 tracks)."""
         self.system.exchange("parameters", ideal=table, ideal_step=np.array([step]))
 
     def record_steps(self, *, inside: bool = False, most: float = np.inf) -> None:

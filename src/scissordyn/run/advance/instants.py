@@ -31,10 +31,7 @@ def equally_spaced(time: np.ndarray) -> bool:
 
 
 def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Mean over time: of the samples where they are equally spaced, by the trapezoidal rule where they are not.
-
-    Shapes: `values` (samples, ...), `time` (samples,) [s]; returns (...).
-    """
+    """Mean over the first axis: of samples where they are equally spaced, by the trapezoidal rule where they are not."""
     if equally_spaced(time):
         return np.asarray(np.mean(values, axis=0))
     return np.asarray(np.trapezoid(values.astype(float), time, axis=0) / (time[-1] - time[0]))

@@ -44,10 +44,7 @@ BAND = _rows("limit", "last_above", "first_within")
 
 
 def by_name(rows: np.ndarray, described: np.dtype[np.void]) -> np.ndarray:
-    """Rows of numbers with names for their columns.
-
-    Shapes: `rows` (n, columns); returns (n,).
-    """
+    """Rows of numbers with names for their columns, shape (n,)."""
     return rows.view(described)[:, 0]
 
 

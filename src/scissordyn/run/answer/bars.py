@@ -218,10 +218,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
 
 
 def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping[str, Variable]) -> Variables:
-    """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have.
-
-    Shapes: `time` (nt,).
-    """
+    """What the parts of flexible bars carry, after the beam elements along their dimension, and how many modes bars have."""
     axes = plan.coordinates.natural.axes
     if not axes:
         return {}

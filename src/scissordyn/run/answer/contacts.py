@@ -35,10 +35,7 @@ class Contact(NamedTuple):
 
 
 def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> list[Contact]:
-    """Pair the starts and ends in an event log.
-
-    Shapes: `log` (events,), `companion` (nj,), see `monitored.companions`; `peak` is that of contacts that have not ended.
-    """
+    """Pair the starts and ends in an event log; `peak` is for contacts that have not ended, `companion` is of `monitored`."""
     open_, closed = dict[int, tuple[float, float, float, float]](), []
 
     def close(joint: int, duration: float, rebound: float, largest: list[float]) -> None:

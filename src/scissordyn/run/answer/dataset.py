@@ -40,7 +40,7 @@ from scissordyn.run.answer.synchronisation import synchronisation_variables
 from scissordyn.run.answer.track import track_variables
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.results import Results, Variables, described, labels
-from scissordyn.run.start.distributed import with_distributed_mass
+from scissordyn.run.start.reaction import with_distributed_mass
 
 
 def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:

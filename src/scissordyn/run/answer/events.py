@@ -9,14 +9,11 @@ from scissordyn.plan.plan import Plan
 from scissordyn.run.results import Variables, described, labels
 
 ACCOUNTS = (*POWERS, "switching_loss")
-"""The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
+"""The accounts of the energy balance at some instants, from integrals of powers (nt, powers), shape (nt, accounts) [J]."""
 
 
 def event_variables(plan: Plan, log: np.ndarray) -> Variables:
-    """Table of the events of components, for the Dataset.
-
-    Shapes: `log` (events,).
-    """
+    """Table of the events of components, for the Dataset."""
     guarded = [part for part in plan.acting if part.declaration.gap is not None]
     if not guarded:
         return {}

@@ -39,10 +39,7 @@ def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndar
 
 
 class _Response:
-    """Internal forces of a displacement to the first order, and their stiffness.
-
-    Shapes: `moved` (n,), `gravity` (2,).
-    """
+    """Internal forces of a displacement `moved`, shape (n,), to the first order, and their stiffness."""
 
     def __init__(self, at: At, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:
         self.at, self.moved, self.gravity, self.least = at, moved, gravity, ROUNDING * load

@@ -147,8 +147,6 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
 
     Among the samples, at the quarters of each element. `bar_buckling_load` is the largest compression of each bar over its
     largest buckling ratio.
-
-    Shapes: `time` (samples,) [s], `ratios` (bars,).
     """
     bars = bars_of(mechanism)
     if not bars or not time.size:

@@ -29,10 +29,7 @@ SMALL = 1e-6
 
 
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
-    """Largest normal forces of impacts by the elastic and the damping law of a joint.
-
-    Shapes: `struck` (k,) [J]; returns (k,) [N].
-    """
+    """Largest normal forces [N] of impacts with m v^2 [J] by the elastic and the damping law of a joint, shape (k,)."""
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping
     at, row, xi = pointers(law), row_of(law, surfaces), float(damping.factor)

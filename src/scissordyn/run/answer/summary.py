@@ -12,10 +12,8 @@ import numpy as np
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
-from scissordyn.run.answer.bar_answer import BarAnswer, bar_answer
-from scissordyn.run.answer.force_answer import ForceAnswer, force_after_start
+from scissordyn.run.answer.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries
 from scissordyn.run.answer.placement import placed
-from scissordyn.run.answer.words import Words
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 from scissordyn.run.results import Run, along
 from scissordyn.run.start.ideal_path import PARTS
@@ -35,8 +33,10 @@ WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("loa
 
 
 @dataclass(frozen=True)
-class PointAnswer(Words):
+class PointAnswer(Answer):
     """A tracked point against its tolerance."""
+
+    DERIVED = ("met",)
 
     name: str
     deviation: float  # Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early
@@ -61,10 +61,6 @@ class PointAnswer(Words):
         """Its deviation over its tolerance; 0 without one, and -1 where the deviation is not known."""
         return self.deviation / (self.tolerance or math.inf) if math.isfinite(self.deviation) else -1.0
 
-    def plain(self) -> dict[str, Any]:
-        """Its numbers, and whether the tolerance is met."""
-        return {**super().plain(), "met": self.met}
-
     def __str__(self) -> str:
         name = f"Tracked point {printable(self.name)}"
         if not math.isfinite(self.deviation):
@@ -87,7 +83,7 @@ def _parts(sizes: dict[str, float]) -> str:
 
 
 @dataclass(frozen=True)
-class ActuatorAnswer(Words):
+class ActuatorAnswer(Answer):
     """A drive, an actuator or a motor against its limit."""
 
     name: str
@@ -119,8 +115,10 @@ class ActuatorAnswer(Words):
 
 
 @dataclass(frozen=True)
-class SpanAnswer(Words):
+class SpanAnswer(Answer):
     """Width and height of the region that the points of all bodies take."""
+
+    DERIVED = ("change",)
 
     start: tuple[float, float]  # At the first and the last sample [m]
     end: tuple[float, float]
@@ -134,18 +132,49 @@ class SpanAnswer(Words):
             return "keeps its length"
         return "extends" if last > first else "folds"
 
-    def plain(self) -> dict[str, Any]:
-        """Its numbers, and whether it extends or folds."""
-        return {**super().plain(), "change": self.change}
-
     def __str__(self) -> str:
         first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
         return f"Span: {first} at the start, {last} at the end: it {self.change}."
 
 
 @dataclass(frozen=True)
-class Summary(Words):
+class BarAnswer(Answer):
+    """The bar that bends which carries most."""
+
+    bar: str  # The one with the largest utilisation; without a material that with the largest bending moment
+    moment: float  # Its largest bending moment [N m]
+    stress: float  # Its largest stress [Pa]; NaN without a material
+    utilisation: float  # That over the yield strength; NaN if that is not known
+    when: float  # Instant of it [s]
+    place: float  # Distance of it from the bar's first end [m]
+    deflection: float  # The largest deflection of any bar [m], and of which one
+    deflected: str
+    # The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
+    # compression
+    buckling: float
+    buckled: str  # Which bar takes part in that and is compressed; empty without one
+
+    def __str__(self) -> str:
+        has_material = math.isfinite(self.stress)
+        what = (
+            f"largest stress {short(self.stress, 'Pa')}"
+            if has_material
+            else f"largest bending moment {short(self.moment, 'N m')}"
+        )
+        text = f"Bars: {what} in {printable(self.bar)}, {short(self.place, 'm')} from its end, at {short(self.when, 's')}"
+        if math.isfinite(self.utilisation):
+            text += f", {self.utilisation:.3g} of its yield strength"
+        text += f"; largest deflection {short(self.deflection, 'm')} ({printable(self.deflected)})"
+        if math.isfinite(self.buckling):
+            text += f"; buckles, drives locked, at {self.buckling:.3g} times its axial forces ({printable(self.buckled)})"
+        return f"{text}."
+
+
+@dataclass(frozen=True)
+class Summary(Answer):
     """What a designer asks of a run, in SI units. Its text is what ``scissordyn run`` prints first."""
+
+    DERIVED = ("met",)
 
     points: tuple[PointAnswer, ...]  # Each tracked point against its tolerance
     actuators: tuple[ActuatorAnswer, ...]  # Each drive, actuator and motor against its limit
@@ -176,93 +205,8 @@ class Summary(Words):
             lines.append(f"The predictability horizon is {self.horizon_text}.")
         return lines
 
-    def plain(self) -> dict[str, Any]:
-        """Its numbers, and whether the tolerances are met."""
-        return {**super().plain(), "met": self.met}
-
     def __str__(self) -> str:
         return "\n".join(self.lines)
-
-
-@dataclass(frozen=True)
-class JointSummary(Words):
-    """The contacts and the largest force of one joint in a run."""
-
-    name: str
-    contacts: int
-    fraction: float  # Of the time, in contact
-    # Largest force that the joint transmits [N]; NaN where a hard contact had neither an impact nor a sampled force
-    largest: float
-    when: float  # Its instant [s]
-    # Whether the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
-    # that last, as the samples have them
-    estimated: bool = False
-    metal: float = math.nan  # Of an oiled joint, the largest of each part [N]; NaN of a dry one
-    film: float = math.nan
-    least: float = math.nan  # Of hard contacts, the least that the force is estimated to be [N]
-
-
-def joint_summaries(run: Run) -> list[JointSummary]:
-    """The joints of a run that had contacts, in the order of their first ones, then oiled ones without."""
-    end, summaries = float(run.attrs["end"]), []
-    oiled = run["film"].values.tolist() if "joint_peak_force" in run else []
-    for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
-        here = run["contact_joint"].values == joint
-        start, lasting = (run[name].values[here] for name in ("contact_start", "contact_duration"))
-        lasting = np.where(np.isnan(lasting), end - start, lasting)
-        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        summaries.append(
-            JointSummary(str(joint), start.size, fraction, *_largest_force(run, here), least=_least_force(run, here))
-        )
-        if joint in oiled:
-            summaries[-1] = _with_film(run, summaries[-1])
-    return summaries
-
-
-def _with_film(run: Run, joint: JointSummary) -> JointSummary:
-    """A joint with what metal and film transmit together, and each alone."""
-    at, film = (run[dim].values.tolist().index(joint.name) for dim in ("joint", "film"))
-    largest, when = (float(run[name].values[at]) for name in ("joint_peak_force", "joint_peak_force_time"))
-    metal = joint.largest if joint.contacts else 0.0
-    return JointSummary(
-        joint.name,
-        joint.contacts,
-        joint.fraction,
-        largest,
-        when,
-        False,
-        metal,
-        float(run["film_peak_force"].values[film]),
-    )
-
-
-def kinds_left_out(run: Run) -> tuple[str, ...]:
-    """Variables of contacts that a table of them goes without: peaks if all are hard, impulses if none is."""
-    if "peak_force_estimate" not in run:
-        return ("impulse",)
-    peaks = run["peak_force"].values
-    if np.isnan(peaks).all():
-        return "peak_force", "peak_time"
-    return () if np.isnan(peaks).any() else ("impulse",)
-
-
-def _largest_force(run: Run, here: np.ndarray) -> tuple[float, float, bool]:
-    """Of the contacts of a joint [N], its instant [s], and whether it is an estimate."""
-    start, peaks = run["contact_start"].values[here], run["peak_force"].values[here]
-    if not np.isnan(peaks).all():
-        highest = int(np.nanargmax(peaks))
-        return float(peaks[highest]), float(start[highest] + run["peak_time"].values[here][highest]), False
-    if "peak_force_estimate" not in run or np.isnan(estimates := run["peak_force_estimate"].values[here]).all():
-        return math.nan, math.nan, True
-    highest = int(np.nanargmax(estimates))
-    return float(estimates[highest]), float(start[highest] + run["peak_force_estimate_time"].values[here][highest]), True
-
-
-def _least_force(run: Run, here: np.ndarray) -> float:
-    """What the hard contacts of a joint are estimated to reach at least [N]: NaN of others."""
-    if "peak_force_estimate_least" not in run or np.isnan(least := run["peak_force_estimate_least"].values[here]).all():
-        return math.nan
-    return float(np.nanmax(least))
 
 
 def summary_of(run: Run) -> Summary:
@@ -277,7 +221,7 @@ def summary_of(run: Run) -> Summary:
         actuators=tuple(_actuators(run, described)),
         force=None if largest is None else _force(run, largest),
         span=_span(run, described),
-        bars=bar_answer(run),
+        bars=_bars(run),
         work=_work(run),
         horizon=trusted if is_known else None,
         horizon_contacts=int(run.attrs["trusted_contacts"]) if is_known else None,
@@ -340,10 +284,7 @@ def _limits(described: Any) -> dict[str, float]:
 
 
 def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[tuple[float, float]]:
-    """When a torque is at its limit: from sample to sample, with half the way to the samples beside them.
-
-    Shapes: `time, torque` (samples,) [s].
-    """
+    """When a torque is at its limit [s]: from sample to sample, with half the way to the samples beside them."""
     if limit is None or time.size < 2:
         return []
     middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
@@ -395,6 +336,32 @@ def _span(run: Run, described: Any) -> SpanAnswer | None:
     sides = np.ptp(np.concatenate(points, axis=1), axis=1)
     start, end = np.where(sides < ROUND_OFF * sides.max(), 0.0, sides).tolist()
     return SpanAnswer(tuple(start), tuple(end))
+
+
+def _bars(run: Run) -> BarAnswer | None:
+    """The bar that carries most, or None if no bar bends or there are no samples."""
+    if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
+        return None
+    names = run["bar"].values.astype(str).tolist()
+    size = {
+        name: np.abs(run[f"bar_largest_{name}"].values) for name in ("stress", "utilisation", "bending_moment", "deflection")
+    }
+    by = next((name for name in ("utilisation", "stress") if size[name].any()), "bending_moment")
+    most, bent = int(np.argmax(size[by])), int(np.argmax(size["deflection"]))
+    ratio = run["bar_largest_buckling_ratio"].values
+    pressed = int(np.argmax(ratio))
+    return BarAnswer(
+        bar=names[most],
+        moment=float(size["bending_moment"][most]),
+        stress=float(size["stress"][most]) if size["stress"].any() else math.nan,
+        utilisation=float(size["utilisation"][most]) if by == "utilisation" else math.nan,
+        when=float(run[f"bar_largest_{by}_time"].values[most]),
+        place=float(run[f"bar_largest_{by}_place"].values[most]),
+        deflection=float(size["deflection"][bent]),
+        deflected=names[bent],
+        buckling=1.0 / float(ratio[pressed]) if ratio[pressed] > 0.0 else math.nan,
+        buckled=names[pressed] if ratio[pressed] > 0.0 else "",
+    )
 
 
 def _work(run: Run) -> dict[str, float]:

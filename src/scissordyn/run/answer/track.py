@@ -60,10 +60,7 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
 
 
 def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
-    """From when on the tracked points stay within their tolerances [s].
-
-    Shapes: `bands` (tracks,); returns (tracks,).
-    """
+    """From when on the tracked points stay within their tolerances [s], shape (tracks,)."""
     settled = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
     settled[settled >= end * (1.0 - 1e-12)] = math.inf
     return np.where([track.tolerance is None for track in plan.tracks], math.nan, settled)

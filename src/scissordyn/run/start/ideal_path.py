@@ -123,8 +123,6 @@ def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, tim
     """What servos, bars that bend and clearance add to the deviation, in this order, shape (parts, time, tracks, 2) [m].
 
     Each is the change of place as its cause is added to the mechanism on its commanded path; their sum is the deviation.
-
-    Shapes: `at` (time, tracks, 2).
     """
     before, place = path.stages[0], path.at(times)
     parts = np.zeros((len(PARTS), *place.shape))

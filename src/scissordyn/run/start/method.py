@@ -56,7 +56,7 @@ PARTS, PARTS_OF_A_FALL = 5000, 5
 """Steps of a run, and of a fall across the smallest clearance from rest, that time stepping makes at least."""
 
 OSCILLATION_STEP = 0.5
-"""Step of time stepping times the fastest angular frequency of components, at most."""
+"""Step of time stepping [s], and why: the one that was asked for, or what the fastest part needs."""
 
 SPIN_GAIN = 1e-6
 """Part of its energy that a body that rotates freely gains in a run, at most, by steps that were not asked for. At omega a step
@@ -81,10 +81,7 @@ class Choice:
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
-    """The method that was asked for, or the one that an estimate of stiffness suggests.
-
-    Shapes: `y` (ny,).
-    """
+    """The method that was asked for, or the one that an estimate of stiffness suggests."""
     choice = _choose(plan, system, y, options, tolerances)
     return choice if options.step is None or plan.hard_places else replace(choice, fixed=options.step)
 
@@ -151,8 +148,6 @@ def open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances,
 
     Damping over the approach speed, which is next to nothing at rest, is stiff until a contact has been open. Bars that bend
     often move away from it at once, where linearly implicit steps, with their matrices, cost ten times as much.
-
-    Shapes: `y` (ny,).
     """
     with state_kept(system):
         driver = Driver(plan, system, y, method=Choice(EXPLICIT, ""), tolerances=tolerances)

@@ -81,8 +81,6 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     lead to stable equilibrium, but for long ones. From unstable equilibrium the descent goes on, to the side that it came
     from. Where it fails, thin bars are first taken as ones that stretch more easily.
 
-    Shapes: `position` (n,).
-
     References
     ----------
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
@@ -165,10 +163,7 @@ def _growth(plan: Plan, handle: Handle, state: np.ndarray) -> tuple[float, np.nd
 
 
 class _Descent:
-    """A mechanism at rest on its way to equilibrium.
-
-    Shapes: `position` (n,).
-    """
+    """A mechanism at rest on its way to equilibrium."""
 
     def __init__(self, plan: Plan, handle: Handle, position: np.ndarray, load: float) -> None:
         self.handle, self.free, self.first = handle, plan.coordinates.free, position

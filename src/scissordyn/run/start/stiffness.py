@@ -32,10 +32,7 @@ class At(NamedTuple):
 
 
 def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness in the free coordinates, and an orthonormal basis of the motions that the constraints allow.
-
-    Shapes: returns `stiffness` (n, n), `allowed` (n, n - rank of the constraints).
-    """
+    """Stiffness in the free coordinates, shape (n, n), and an orthonormal basis of the motions that the constraints allow."""
     matrix = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
     matrix += curved

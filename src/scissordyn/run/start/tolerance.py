@@ -51,10 +51,7 @@ class Tolerances:
     time_scale: float  # Time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Absolute and relative weights and those of rounding for a kind of method.
-
-        Shapes: returns `absolute, relative, rounding` (ny,).
-        """
+        """Absolute and relative weights and those of rounding for a kind of method, shape (ny,)."""
         rounding = np.zeros(self.rounding.size) if kind == EXPLICIT else self.rounding
         return self.absolute * self.vibration, self.relative * self.vibration, rounding
 
@@ -66,8 +63,6 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     the whole mechanism, and against what moves by that length in the time that it takes from rest; states of friction laws
     against their size in steady sliding; those of components against the scale that each declares; torques of integrators
     against themselves and 1 N m, or against the mechanism's own torques where these are smaller.
-
-    Shapes: `y` (ny,).
     """
     n = plan.coordinates.free
     content: System = system.content

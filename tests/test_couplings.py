@@ -423,10 +423,6 @@ ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.
     ("wrong", "line"),
     [
         (
-            lambda: sd.statics(lifted(coupling=True), until=0.1),
-            "positions at rest along the motion of a mechanism with couplings",
-        ),
-        (
             lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 0.0),
             "coupling 'x' with ratio = 0; allowed: a ratio that is not zero",
         ),

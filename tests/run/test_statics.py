@@ -61,6 +61,23 @@ def test_torque_of_a_crank_that_presses() -> None:
     np.testing.assert_allclose(pins[:, names.index("crank pin")], force / np.sqrt(1.0 - sine**2), rtol=1e-12)
 
 
+def test_every_drive_is_in_the_table() -> None:
+    """Closed form: the torques of two drives of a double pendulum, each the moment of what hangs on it."""
+    upper, lower = (sd.bar(name, length=0.4, mass=2.0, angle=0.0) for name in ("upper", "lower"))
+    arms = sd.Mechanism(
+        (upper, dataclasses.replace(lower, position=(0.4, 0.0))),
+        (sd.Revolute("A", ("upper", "start"), ("ground", "O")), sd.Revolute("B", ("lower", "start"), ("upper", "end"))),
+        ground=(("O", (0.0, 0.0)),),
+        gravity=G,
+    )
+    found = sd.statics(arms.driven(speed=1.0, body="upper").driven(speed=-0.5, body="lower"), until=1.0, points=5)
+    assert found["quantity"].values.tolist() == ["reaction A", "reaction B", "drive torque upper", "drive torque lower"]
+    first, second = found["input"].values.T
+    # a drive prescribes its body's angle against the ground
+    np.testing.assert_allclose(found["force"].values[:, 2], 2.0 * G * (0.2 + 0.4) * np.cos(first), rtol=1e-12)
+    np.testing.assert_allclose(found["force"].values[:, 3], 2.0 * G * 0.2 * np.cos(second), rtol=1e-12)
+
+
 def test_loads_have_their_values_of_the_instant() -> None:
     """Identity: the torque is proportional to a load that grows with time."""
     growing = sd.Force("cut", ("slider", "centre"), force=(-100.0, 0.0), time_function=sd.Polynomial((0.0, 1.0)))
@@ -145,7 +162,7 @@ def test_servo_is_taken_on_its_reference() -> None:
 
 def test_nothing_prescribed() -> None:
     with pytest.raises(
-        sd.InputError, match=r"statics of a mechanism without a drive, a servo or a driven rod, which has no stroke"
+        sd.InputError, match=r"statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke"
     ):
         sd.statics(sd.slider_crank(crank=0.1, rod=0.3), until=1.0)
 

@@ -50,6 +50,13 @@ def _handed(kernel: Kernel, declaration: Declaration) -> tuple[str, ...]:
     return (*handed, *numbers, *(["p"] if table else []))
 
 
+def place_of(declaration: Declaration, argument: str) -> int:
+    """Where an argument of the force kernel stands among the numbers that a component has for it."""
+    assert declaration.force is not None
+    given = (declaration.port.coordinates, declaration.port.rates, declaration.states, declaration.context)
+    return arguments_of(declaration.force).index(argument) - sum(map(len, given))
+
+
 def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
     """What the force kernel of a component gives at rest, in plain Python."""
     declaration = component.declaration

@@ -42,7 +42,7 @@ from scissordyn.plan.joint_friction import make_friction_workspace
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
-from scissordyn.plan.rest import at_rest
+from scissordyn.plan.rest import frictionless, still_at
 
 SAID_MISS = 1e-8
 """Lengths that contradict each other by more than this fraction are said to do so."""
@@ -93,7 +93,8 @@ class Plan:
     @property
     def at_rest(self) -> Plan:
         """The plan of the mechanism without friction, its drives and prescribed distances constant at their values of t = 0."""
-        return plan(at_rest(self.mechanism))
+        mechanism = frictionless(self.mechanism)
+        return still_at(self if mechanism is self.mechanism else plan(mechanism), 0.0)
 
     @cached_property
     def branches(self) -> Branches:

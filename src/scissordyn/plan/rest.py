@@ -3,44 +3,81 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFunction
+from scissordyn.component.rod import Rod
+from scissordyn.component.time_function import Polynomial, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.laws.friction.none import NoFriction
-from scissordyn.mechanics.time_function import function_at, function_rows
+from scissordyn.mechanics.time_function import function_at, function_rows, function_start
+from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
+if TYPE_CHECKING:
+    from scissordyn.plan.plan import Plan
+
 Joint = TypeVar("Joint", Revolute, Guide)
 
+NOT_TURNED: Mapping[str, float] = MappingProxyType({})
 
-def at_rest(mechanism: Mechanism, time: float = 0.0) -> Mechanism:
-    """The same mechanism without friction, with compliant contacts, its drives and distances constant as at a time [s]."""
-    if time != 0.0 and mechanism.coupling_parts:
-        # turns since the start would have to be counted
-        what = "positions at rest along the motion of a mechanism with couplings or driven coordinates"
-        raise InputError(what, "positions at the start, or a run")
-    return dataclasses.replace(
-        mechanism,
-        drives=tuple(
-            dataclasses.replace(drive, motion=_constant(drive.motion, mechanism.body(drive.body).placed_angle, time))
-            for drive in mechanism.drives
+
+def frictionless(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism without friction in clearance joints, with compliant contacts; itself if its joints are ideal."""
+    if not mechanism.contacts:
+        return mechanism
+    joints, guides = tuple(map(_frictionless, mechanism.joints)), tuple(map(_frictionless, mechanism.guides))
+    return dataclasses.replace(mechanism, joints=joints, guides=guides)
+
+
+def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NOT_TURNED) -> Plan:
+    """The plan with drives, prescribed distances and coordinates constant as at a time [s]; see `with_inputs`."""
+    starts = {constraint.name: constraint.start for constraint in whole.coordinates.constraints}
+    inputs = [(drive.motion, whole.body(drive.body).placed_angle) for drive in whole.drives]
+    inputs += [(rod.motion, 0.0) for rod in whole.rods if rod.motion]
+    inputs += [(drive.motion, starts[drive.name]) for drive in whole.mechanism.coordinate_drives]
+    return with_inputs(whole, [_constant(motion, start, time) for motion, start in inputs], turned)
+
+
+def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str, float]) -> Plan:
+    """The same tables with other motions of drives, rods and coordinates, where bodies have turned by some angles [rad]."""
+    mechanism, pending = whole.mechanism, iter(inputs)
+    drives = tuple(dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.drives)
+    rods = tuple(dataclasses.replace(rod, motion=next(pending)) if rod.motion else rod for rod in mechanism.rods)
+    coordinate_drives = tuple(dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.coordinate_drives)
+    timed: tuple[Rod | CoordinateDrive, ...] = (*rods, *coordinate_drives)
+    motions = {part.name: part.motion for part in timed}
+    old = whole.coordinates.constraints
+    first = iter(whole.angles[whole.angles.size - sum(len(constraint.turning) for constraint in old) :].tolist())
+    constraints = []
+    for constraint in old:
+        turning = tuple((body, next(first) + turned.get(body, 0.0)) for body, _ in constraint.turning)
+        changed = dataclasses.replace(constraint, turning=turning)
+        if constraint.motion:
+            motion = motions[constraint.name] or constraint.motion
+            ratio = function_start(motion, constraint.start) / constraint.scale
+            if not constraint.linear and not ratio > 0.0:
+                raise InputError(f"{constraint.subject} of length {ratio * constraint.scale:.6g} m", "a length above 0")
+            changed = dataclasses.replace(changed, motion=motion, value=ratio if constraint.linear else 0.5 * ratio**2)
+        constraints.append(changed)
+    # an offset that is not given is that of the start
+    offsets = {constraint.name: constraint.value * constraint.scale for constraint in constraints if constraint.linear}
+    couplings = tuple(dataclasses.replace(part, offset=offsets.get(part.name, part.offset)) for part in mechanism.couplings)
+    coordinates = whole.coordinates
+    still = dataclasses.replace(
+        whole,
+        mechanism=dataclasses.replace(
+            mechanism, drives=drives, rods=rods, coordinate_drives=coordinate_drives, couplings=couplings
         ),
-        joints=tuple(_frictionless(joint) for joint in mechanism.joints),
-        guides=tuple(_frictionless(guide) for guide in mechanism.guides),
-        rods=tuple(dataclasses.replace(rod, motion=rod.motion and _constant(rod.motion, 0.0, time)) for rod in mechanism.rods),
-        # one of which only the speed is given begins where the bodies are placed
-        coordinate_drives=tuple(
-            dataclasses.replace(
-                drive,
-                motion=ConstantSpeed(0.0) if isinstance(drive.motion, ConstantSpeed) else _constant(drive.motion, 0.0, time),
-            )
-            for drive in mechanism.coordinate_drives
-        ),
+        coordinates=coordinates.with_constraints(tuple(constraints), coordinates.redundant, coordinates.miss),
+        known={},
     )
+    still.__dict__["ideal"] = still if whole.ideal is whole else with_inputs(whole.ideal, inputs, turned)
+    return still
 
 
 def loads_at(mechanism: Mechanism, time: float) -> Mechanism:

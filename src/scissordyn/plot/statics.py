@@ -17,9 +17,19 @@ if TYPE_CHECKING:
 
 SAMPLE = "over='time'"
 
+CONSTANT = 1e-6
+"""Forces that vary by less than this part of the largest are constant but for round-off, and drawn from zero on."""
+
+PANELS = {
+    "drive": ("drive torque", "rod force ", "coordinate drive "),
+    "coupling": ("coupling ",),
+    "reaction": ("reaction ",),
+}
+"""Panels, and how the names of their forces begin; those of components have other names."""
+
 
 def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> list[Axes]:
-    """Forces of drives and rods, of components and of joints over the stroke.
+    """Forces of drives and rods, of components, of couplings and of joints over the stroke.
 
     Parameters
     ----------
@@ -35,13 +45,14 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
     list of Axes
     """
     names, units = forces["quantity"].values.astype(str), forces["quantity_unit"].values.astype(str)
-    reactions = np.char.startswith(names, "reaction ")
-    driving = np.char.startswith(names, "drive torque") | np.char.startswith(names, "rod force")
+    panel_of = np.array(
+        [next((kind for kind, starts in PANELS.items() if name.startswith(starts)), "component") for name in names.tolist()]
+    )
     groups = [
-        (label, np.flatnonzero(part & (units == unit)), unit)
-        for label, part in (("drive", driving), ("component", ~driving & ~reactions), ("reaction", reactions))
+        (kind, np.flatnonzero((panel_of == kind) & (units == unit)), unit)
+        for kind in ("drive", "component", "coupling", "reaction")
         for unit in ("N", "N m")
-        if np.any(part & (units == unit) & np.isfinite(forces["force"].values).any(axis=0))
+        if np.any((panel_of == kind) & (units == unit) & np.isfinite(forces["force"].values).any(axis=0))
     ]
     drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
     values, label = _over(forces, over)
@@ -50,6 +61,9 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
         order = np.argsort(-np.nanmax(np.abs(force), axis=0), kind="stable")
         scale = engineering(unit, force)
         curves(panel, values, scale.factor * force[:, order], [name.removeprefix("reaction ") for name in names[chosen][order]])
+        if np.nanmax(np.ptp(force, axis=0)) <= CONSTANT * np.nanmax(np.abs(force)):
+            ends = 0.0, *(1.2 * scale.factor * force[0])
+            panel.set_ylim(np.nanmin(ends), np.nanmax(ends))
         panel.set_ylabel(scale.label(kind))
         legend([panel])
     drawn[-1].set_xlabel(label)

@@ -15,7 +15,6 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
-from scissordyn.plan.rest import at_rest
 from scissordyn.run.answer.geometric_stiffness import ROUNDING, geometric_stiffness
 from scissordyn.run.start.small_motion import placed
 from scissordyn.run.start.stiffness import stiffness
@@ -57,12 +56,12 @@ def buckling(
     ideal = with_mode_counts(mechanism).ideal()
     if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
         raise InputError("the buckling of a mechanism without loads", "gravity, forces or torques")
-    at, _ = placed(plan(at_rest(_loaded(ideal, 0.0))), "concentric", None)
+    at, _ = placed(plan(_loaded(ideal, 0.0)).at_rest, "concentric", None)
     slopes, allowed = stiffness(at)
     rest = allowed.T @ slopes @ allowed
     if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
         raise InputError("the buckling of a mechanism that is not stable without loads", "a drive, springs or bars that bend")
-    loads = placed(plan(at_rest(_loaded(ideal, 1.0))), "concentric", None)[0]
+    loads = placed(plan(_loaded(ideal, 1.0)).at_rest, "concentric", None)[0]
     change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
     # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
     inverse = sl.eigh(change, rest, eigvals_only=True)

@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import bends
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import at_rest
+from scissordyn.plan.rest import still_at
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.start import assembled_near
 from scissordyn.units import Quantity, checked
@@ -42,11 +42,14 @@ def magnified_deflection(
     names = [body.name for body in mechanism.bodies]
     where = run["position"].sel(body=names).transpose("time", "body", "axis").values
     angle = run["angle"].sel(body=names).transpose("time", "body").values
-    ideal = with_mode_counts(mechanism).ideal()
+    ideal = plan(with_mode_counts(mechanism).ideal())
+    placed = np.array([body.placed_angle for body in ideal.bodies])
     straight, turned = np.empty_like(where), np.empty_like(angle)
     straight[:], turned[:] = where, angle
     for k in range(len(where)) if samples is None else samples:
-        straight[k], turned[k] = _straight(plan(at_rest(ideal, float(run["time"].values[k]))), where[k], angle[k])
+        turns = dict(zip(names, (angle[k] - placed).tolist(), strict=True))
+        still = still_at(ideal, float(run["time"].values[k]), turns)
+        straight[k], turned[k] = _straight(still, where[k], angle[k])
     apart = np.remainder(angle - turned + math.pi, 2.0 * math.pi) - math.pi
     moved = run.copy()
     dims = ("time", "body", "axis")

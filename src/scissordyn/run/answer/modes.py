@@ -13,10 +13,10 @@ from scissordyn.kinematics.closure import Inputs
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
-from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import at_rest
+from scissordyn.plan.plan import plan
+from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.run.answer.deflection import places
-from scissordyn.run.start.small_motion import Place, Position, placed, released, towards
+from scissordyn.run.start.small_motion import Place, Position, along, placed, released
 from scissordyn.run.start.stiffness import At, stiffness
 from scissordyn.units import Quantity, checked
 
@@ -85,30 +85,28 @@ def modes(
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
-        return _at(plan(at_rest(taken)), count, position, released_drive, None)[0]
+        at, place = placed(plan(taken).at_rest, position, None)
+        return _at(at, place, count, position, released_drive)
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
         raise InputError("times that are not increasing", "instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]")
     inputs = Inputs(plan(ideal))
     if inputs.count == 0:
         raise InputError("modes along the motion of a mechanism without a drive", "a drive, or modes without times")
-    datasets, place = [], None
-    for before, time in zip((0.0, *instants.tolist()), instants.tolist(), strict=False):
-        for between in towards(inputs, before, time):
-            place = placed(plan(at_rest(ideal, between)), position, place)[1]
-        dataset, place = _at(plan(at_rest(taken, time)), count, position, released_drive, place)
-        datasets.append(dataset)
-    along = xr.concat(
+    whole = plan(frictionless(taken))
+    rests = along(lambda time, turned: still_at(whole, time, turned), inputs, instants.tolist(), position)
+    datasets = [_at(at, place, count, position, released_drive) for at, place in rests]
+    joined = xr.concat(
         datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"
     )
-    return along.assign(
+    return joined.assign(
         input=(("time", "drive"), inputs.over(instants), {"long_name": "what the drive holds, in its unit"})
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
 
 
-def _at(still: Plan, count: int, position: Position, released_drive: bool, before: Place | None) -> tuple[xr.Dataset, Place]:
-    """Modes at one position, and the position."""
-    at, place = placed(still, position, before)
+def _at(at: At, place: Place, count: int, position: Position, released_drive: bool) -> xr.Dataset:
+    """Modes at one position."""
+    still = at.plan
     if released_drive:
         at = released(at)
     matrix, allowed = stiffness(at)
@@ -137,7 +135,7 @@ def _at(still: Plan, count: int, position: Position, released_drive: bool, befor
     if contacts:
         coordinates["contact"] = [contact.name for contact in still.contacts]
     attributes = {"title": "scissordyn modes", "position": position}
-    return xr.Dataset(variables | contacts, coordinates, attributes), place
+    return xr.Dataset(variables | contacts, coordinates, attributes)
 
 
 def _contacts(at: At) -> dict[str, Any]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
+from scissordyn.component.compiled import place_of
 from scissordyn.component.time_function import Polynomial
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
-from scissordyn.kinematics.assembly import Held, Start, assemble, basis_at_start
+from scissordyn.kinematics.assembly import Held, Start, assemble
 from scissordyn.kinematics.closure import Closure, Inputs
 from scissordyn.kinematics.path import start_of
 from scissordyn.kinematics.peak import smooth_peak
@@ -22,8 +22,8 @@ from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import at_rest, loads_at
-from scissordyn.run.advance.cause import full_coordinates, jam
+from scissordyn.plan.rest import loads_at, still_at, with_inputs
+from scissordyn.run.advance.cause import jam
 from scissordyn.run.advance.log import LOG, PEAK
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.advance.trajectory import Trajectory
@@ -32,8 +32,8 @@ from scissordyn.run.answer.warn import ROUNDED, beyond_outputs
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import EndTime, Options
 from scissordyn.run.results import Variable, Variables
-from scissordyn.run.start.rest import count_turns, turns
-from scissordyn.run.start.small_motion import Place, placed, towards
+from scissordyn.run.start.rest import count_turns
+from scissordyn.run.start.small_motion import along
 from scissordyn.run.start.stiffness import At
 from scissordyn.units import Quantity, checked
 from scissordyn.warning import warning
@@ -45,27 +45,25 @@ TITLE = "scissordyn statics"
 
 POINTS = 201
 
-OF_COORDINATES = "X", "V", "A", "multiplier"
-"""Fields of a record that depend on how a mechanism is reduced to free coordinates."""
-
 CREEP = 1e-9
 """Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
 
 AT_ONCE = 1e-30
-"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]."""
+"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]. It is written where the kernels read it,
+as fields of components may not be so small."""
 
-SENSES = {
-    "pin_friction": (4, (1, 2)),
-    "guide_friction": (5, (2, 3)),
-    "gas_spring": (6, (5,)),
-    "stroke_load": (1, ()),
-    "angle_load": (1, ()),
+SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "pin_friction": ("transition", ("kinetic", "static")),
+    "guide_friction": ("transition", ("kinetic", "static")),
+    "gas_spring": ("friction_speed", ("friction",)),
+    "stroke_load": ("transition", ()),
+    "angle_load": ("transition", ()),
 }
-"""Components that depend on the sense of their motion: where that speed stands among their parameters, and friction."""
+"""Components that depend on the sense of their motion: arguments of their kernels, that speed and friction."""
 
 Friction = Literal["none", "forward", "backward"]
 
-DYNAMIC = ("_energy", "_loss", "_work", "_residual", "peak_", "_peak", "contact_", "event_", "_speed", "impulse")
+DYNAMIC = ("_energy", "_loss", "_work", "_residual", "peak_", "_peak", "contact_", "event_", "_speed", "impulse", "_power")
 """Parts of names of variables that only a motion has."""
 
 
@@ -110,7 +108,7 @@ def statics(
     inputs = Inputs(whole)
     if not inputs.count:
         raise InputError(
-            "statics of a mechanism without a drive, a servo or a driven rod, which has no stroke",
+            "statics of a mechanism without a drive, a servo, a driven rod or coordinate, which has no stroke",
             "a drive, or a rod with a motion",
         )
     times = np.linspace(0.0, until, points)
@@ -127,38 +125,34 @@ def statics(
 def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> tuple[Trajectory, Record]:
     """The positions of equilibrium at some instants, as the trajectory and the record of a run."""
     moving = _moving(whole, inputs, times, friction)
-    place: Place | None = None
-    rests: list[At] = []
-    for before, time in zip((0.0, *times[:-1].tolist()), times.tolist(), strict=True):
-        for instant in (*towards(inputs, before, time), time):
-            frozen = loads_at(at_rest(whole.mechanism, instant), instant)
-            still = whole.case(frozen) if whole.fits(frozen) else plan(frozen)
-            try:
-                at, place = placed(still, "static", place)
-            except InputError as error:
-                reason = error.what.removeprefix("start = 'static': ")
-                raise InputError(f"statics at t = {instant:.6g} s: {reason}", error.allowed) from None
-        rests.append(at)
-    system = make_system(whole)
-    n = whole.coordinates.free
-    bases = [full_coordinates(whole, system.content, np.zeros(n), time)[n:] for time in times.tolist()]
-    # a mechanism whose rods have another length may have other coordinates
-    position = np.stack([whole.coordinates.nearest(b, at.natural) for b, at in zip(bases, rests, strict=True)])
-    X = np.concatenate([position, bases], axis=1)
+
+    def still(time: float, turned: Mapping[str, float]) -> Plan:
+        return still_at(whole.case(loads_at(whole.mechanism, time)), time, turned)
+
+    try:
+        places = list(along(still, inputs, times.tolist(), "static"))
+    except InputError as error:
+        raise InputError(f"statics {error.what}", error.allowed) from None
+    rests = [at for at, _ in places]
     warnings: list[str] = []
     if moving is not None:
-        rests = [_creeping(at, rates, friction) for at, rates in zip(rests, moving, strict=True)]
+        values = inputs.over(times)
+        rests = [
+            _creeping(at, place.turned, motion, friction)
+            for (at, place), *motion in zip(places, values.tolist(), moving.tolist(), strict=True)
+        ]
     records = []
     for at, time in zip(rests, times.tolist(), strict=True):
-        records.append(record(at.plan.maps, at.system, _samples([at], at.state[None], np.zeros(1)))._asdict())
+        records.append(record(at.plan.maps, at.system, _samples([at], at.state[None], np.zeros(1))))
         stuck = jam(at.plan, at.system)
         if stuck and not warnings:
             warnings.append(f"{stuck}, first at t = {time:.6g} s")
-    kept = {name: np.concatenate([part[name] for part in records]) for name in Record._fields if name not in OF_COORDINATES}
-    for name in ("velocity", "angular_velocity"):
-        kept[name][:] = 0.0
+    kept = Record(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
+    for rates in (kept.V, kept.A, kept.velocity, kept.angular_velocity):
+        rates[:] = 0.0
+    system, n = make_system(whole), whole.coordinates.free
     state = np.zeros((times.size, system.content.work.scratch.size))
-    state[:, :n] = position
+    state[:, :n] = kept.X[:, :n]
     model = system.content.model
     path = Trajectory(
         plan=whole,
@@ -174,7 +168,7 @@ def _rested(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
         warnings=tuple(warnings),
         band=times[:0],
     )
-    return path, Record(X=X, V=0.0 * X, A=0.0 * X, multiplier=np.zeros((times.size, 0)), **kept)
+    return path, kept
 
 
 def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
@@ -199,27 +193,20 @@ def _moving(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) 
     return np.asarray(sense * CREEP * rates / np.where(fastest > 0.0, fastest, 1.0))
 
 
-def _creeping(at: At, rates: np.ndarray, friction: Friction) -> At:
-    """The same position in a slow motion."""
-    mechanism = at.plan.mechanism
-    pending = iter(rates.tolist())
-
-    def slowly(motion: Any) -> Polynomial:
-        return Polynomial((motion.coefficients[0], next(pending)))
-
-    drives = tuple(dataclasses.replace(drive, motion=slowly(drive.motion)) for drive in mechanism.drives)
-    rods = tuple(dataclasses.replace(rod, motion=slowly(rod.motion)) if rod.motion else rod for rod in mechanism.rods)
-    changed = dataclasses.replace(mechanism, drives=drives, rods=rods)
-    slow = at.plan.case(changed) if at.plan.fits(changed) else plan(changed)
+def _creeping(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[float]], friction: Friction) -> At:
+    """The same position in a slow motion, of which the values and rates of the inputs are given."""
+    slow = with_inputs(at.plan, [Polynomial(pair) for pair in zip(*motion, strict=True)], turned)
     system = make_system(slow)
     content = system.content
-    count_turns(slow, content, turns(at.plan, at.system.content))
+    count_turns(slow, content, turned)
     for i, part in enumerate(slow.components):
-        speed, coefficients = SENSES.get(part.declaration.section, (0, ()))
         if part.declaration.section in SENSES:
-            content.parameters.component[i, speed] = AT_ONCE
-            content.parameters.component[i, list(coefficients)] *= friction != "none"
-    position = slow.coordinates.nearest(basis_at_start(content)[0], at.natural)
+            speed, coefficients = SENSES[part.declaration.section]
+            row = content.parameters.component[i]
+            row[place_of(part.declaration, speed)] = AT_ONCE
+            for name in coefficients:
+                row[place_of(part.declaration, name)] *= friction != "none"
+    position = at.state[: slow.coordinates.free]
     start = assemble(slow, content, Start(position, 0.0 * position), Held())
     content.state.mode[:], content.state.memory[:] = at.system.content.state.mode, at.system.content.state.memory
     return At(slow, system, np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))]))
@@ -245,14 +232,23 @@ def _inputs(inputs: Inputs, times: np.ndarray) -> Variables:
 def _envelope(variables: Variables, times: np.ndarray) -> Variables:
     """All forces and torques in one table, the least and the largest value of each, and when."""
     names, units, columns = [], [], []
+    first_alone = "drive_torque" if "drive_torques" in variables else ""
     for name, part in variables.items():
         unit = part.attrs.get("units")
-        if part.dims[0] != "time" or unit not in ("N", "N m") or "beam" in part.dims or name == "drive_torques":
+        if part.dims[0] != "time" or "beam" in part.dims or name == first_alone:
+            continue
+        parts = variables[part.dims[1]].values.tolist() if part.dims[1:] else [""]
+        several = [unit] * len(parts)
+        coordinate = variables.get(name.replace("_force", "_unit"), part)
+        if coordinate is not part:
+            several = ["N m" if each == "rad" else "N" for each in coordinate.values.tolist()]
+        if not set(several) <= {"N", "N m"}:
             continue
         values = np.linalg.norm(part.values, axis=-1) if part.dims[-1] == "axis" else part.values
-        parts = variables[part.dims[1]].values.tolist() if part.dims[1:] else [""]
-        names += [f"{name.replace('_', ' ')} {label}".strip() for label in parts]
-        units += [unit] * len(parts)
+        for label, of in zip(parts, several, strict=True):
+            kind = name.replace("force", "torque").replace("torques", "torque") if of == "N m" else name
+            names.append(f"{kind.replace('_', ' ')} {label}".strip())
+        units += several
         columns.append(values.reshape(times.size, -1))
     force = np.concatenate(columns, axis=1) if columns else np.zeros((times.size, 0))
     largest, least = (np.array([smooth_peak(times, sign * column) for column in force.T]).reshape(-1, 2) for sign in (1, -1))

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from scissordyn.component.torque import Torque
+from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rest import NOT_TURNED, with_inputs
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.rest import count_turns, equilibrium, touch_closed, turns
 from scissordyn.run.start.start import assembled_near, prepare_start, rest_with_clearances
@@ -18,8 +21,16 @@ from scissordyn.run.start.stiffness import At
 
 Position = Literal["static", "concentric"]
 
+STATIC = "start = 'static': "
+
+Still = Callable[[float, Mapping[str, float]], Plan]
+"""The plan of a mechanism that stands still at an instant, where bodies have turned by some angles."""
+
 NEAR = 0.1
 """Largest change of an input [rad, m/m] from one position to the next, which starts from it."""
+
+SHORTEST = 1e-3
+"""Part of the way from one position to the next below which it is not divided."""
 
 
 class Place(NamedTuple):
@@ -53,11 +64,41 @@ def placed(still: Plan, position: Position, before: Place | None) -> tuple[At, P
     return at, place
 
 
-def towards(inputs: Inputs, before: float, time: float) -> list[float]:
-    """Instants between two, so that each position along the motion of the drives is near the one before."""
-    change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
-    between: list[float] = np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1].tolist()
-    return between
+def along(still: Still, inputs: Inputs, times: Iterable[float], position: Position) -> Iterator[tuple[At, Place]]:
+    """Positions at some instants of the motion of the drives, each from the one before."""
+
+    def ideal(time: float, turned: Mapping[str, float]) -> Plan:
+        return still(time, turned).ideal
+
+    place, before = None, 0.0
+    for time in times:
+        if place is None and time != 0.0:
+            _, place = _reached(ideal, position, None, 0.0, 0.0)
+        change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
+        for between in np.linspace(before, time, max(1, int(np.ceil(change / NEAR))) + 1)[1:-1].tolist():
+            _, place = _reached(ideal, position, place, before, between)
+            before = between
+        at, place = _reached(still, position, place, before, time)
+        before = time
+        yield at, place
+
+
+def _reached(still: Still, position: Position, place: Place | None, before: float, time: float) -> tuple[At, Place]:
+    """The position at an instant; by parts of the way where a gear turns a body too far for its turns to be counted."""
+    shortest, end = SHORTEST * (time - before), time
+    while True:
+        whole = still(end, place.turned if place else NOT_TURNED)
+        try:
+            at, place = placed(whole, position, place)
+        except InputError as error:
+            counted = any(constraint.turning for constraint in whole.coordinates.constraints)
+            if place is None or not counted or end - before <= shortest:
+                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC)}", error.allowed) from None
+            end = 0.5 * (before + end)
+            continue
+        if end == time:
+            return at, place
+        before, end = end, time
 
 
 def released(at: At) -> At:
@@ -67,9 +108,11 @@ def released(at: At) -> At:
         Torque(f"torque that holds '{drive.body}'", drive.body, torque=1.0) for drive in mechanism.drives
     )
     first = len(mechanism.components)
+    turned = turns(at.plan, at.system.content)
     free = plan(dataclasses.replace(mechanism, drives=(), components=(*mechanism.components, *holding)))
+    free = with_inputs(free, [motion for _, motion in free.motions], turned)
     system = make_system(free)
-    count_turns(free, system.content, turns(at.plan, at.system.content))
+    count_turns(free, system.content, turned)
     start = assembled_near(free, system.content, at.natural, straight=False)
     state = np.concatenate([start.position, start.velocity, np.zeros(int(system.content.model.state_start[-1]))])
     functions.accept(0.0, state, system.address, np.zeros(2))

@@ -20,7 +20,7 @@ from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
-from scissordyn.model.coupling import CoordinateDrive, Coupling
+from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
@@ -77,7 +77,7 @@ class _CaseTable(Table):
     guide: Sequence[Annotated[Guide, PARTS["guide"].reader]] = ()
     weld: Sequence[Annotated[Weld, PARTS["weld"].reader]] = ()
     track: Sequence[Annotated[Track, PARTS["track"].reader]] = ()
-    coupling: Sequence[Annotated[Coupling, PARTS["coupling"].reader]] = ()
+    coupling: Sequence[Annotated[Any, PARTS["coupling"].reader]] = ()
     coordinate_drive: Sequence[Annotated[CoordinateDrive, PARTS["coordinate_drive"].reader]] = ()
     payload: Annotated[
         Sequence[Annotated[Any, PayloadTable.reader()]], About("a mass fixed to a body; one table for each")
@@ -100,7 +100,8 @@ class _CaseTable(Table):
         """The mechanism of the file; an `InputError` with the place in the file if its tables are inconsistent."""
         with placed("structure"):
             base = self.structure.fields()
-        mechanism = assembled(base, {name: getattr(self, name) for name in PARTS})
+        parts = {name: getattr(self, name) for name in PARTS}
+        mechanism = assembled(base, parts | {"coupling": [table.coupling() for table in self.coupling]})
         for section in ("panels", "bending", "payload"):
             for index, change in enumerate(getattr(self, section)):
                 with placed(section, index):
@@ -120,6 +121,9 @@ class _CaseTable(Table):
         for index, control in enumerate(self.control):
             with placed("control", index):
                 mechanism = control.applied(mechanism, until=self.run.until if self.run else 0.0)
+        for index, table in enumerate(self.coupling):
+            with placed("coupling", index):
+                mechanism = table.opened(mechanism)
         return mechanism
 
     def _with_clearances(self, mechanism: Mechanism) -> Mechanism:

@@ -33,6 +33,7 @@ from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
+from scissordyn.model.backlash import closed
 from scissordyn.model.body import Body, bar
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, Slide
 from scissordyn.model.lubrication import Lubrication
@@ -117,6 +118,7 @@ def _run(options: Options) -> list[str]:
 def _tables(mechanism: Mechanism, code: Code) -> list[str]:
     """All tables but for [run], in the order of a case file."""
     fields, structure = declared(Mechanism), {"kind": '"mechanism"'}
+    mechanism, backlashes = closed(mechanism)
     for name in ("gravity", "gravity_direction", "input_body", "output_body", "source"):
         value = getattr(mechanism, name)
         if value not in (None, ""):
@@ -130,7 +132,7 @@ def _tables(mechanism: Mechanism, code: Code) -> list[str]:
     lines += _list("track", (_track(track, code) for track in mechanism.tracks))
     lines += _list("rod", (_fields(part, code) for part in mechanism.rods))
     lines += _list("latch", (_fields(part, code) for part in mechanism.latches))
-    lines += _list("coupling", (_coupling(part, code) for part in mechanism.couplings))
+    lines += _list("coupling", (_coupling(part, backlashes, code) for part in mechanism.couplings))
     lines += _list("coordinate_drive", (_coordinate_drive(part, code) for part in mechanism.coordinate_drives))
     lines += _components(mechanism, code)
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
@@ -166,10 +168,15 @@ def _components(mechanism: Mechanism, code: Code) -> list[str]:
     return lines + _list("component", others)
 
 
-def _coupling(part: Coupling, code: Code) -> Entries:
+def _coupling(part: Coupling, backlashes: Mapping[str, Mapping[str, float]], code: Code) -> Entries:
     entries = {"name": _string(part.name), "output": _coordinate(part.output, code), "input": _coordinate(part.input, code)}
     entries["ratio"] = _quantity((part.ratio,), ratio_unit(part.output, part.input))
-    return entries if part.offset is None else entries | {"offset": _quantity((part.offset,), part.output.unit)}
+    entries |= {} if part.offset is None else {"offset": _quantity((part.offset,), part.output.unit)}
+    if part.name in backlashes:
+        angle, *others = backlashes[part.name].items()
+        numbers = {"angle": _quantity((angle[1],), "rad")} | {name: _quantity((value,), "1") for name, value in others}
+        entries["backlash"] = _inline(numbers)
+    return entries
 
 
 def _coordinate_drive(part: CoordinateDrive, code: Code) -> Entries:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Annotated, Any
 
 from scissordyn.component.place import GROUND, BodyPoint
@@ -9,10 +10,13 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.config.body_point import BODY_POINT
 from scissordyn.config.quantity import read_quantity
 from scissordyn.config.shape import About, Context, reader
-from scissordyn.config.table import Hints, Table
+from scissordyn.config.table import Call, Hints, Table, keys_of, made_table, table_of_call
 from scissordyn.config.time_function import ANGLE, DISTANCE
+from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.errors import InputError
-from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle, Slide
+from scissordyn.model.backlash import with_backlash
+from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle, Slide
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
 
 SAMPLE = '{ angle = "planet", base = "arm" }, { slide = "rack.tip", direction = "0 deg" } or { distance = ["a.end", "b.end"] }'
@@ -96,6 +100,48 @@ COUPLING: Hints = (
     ),
     ("offset", Annotated[float | None, _read_offset, About("output where the input is zero; as assembled without it")]),
 )
+BacklashTable = table_of_call(
+    with_backlash,
+    (("mechanism", None), ("coupling", None)),
+    base=Call,
+    spelt={"backlash": "angle"},
+    backlash="0.5 deg",
+)
+"""The backlash of a coupling."""
+
+
+@reader(lambda: {"anyOf": [{"type": "string", "pattern": quantity_pattern("rad", negative=False)}, BacklashTable]})
+def _read_backlash(given: Any, context: Context) -> Call:
+    return BacklashTable.read({"angle": given} if isinstance(given, str) else given, context)
+
+
+_BACKLASH = Quantity("rad", above=0.0, help='angle between both flanks, as "0.5 deg" or with the law of their contacts')
+_FLANKS = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
+
+
+class _Coupling(Table):
+    """A linear relation of two coordinates."""
+
+    def check(self) -> None:
+        self.coupling()
+
+    def coupling(self) -> Coupling:
+        return Coupling(**{field.name: getattr(self, field.name) for field in dataclasses.fields(Coupling)})
+
+    def opened(self, mechanism: Mechanism) -> Mechanism:
+        """The mechanism with the backlash of the coupling, if it has one."""
+        opened: Mechanism = mechanism if self.backlash is None else self.backlash.result(mechanism, self.name)
+        return opened
+
+
+CouplingTable = made_table(
+    "CouplingTable",
+    _Coupling,
+    keys_of(Coupling, COUPLING, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg")
+    | {"backlash": (Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_FLANKS])], None)},
+)
+"""A coupling."""
+
 COORDINATE_DRIVE: Hints = (
     _NAME,
     ("coordinate", _COORDINATE),

@@ -17,7 +17,7 @@ from scissordyn.component.user import component_class
 from scissordyn.config.body_point import BODY_POINT
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.control import CONTROLLER
-from scissordyn.config.coupling import COORDINATE_DRIVE, COUPLING
+from scissordyn.config.coupling import COORDINATE_DRIVE, CouplingTable
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.shape import About, Context, Reader, Shape, reader
 from scissordyn.config.table import Hints, Table, filler, located, table_of, toml
@@ -27,7 +27,7 @@ from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, bar
 from scissordyn.model.connection import Weld
-from scissordyn.model.coupling import CoordinateDrive, Coupling
+from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
@@ -361,16 +361,11 @@ PARTS: Mapping[str, Part] = {
         Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"
     ),
     "track": _part(Track, "tracks", "a point whose motion is recorded", lambda: _TRACK, name="tip", body="rod", point="end"),
-    "coupling": _part(
-        Coupling,
+    "coupling": Part(
+        lambda: CouplingTable,
+        CouplingTable.reader(),
         "couplings",
         "a linear relation of two angles, slides or distances",
-        lambda: COUPLING,
-        name="mesh",
-        output={"angle": "wheel"},
-        input={"angle": "crank"},
-        ratio=-0.5,
-        offset="5 deg",
     ),
     "coordinate_drive": _part(
         CoordinateDrive,

@@ -59,6 +59,7 @@ FAMILIAR = {
     "rad/s": ("rpm",),
     "Pa": ("GPa", "MPa", "Pa"),
     "N": ("kN", "N"),
+    "m/rad": ("m/rad", "mm/rad", "mm/turn"),
 }
 """Units to write a number in, largest first, by the SI unit of its quantity."""
 

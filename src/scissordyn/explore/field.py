@@ -15,6 +15,7 @@ from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.code import Code
 from scissordyn.config.control import ControlTable
+from scissordyn.config.coupling import BacklashTable
 from scissordyn.config.line import handle
 from scissordyn.config.part import PARTS, component_part
 from scissordyn.config.payload import PanelsTable, PayloadTable
@@ -64,6 +65,7 @@ CHOICES: Mapping[tuple[Any, str], str] = {
 }
 """What can be written where a table or a class takes a text or a number of parts, which has a field without a slider."""
 INNER: Mapping[str, type[Table]] = {
+    "backlash": BacklashTable,
     "bars": BendingTable,
     "motion": DistanceTable,
     "time_function": TimeFunctionTable,

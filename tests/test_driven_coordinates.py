@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -39,9 +40,79 @@ def test_backlash() -> None:
     assert abs(float(pressed["angular_velocity"][-1, 0] / ideal["angular_velocity"][-1, 0]) - 1.0) < 0.02
 
 
+def test_backlash_in_a_case_file(tmp_path: Path) -> None:
+    """Contract: the key opens the coupling as `with_backlash` does, and is written again where it gives the same bits."""
+    bare = (
+        dataclasses.replace(gear_pair(-0.5), components=())
+        .driven(speed=4.0, body="first")
+        .with_clearance("A", sd.Clearance(1e-5))
+    )
+    path = sd.write_case(bare, tmp_path / "case.toml")
+    ratio = "ratio = -0.5\n"
+    text = path.read_text(encoding="utf-8")
+    for key, more in (
+        ('"1.3 deg"', {}),
+        ('{ angle = "1.3 deg", stiffness = 1e5, share = 0.02 }', {"stiffness": 1e5, "share": 0.02}),
+    ):
+        path.write_text(text.replace(ratio, f"{ratio}backlash = {key}\n"), encoding="utf-8")
+        opened = sd.with_backlash(bare, "mesh", sd.degrees(1.3), **more)
+        assert sd.read_case(path).mechanism == opened
+        written = opened.to_case()
+        assert 'backlash = { angle = "1.3 deg"' in written
+        assert "[[angle_stop]]" not in written
+    wider = sd.read_case(path, ["coupling.mesh.backlash.angle=2 deg"]).mechanism
+    assert wider == sd.with_backlash(bare, "mesh", sd.degrees(2.0), **more)
+    # a flank of another place is no backlash of the key, and is written as what it is
+    uneven = opened.replace("mesh leading flank.angle", 0.1)
+    path.write_text(uneven.to_case(), encoding="utf-8")
+    assert "[[angle_stop]]" in path.read_text(encoding="utf-8")
+    assert sd.read_case(path).mechanism == uneven
+
+
+def test_backlash_with_an_offset() -> None:
+    """Limit: the wheel starts between its flanks, also where the offset of the coupling turns them."""
+    gears = dataclasses.replace(gear_pair(-0.5), components=())
+    offset = dataclasses.replace(gears.couplings[0], offset=0.3)
+    opened = sd.with_backlash(dataclasses.replace(gears, couplings=(offset,)), "mesh", 0.02)
+    assert opened.body("second").angle == pytest.approx(0.3)
+    run = sd.simulate(opened, until=0.01)
+    assert run.sizes["event"] == 0
+    assert "rotated" not in run.attrs["warnings"]
+
+
+def test_check_of_couplings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: check says parts, ratio, sense and backlash, what can move, and where a wheel's centre can, as a run does."""
+    loose = dataclasses.replace(gear_pair(-0.5), components=()).driven(speed=4.0, body="first")
+    loose = sd.with_backlash(loose.with_clearance("B", sd.Clearance(1e-4)), "mesh", sd.degrees(1.0))
+    assert status_of(["check", str(sd.write_case(loose, tmp_path / "case.toml"))]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Coupling mesh: angle of second = -0.5 x angle of first, in opposite senses, backlash 1 deg." in said
+    assert "3 degrees of freedom beside the drives." in said  # the wheel moves in its bearing, and turns between the flanks
+    moving = "this clearance lets the centre of 'second' move by 0.1 mm"
+    assert moving in said
+    run = sd.simulate(loose, until=0.01)
+    assert [(data["kind"], data["part"]) for data in json.loads(run.attrs["warning_data"])] == [("moving centre", "B")]
+    many = sd.simulate_many(loose, {"B.clearance": np.array([1e-4])}, until=0.01, measures=("peak_force",))
+    assert moving in str(many["warnings"].values[0])
+    arms = coupled_arms()
+    assert status_of(["check", str(sd.write_case(arms, tmp_path / "arms.toml"))]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Coupling belt: angle of lower against upper = -0.6 x angle of upper + 13.75098" in said
+    assert "1 degree of freedom beside the drives." in said
+
+
 @pytest.mark.parametrize(
     ("wrong", "line"),
     [
+        (
+            lambda: sd.simulate(
+                dataclasses.replace(
+                    gear_pair(), couplings=(sd.Coupling("mesh", sd.Slide(("second", "c")), ANGLE("first"), 0.1),)
+                ),
+                until=0.1,
+            ),
+            "coupling 'mesh' of a coordinate that cannot move, which holds the other one; allowed: two that move",
+        ),
         (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "coupling 'gear'; allowed: one of mesh"),
         (lambda: sd.with_backlash(gear_pair(), "mesh", 0.0), "backlash = 0"),
         (
@@ -75,8 +146,9 @@ def test_a_slide_that_reverses_at_two_limits(tmp_path: Path, capsys: pytest.Capt
     assert abs(run["drive_work"].values[-1]) < 1e-12
     sd.write_case(mechanism, tmp_path / "case.toml")
     assert status_of(["check", str(tmp_path / "case.toml")]) == 0
-    words = "Drive feed: trapezoidal, start 100 mm, end 400 mm, duration 500 ms, ramp 0.2, strokes 7."
-    assert words in capsys.readouterr().out.replace("\n", " ")
+    words = "Drive feed of the slide of cart.centre along 0 deg: "
+    words += "trapezoidal, start 100 mm, end 400 mm, duration 500 ms, ramp 0.2, strokes 7."
+    assert words in " ".join(capsys.readouterr().out.split())
     with pytest.raises(sd.InputError, match="strokes = 0"):
         sd.Trapezoidal(low, high, stroke, ramp, strokes=0)
 

@@ -79,6 +79,8 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "beyond in a case": " leaves its curve or stroke by up to {beyond:.3g} {unit}, where its force is held",
         "impulse": " locks at t = {time:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest driving "
         "torques do not contain it",
+        "moving centre": ": coupling '{coupling}' keeps a relation of angles also where this clearance lets the centre of "
+        "'{body}' move by {clearance:.3g} mm: teeth or a belt would turn it by up to that over its pitch radius",
         # bars that bend
         "yield": " is stressed to {ratio:.3g} times its yield strength: the bar stays elastic in the model (t = {time:.6g} s)",
         "strain": " has a strain of {ratio:.3g}: the model is one of small strains (t = {time:.6g} s)",

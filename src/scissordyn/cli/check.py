@@ -17,7 +17,7 @@ from scissordyn.cli.output import check_picture, print_json
 from scissordyn.cli.terminal import say
 from scissordyn.config.quantity import written
 from scissordyn.errors import InputError, command
-from scissordyn.units import quantities, short
+from scissordyn.units import counted, quantities, short
 
 if TYPE_CHECKING:  # the help of a command loads no libraries
     import xarray as xr
@@ -68,6 +68,7 @@ def check(
     from scissordyn.model.commanded import commanded, rigid
     from scissordyn.plan.plan import plan
     from scissordyn.run.advance.trajectory import make_driver
+    from scissordyn.run.answer.coupling import centre_warnings
     from scissordyn.run.answer.summary import summary_of
     from scissordyn.run.start.demand import check_samples
 
@@ -94,7 +95,12 @@ def check(
     lines.append(f"Run: {short(until, 's')}, {read.run.start} start, {read.run.samples} samples, {method}.")
     cost = cost_line(driver, until)
     lines += [f"{cost}."] if cost else []
-    warnings = [*start.warnings, *drive_warnings(planned, until), *[f"without clearance: {impossible}"] * bool(impossible)]
+    warnings = [
+        *start.warnings,
+        *map(str, centre_warnings(mechanism)),
+        *drive_warnings(planned, until),
+        *[f"without clearance: {impossible}"] * bool(impossible),
+    ]
     lines += [f"Warning: {text}." for text in warnings]
     converged = None
     if converge is not None:
@@ -112,6 +118,7 @@ def check(
                 "free_coordinates": planned.coordinates.free,
                 "constraints": len(planned.coordinates.constraints),
                 "drives": [*(drive.body for drive in mechanism.drives), *(drive.name for drive in mechanism.coordinate_drives)],
+                "degrees_of_freedom": _mobility(planned),
                 "couplings": [coupling.name for coupling in mechanism.couplings],
                 "components": [part.name for part in components],
                 "until": until,
@@ -131,18 +138,29 @@ def check(
 
 def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
     """Lines for the size of a mechanism, its drives, its components and its clearances."""
+    from scissordyn.config.coupling import coordinate_words, coupling_lines
+
     mechanism, coordinates = planned.mechanism, planned.coordinates
     return [
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
         f"{len(mechanism.clearance_joints)} clearance joints, "
-        f"{coordinates.free} free coordinates with {len(coordinates.constraints)} quadratic constraints.",
+        f"{coordinates.free} free coordinates with {len(coordinates.constraints)} constraints: "
+        f"{counted(_mobility(planned), 'degree')} of freedom beside the drives.",
         *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
-        *(f"Drive {drive.name}: {_in_words(drive.motion, drive.coordinate.unit)}." for drive in mechanism.coordinate_drives),
-        *(f"Coupling {coupling.name}." for coupling in mechanism.couplings),
+        *(
+            f"Drive {drive.name} of the {coordinate_words(drive.coordinate)}: {_in_words(drive.motion, drive.coordinate.unit)}."
+            for drive in mechanism.coordinate_drives
+        ),
+        *coupling_lines(mechanism),
         *(f"{part.declaration.label.capitalize()} {part.name}." for part in components),
         *_clearances("Joint", mechanism.joints),
         *_clearances("Guide", mechanism.guides),
     ]
+
+
+def _mobility(planned: Plan) -> int:
+    """Degrees of freedom that are left beside drives and couplings while latches are open."""
+    return planned.coordinates.free - sum(not constraint.latch for constraint in planned.coordinates.constraints)
 
 
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.config.body_point import BODY_POINT
-from scissordyn.config.quantity import read_quantity
+from scissordyn.config.quantity import exact, read_quantity, written
 from scissordyn.config.shape import About, Context, reader
 from scissordyn.config.table import Call, Hints, Table, keys_of, made_table, table_of_call
 from scissordyn.config.time_function import ANGLE, DISTANCE
 from scissordyn.config.unit_pattern import quantity_pattern
 from scissordyn.errors import InputError
-from scissordyn.model.backlash import with_backlash
+from scissordyn.model.backlash import closed, with_backlash
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
@@ -147,3 +147,26 @@ COORDINATE_DRIVE: Hints = (
     ("coordinate", _COORDINATE),
     ("motion", Annotated[TimeFunction, _read_motion, About("the angle, or the distance, over time")]),
 )
+
+
+def coupling_lines(mechanism: Mechanism) -> list[str]:
+    """A line for each coupling, as its case file has it."""
+    lines, (bare, backlashes) = [], closed(mechanism)
+    for part in bare.couplings:
+        unit, name = ratio_unit(part.output, part.input), part.name
+        ratio = written(part.ratio, unit) if unit == "1" else exact((part.ratio,), unit)
+        offset = f" + {written(part.offset, part.output.unit)}" if part.offset else ""
+        sense = "in opposite senses" if part.ratio < 0.0 else "in the same sense"
+        text = f"Coupling {name}: {coordinate_words(part.output)} = {ratio} x {coordinate_words(part.input)}{offset}, {sense}"
+        lines.append(f"{text}, backlash {written(backlashes[name]['backlash'], 'rad')}." if name in backlashes else f"{text}.")
+    return lines
+
+
+def coordinate_words(coordinate: Coordinate) -> str:
+    """A coordinate in words."""
+    if isinstance(coordinate, Distance):
+        return f"distance of {'.'.join(coordinate.start)} and {'.'.join(coordinate.end)}"
+    against = "" if coordinate.base == GROUND else f" against {coordinate.base}"
+    if isinstance(coordinate, Slide):
+        return f"slide of {'.'.join(coordinate.point)} along {written(coordinate.direction, 'rad')}{against}"
+    return f"angle of {coordinate.body}{against}"

@@ -146,8 +146,9 @@ class Closure:
         if not self._other:
             return maps
         slopes, square = maps.copy(), np.sum(maps * maps, axis=-1)[..., None]
-        slopes[..., self.lengths, :] = (maps / np.sqrt(square))[..., self.lengths, :]
-        slopes[..., self.turns, :] = (np.stack([-maps[..., 1], maps[..., 0]], axis=-1) / square)[..., self.turns, :]
+        lengths, turns = self.lengths, self.turns
+        slopes[..., lengths, :] = maps[..., lengths, :] / np.sqrt(square[..., lengths, :])
+        slopes[..., turns, :] = np.stack([-maps[..., turns, 1], maps[..., turns, 0]], axis=-1) / square[..., turns, :]
         return slopes
 
     def of_unknowns(self, driven: np.ndarray, near: np.ndarray) -> np.ndarray:

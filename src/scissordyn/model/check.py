@@ -154,7 +154,7 @@ def _check_names(mechanism: Mechanism) -> None:
     ]
     for what, names in (
         ("body", [body.name for body in mechanism.bodies]),
-        ("joint", [*mechanism.joint_names, *connections]),
+        ("joint or coupling" if mechanism.coupling_parts else "joint", [*mechanism.joint_names, *connections]),
         ("component", [component.name for component in mechanism.components]),
         ("ground point", [name for name, _ in mechanism.ground]),
         ("driven body", [drive.body for drive in mechanism.drives]),

@@ -72,11 +72,14 @@ class _Start:
         drive, bare = isinstance(part, CoordinateDrive), coupling_parts(self.coordinates, part)
         subject, scale = f"{'drive' if drive else 'coupling'} '{part.name}'", bare.scale
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
-        if not any(np.any(point_map.columns < self.coordinates.free) for _, point_map in bare.parts):
+        if not any(np.any(point_map.rows[:, point_map.columns < self.coordinates.free]) for _, point_map in bare.parts):
             raise InputError(
                 f"{subject} of {'a coordinate' if drive else 'coordinates'} that cannot move or that drives prescribe already",
                 "bodies that can move against each other",
             )
+        for coordinate in () if drive else (part.output, part.input):
+            if not _can_move(self.coordinates, coordinate):
+                raise InputError(f"{subject} of a coordinate that cannot move, which holds the other one", "two that move")
         references = {body: self.angle(body) for body, _ in bare.turning}
         here = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
         value = here
@@ -123,6 +126,15 @@ def coupling_parts(coordinates: Coordinates, part: Any) -> Constraint:
         kinds=(ANGLE,) * len(turns) + (LENGTH,) * len(lengths) + (HALF_SQUARE,) * len(squares),
         turning=tuple((body, 0.0) for body in turning),
     )
+
+
+def _can_move(coordinates: Coordinates, coordinate: Coordinate) -> bool:
+    """Whether a coordinate depends on anything that moves."""
+    if isinstance(coordinate, RelativeAngle):
+        maps = [coordinates.frame(body) for body in coordinate.bodies]
+    else:
+        maps = [*_slide(coordinates, coordinate)] if isinstance(coordinate, Slide) else [_span(coordinates, coordinate)]
+    return any(bool(np.any(point_map.rows[:, point_map.columns != coordinates.free])) for point_map in maps)
 
 
 def _slide(coordinates: Coordinates, slide: Slide) -> tuple[PointMap, PointMap]:

@@ -72,8 +72,8 @@ class Gradients:
         if not self.other:
             return d
         s, square = d.copy(), np.sum(d * d, axis=1)[:, None]
-        s[self.lengths] = (d / np.sqrt(square))[self.lengths]
-        s[self.turns] = (np.stack([-d[:, 1], d[:, 0]], axis=1) / square)[self.turns]
+        s[self.lengths] = d[self.lengths] / np.sqrt(square[self.lengths])
+        s[self.turns] = np.stack([-d[self.turns, 1], d[self.turns, 0]], axis=1) / square[self.turns]
         return s
 
     def rounding(self, full: np.ndarray) -> np.ndarray:

@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.component.angle_stop import AngleStop
 from scissordyn.component.place import GROUND
 from scissordyn.mechanics.monitored import COUPLING_FORCE
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.rotation import TURN
 from scissordyn.model.coupling import Coordinate, RelativeAngle, Slide
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.plan import Plan
 from scissordyn.run.results import Variables, described, labels
+from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
     from scissordyn.run.advance.trajectory import Trajectory
@@ -72,6 +75,22 @@ class SampledCoordinates:
             x, y = (place - self.motion.position[:, k]).T
             load[:, k, :2] += force
             load[:, k, 2] += x * force[:, 1] - y * force[:, 0]
+
+
+def centre_warnings(mechanism: Mechanism) -> list[RunWarning]:
+    """A warning for each clearance joint in which a coupled wheel turns: the relation is that of angles alone."""
+    warnings = list[RunWarning]()
+    for part in mechanism.couplings:
+        angles = [coordinate for _, coordinate in part.terms if isinstance(coordinate, RelativeAngle)]
+        for angle in angles:
+            stops = [stop for stop in mechanism.components if isinstance(stop, AngleStop) and stop.base == angle.body]
+            wheels = [{body, angle.base} for body in (angle.body, *(stop.body for stop in stops))]
+            for joint in mechanism.clearance_joints:
+                if joint.clearance is not None and set(joint.bodies) in wheels:
+                    body = next(name for name in joint.bodies if name != angle.base)
+                    gap = 1e3 * joint.clearance.clearance
+                    warnings.append(warning("moving centre", joint.name, coupling=part.name, body=body, clearance=gap))
+    return warnings
 
 
 def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:

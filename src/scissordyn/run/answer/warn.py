@@ -20,6 +20,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
 from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.answer.bars import mode_warnings
+from scissordyn.run.answer.coupling import centre_warnings
 from scissordyn.run.answer.film import film_peak_warnings, film_warnings
 from scissordyn.run.results import Run, along
 from scissordyn.warning import RunWarning, warning
@@ -84,6 +85,7 @@ def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWar
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
             warnings.append(warning("negative force", rod.name, first=time[first], force=force[worst], time=time[worst]))
     warnings += [warning("immobile", name, "clearance joint") for name in immobile]
+    warnings += centre_warnings(plan.mechanism)
     warnings += _exceeded(run)
     warnings += _overstrained(run)
     warnings += _buckled(run)
@@ -157,7 +159,7 @@ class Extremes:
                 warnings.append(
                     warning("beyond in a case", curved.name, curved.declaration.label, beyond=far, unit=output.unit)
                 )
-        return list(dict.fromkeys(map(str, warnings)))
+        return list(dict.fromkeys(map(str, [*warnings, *centre_warnings(plan.mechanism)])))
 
 
 def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[RunWarning]:

@@ -90,7 +90,7 @@ def closed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]
             continue
         wheel, flanks = before.body(stops[0].body), before.body(part.name + FLANKS)
         mass, share = _typed(wheel.mass + flanks.mass), _typed(flanks.mass / (wheel.mass + flanks.mass))
-        whole = dataclasses.replace(wheel, mass=mass, inertia=_typed(flanks.inertia / share))
+        whole = dataclasses.replace(wheel, mass=mass, inertia=_typed((flanks.inertia or 0.0) / share))
         ends = {end: dataclasses.replace(getattr(part, end), body=wheel.name)}
         before = before.with_parts(
             {

@@ -7,12 +7,17 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.component.port.axis import bent_axis
+from scissordyn.component.port.stroke import bent
 from scissordyn.errors import InputError
+from scissordyn.plan.bending import beams_of
+from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges, stations
+from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes
+from scissordyn.run.answer.bars import PARTS
 from scissordyn.run.answer.deflection import magnified_deflection
 from scissordyn.run.answer.placement import Placement
 
@@ -93,6 +98,21 @@ def whole():
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     unit = rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", modes=2).driven(speed=1.0)
     return unit, sd.simulate(unit, until=2e-3, samples=4, start="static")
+
+
+def stations(mechanism: sd.Mechanism, placed: Placement) -> np.ndarray:
+    """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
+    places = []
+    for beam in beams_of(mechanism):
+        angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
+        ends = placed.place(beam.start), placed.place(beam.end)
+        places.append(bent(np.array([0.0, 0.5, 1.0]), *ends, beam.length, angles)[:, None])
+    inside = 2 * np.arange(PARTS)[:, None] + np.arange(3)
+    for bar in flexible_bars(mechanism):
+        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, 2 * PARTS + 1))
+        spans = axis.reshape(len(axis), -1, 2 * PARTS + 1, 2)
+        places.append(spans[:, :, inside].reshape(len(axis), -1, 3, 2))
+    return np.concatenate(places, axis=1)
 
 
 @pytest.mark.parametrize("quantity", ["bending moment", "stress"])

@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scissordyn.component.port.axis import bent_axis
-from scissordyn.component.port.stroke import bent
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.style import BLACK, BLUE, VERMILION, dress, small
-from scissordyn.run.answer.bars import PARTS, part_names
+from scissordyn.plot.style import BLUE, VERMILION, dress, small
+from scissordyn.run.answer.bars import part_names
 from scissordyn.run.answer.internal_forces import bars_of
-from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,47 +175,6 @@ def part_indices(name: str, known: Mapping[str, int]) -> tuple[int, ...]:
     while (part := f"{name} {len(indices) + 1}") in known:
         indices.append(known[part])
     return tuple(indices)
-
-
-def stations(mechanism: Mechanism, placed: Placement) -> np.ndarray:
-    """Start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
-    places = []
-    for beam in beams_of(mechanism):
-        angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
-        ends = placed.place(beam.start), placed.place(beam.end)
-        places.append(bent(np.array([0.0, 0.5, 1.0]), *ends, beam.length, angles)[:, None])
-    inside = 2 * np.arange(PARTS)[:, None] + np.arange(3)
-    for bar in flexible_bars(mechanism):
-        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, 2 * PARTS + 1))
-        spans = axis.reshape(len(axis), -1, 2 * PARTS + 1, 2)
-        places.append(spans[:, :, inside].reshape(len(axis), -1, 3, 2))
-    return np.concatenate(places, axis=1)
-
-
-def draw_diagram(axes: Axes, diagram: Diagram, places: np.ndarray, size: float) -> None:
-    """Draw one sample, or several one over the other: bars in colours, or ordinates beside them.
-
-    Shapes: `places` (1, parts, 3, 2) [m].
-    """
-    from matplotlib.collections import LineCollection, PolyCollection
-    from matplotlib.colors import Normalize
-
-    lines = list(places[0])
-    if diagram.coloured:
-        axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=4.4, capstyle="round", zorder=1.9))
-        norm, values = Normalize(0.0, diagram.largest), diagram.values.max(axis=(0, 2))
-        axes.add_collection(
-            LineCollection(lines, array=values, cmap=COLOURS, norm=norm, linewidths=3.0, capstyle="butt", zorder=2.0)
-        )
-        return
-    tone = QUANTITIES[diagram.quantity].tone
-    for k, outer in enumerate(diagram.ordinates(places, ORDINATE * size)):
-        areas, ends = edges(places[0], outer)
-        filled = PolyCollection(areas, facecolors=tone, alpha=0.25, linewidths=0.0, zorder=1.5)
-        filled.set_label(diagram.label if k == 0 else "_")
-        axes.add_collection(filled)
-        axes.add_collection(LineCollection(ends, colors=tone, linewidths=0.9, zorder=1.8))
-    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=1.4, capstyle="round", zorder=2.0))
 
 
 def edges(places: np.ndarray, outer: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:

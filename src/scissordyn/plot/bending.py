@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,40 +11,22 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.bar_diagram import (
-    AXIAL,
-    MOMENT,
-    ORDINATE,
-    Diagram,
-    colour_bar,
-    diagram_of,
-    draw_diagram,
-    is_known,
-    stations,
-)
-from scissordyn.plot.place import Corners, corners_of, upright
+from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE, colour_bar, diagram_of, is_known
+from scissordyn.plot.drawing import Drawing
+from scissordyn.plot.file import figure_of
+from scissordyn.plot.picture import picture
+from scissordyn.plot.place import Corners
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, mechanism_of, time_scale
-from scissordyn.plot.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    LINE,
-    dress,
-    figure_size,
-    figure_width,
-    in_lines,
-    is_column,
-    label_axes,
-    small,
-)
+from scissordyn.plot.style import BLUE, GREY, LINE, dress, figure_size, figure_width, in_lines, is_column, small
 from scissordyn.plot.window import window
-from scissordyn.run.answer.placement import Placement
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@picture()
 def bending(
     run: xr.Dataset,
     mechanism: Mechanism | None = None,
@@ -60,15 +43,12 @@ def bending(
 
     Parameters
     ----------
-    run : Dataset
     mechanism : Mechanism, optional
         The one that was run, with bars that bend; the one that the run holds if not given.
     time : float, optional
         Instant of the diagrams [s], at the nearest sample; that with the largest strain of a fibre if not given.
     envelope : bool
         The largest and the least value at each place over all samples, on the mechanism at that instant.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
 
     Returns
     -------
@@ -88,21 +68,26 @@ def bending(
     part = run if envelope else run.isel(time=[when])
     shown = [diagram_of(part, mechanism, quantity) for quantity in quantities]
     shown = [diagram.envelope() for diagram in shown] if envelope else shown
-    placed = Placement.at(mechanism, run, [when], turns=upright(mechanism))
-    corners = _room(corners_of(placed))
+    scene = dataclasses.replace(scene_of(run, mechanism, np.array([when]), []), diagrams=tuple(shown))
+    reach = 1.2 * ORDINATE * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
+    corners = scene.low - reach, scene.high + reach
     drawn, below = _grid(len(shown), corners)
-    scale = time_scale(run)
-    now = f"t = {scale.factor * float(run['time'].values[when]):.4g} {scale.unit}"
-    title = "envelope" if envelope else now
+    title = "envelope" if envelope else scene.instant(0)
+    drawings = []
     for axes, diagram in zip(drawn, shown, strict=True):
-        _diagram(axes, mechanism, placed, diagram, corners)
+        drawings.append(Drawing(axes, dataclasses.replace(scene, on_bars=diagram.quantity), corners))
+        drawings[-1].show(0, diagram)
+        if diagram.coloured:
+            colour_bar([axes], diagram)
         most, where = diagram.most()
         caption = f"{diagram.quantity}, {title}: {diagram.scale.said(most, 3)} in {where}"
         axes.set_title(in_lines(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
-    figure = drawn[0].get_figure(root=True)
-    assert isinstance(figure, Figure)
+    figure = figure_of(drawn)
     drawn.append(figure.add_subplot(below))
     _over_time(drawn[-1], run, beams, when)
+    figure.draw_without_rendering()
+    for drawing in drawings:
+        drawing.fit_rings()
     return drawn
 
 
@@ -119,26 +104,6 @@ def _grid(diagrams: int, corners: Corners) -> tuple[list[Axes], SubplotSpec]:
     grid = figure.add_gridspec(2, 2, height_ratios=(tall, lower))
     places = [grid[0, 0], grid[0, 1], grid[1, 0]][:diagrams]
     return [figure.add_subplot(place) for place in places], grid[1, 1] if diagrams > 2 else grid[1, :]
-
-
-def _room(corners: Corners) -> Corners:
-    """With room for the diagrams around the mechanism."""
-    low, high = corners
-    reach = 1.2 * ORDINATE * float(np.max(high - low))
-    return low - reach, high + reach
-
-
-def _diagram(axes: Axes, mechanism: Mechanism, placed: Placement, diagram: Diagram, corners: Corners) -> None:
-    """A diagram on the mechanism, with its joints."""
-    dress(axes)
-    axes.set_aspect("equal", adjustable="box")
-    axes.set(xlim=(corners[0][0], corners[1][0]), ylim=(corners[0][1], corners[1][1]))
-    label_axes(axes, placed.turns)
-    draw_diagram(axes, diagram, stations(mechanism, placed), float(np.max(corners[1] - corners[0])))
-    for joint in mechanism.joints:
-        axes.plot(*placed.place(joint.bearing)[0], "o", ms=3.2, color=BLACK, mfc="white", mew=0.8, zorder=3.0)
-    if diagram.coloured:
-        colour_bar([axes], diagram)
 
 
 def _over_time(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:

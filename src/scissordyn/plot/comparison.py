@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import force_curve
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.series import finish, largest_forces, time_scale
 from scissordyn.plot.source import torque_sources
@@ -55,6 +56,7 @@ def _shared(names: Sequence[Sequence[str]]) -> list[str]:
     return [name for name in names[0] if all(name in other for other in names[1:])]
 
 
+@picture("One for each of `shared_curves`.")
 def comparison(
     run: xr.Dataset, other: xr.Dataset, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None
 ) -> list[Axes]:
@@ -65,12 +67,6 @@ def comparison(
     run, other : Dataset
     labels : (str, str)
         Names of the runs in the legend.
-    axes : Axes or iterable of Axes, optional
-        One for each of `shared_curves`. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
     """
     curves = list(shared_curves([run, other]))
     drawn = panels(axes, len(curves), size=(8.5, 0.8 + 1.75 * len(curves)))

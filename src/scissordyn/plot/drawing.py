@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, Shape
-from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, edges
+from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram, edges
 from scissordyn.plot.channel_scene import EDGE, GAP, Channel
 from scissordyn.plot.label import Label
 from scissordyn.plot.place import Corners, ring_size
@@ -109,15 +109,15 @@ class Drawing:
         """The names of clearance joints, components and payloads, and where they belong."""
         return [Label(name, places[frame], NAMED[kind]) for name, kind, places in self.scene.names]
 
-    def show(self, frame: int) -> None:
-        """Update all artists to a frame."""
+    def show(self, frame: int, diagram: Diagram | None = None) -> None:
+        """Update all artists to a frame, with the samples of a diagram on bars in place of that frame's."""
         for artist, shape in zip(self.shapes, self.scene.shapes, strict=True):
             if isinstance(artist, Polygon):
                 artist.set_xy(shape.points[frame])
             else:
                 artist.set_data(*shape.points[frame].T)
         if self.diagram is not None:
-            self.diagram.show(frame)
+            self.diagram.show(frame, diagram or self.diagram.diagram.at([frame]))
         self.pins.set_data(*self.scene.pins[frame].T)
         for ring, (name, places) in zip(self.rings, self.scene.rings, strict=True):
             ring.set_data(*places[frame, None].T)
@@ -143,22 +143,23 @@ class _OnBars:
             self.lines.set_color(tone)
             self.areas.set(facecolor=tone, label=self.diagram.label)
 
-    def show(self, frame: int) -> None:
-        """Update the diagram to a frame."""
+    def show(self, frame: int, now: Diagram) -> None:
+        """Draw the samples of a diagram, one over the other, on the bars of a frame."""
         places = [shape.places[frame] for shape in self.bars]
         order = np.concatenate([shape.parts for shape in self.bars])
-        now = self.diagram.at([frame])
         if now.coloured:
             self.lines.set_segments([part for bar in places for part in bar])
-            self.lines.set_array(now.values[0, order].max(axis=-1))
+            self.lines.set_array(now.values[:, order].max(axis=(0, 2)))
             return
-        outer = [
-            dataclasses.replace(now, values=now.values[:, list(shape.parts)]).ordinates(bar[None], ORDINATE * self.size)[0]
-            for shape, bar in zip(self.bars, places, strict=True)
-        ]
-        drawn = [edges(bar, ends) for bar, ends in zip(places, outer, strict=True)]
-        self.areas.set_verts([area for areas, _ in drawn for area in areas])
-        self.lines.set_segments([line for _, lines in drawn for line in lines])
+        areas, lines = [], []
+        for shape, bar in zip(self.bars, places, strict=True):
+            of_bar = dataclasses.replace(now, values=now.values[:, list(shape.parts)])
+            for outer in of_bar.ordinates(bar[None], ORDINATE * self.size):
+                between, along = edges(bar, outer)
+                areas += between
+                lines += along
+        self.areas.set_verts(areas)
+        self.lines.set_segments(lines)
 
 
 class MagnifiedBlock:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, LINE, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, panels
@@ -48,21 +49,9 @@ ALWAYS = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_en
 NOT_OF_CONTACTS = ("damper_loss", "switching_loss")
 
 
+@picture("Three Axes, or two for a run in which no contact stored or dissipated energy.")
 def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
-    """Energies and work; elastic energy and losses of contacts and components; residual of the balance.
-
-    Parameters
-    ----------
-    run : Dataset
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        Three Axes, or two for a run in which no contact stored or dissipated energy. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
-    """
+    """Energies and work; elastic energy and losses of contacts and components; residual of the balance."""
     run = window(run, start, end)
     shown = []
     for name, declared in PANELS:

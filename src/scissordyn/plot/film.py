@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import Joints, finish, names_of, time_scale
 from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels
@@ -22,6 +23,7 @@ DRY = 0.1
 """Films are drawn down to this part of the roughness; contacts are drawn there."""
 
 
+@picture("Three panels.")
 def film(
     run: xr.Dataset,
     *,
@@ -34,17 +36,8 @@ def film(
 
     Parameters
     ----------
-    run : Dataset
     joint : str or sequence of str, optional
         One lubricated joint; that with the thinnest film if not given.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        Three panels. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import contact_times, force_curve
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import Joints, chosen_joints, finish, note_more, time_scale
 from scissordyn.plot.style import (
@@ -34,6 +35,7 @@ STRIP = 0.06
 """Height of the strip of contacts, as a fraction of the panel."""
 
 
+@picture("One per joint, followed by one for its friction if it has any.")
 def force(
     run: xr.Dataset,
     ideal: xr.Dataset | None = None,
@@ -47,19 +49,8 @@ def force(
 
     Parameters
     ----------
-    run : Dataset
     ideal : Dataset, optional
         The run of the ideal mechanism; the magnitude of its reaction is drawn dashed.
-    joint : str or sequence of str, optional
-        One joint or several; those with the largest forces if not given.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        One per joint, followed by one for its friction if it has any. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

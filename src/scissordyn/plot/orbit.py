@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, Joints, chosen_joints, clearance_pins, note_more, predictability_horizon
 from scissordyn.plot.style import (
@@ -36,6 +37,7 @@ VISIBLE = 0.1
 """Drawn depth of the largest indentation, as a fraction of the clearance."""
 
 
+@picture("One per joint.")
 def orbit(
     run: xr.Dataset,
     *,
@@ -49,19 +51,8 @@ def orbit(
 
     Parameters
     ----------
-    run : Dataset
-    joint : str or sequence of str, optional
-        One joint or several; those with the largest forces if not given.
     exaggeration : float, optional
         Magnification of indentations, noted in the picture; chosen for each joint if not given.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        One per joint. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

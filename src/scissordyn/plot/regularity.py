@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.series import BEYOND, chosen_joints
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, normal, panels, small
@@ -38,6 +39,7 @@ MOST_PIXELS = 1000
 """Points along the side of a recurrence plot, about its resolution."""
 
 
+@picture()
 def stroboscopic_map(
     strobe: xr.Dataset, *, x: str = "slider_position", y: str = "slider_velocity", joint: str = "", axes: Canvas = None
 ) -> list[Axes]:
@@ -51,12 +53,6 @@ def stroboscopic_map(
         Variables of it; "eccentricity" is its x along the abscissa and its y along the ordinate.
     joint : str
         Whose, for variables of joints; the first one if not given.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------
@@ -90,6 +86,7 @@ def stroboscopic_map(
     return [drawn]
 
 
+@picture()
 def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
     """Velocity against acceleration at every sample: the paper's "Poincare map".
 
@@ -99,12 +96,6 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
         With `velocity` and `acceleration`.
     ideal : Dataset, optional
         The same of the ideal mechanism, drawn as a line.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
     """
     (drawn,) = panels(axes, 1, size=(5.4, 4.6))
     both = [scatter] if ideal is None else [scatter, ideal]
@@ -134,6 +125,7 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
     return [drawn]
 
 
+@picture()
 def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None) -> list[Axes]:
     """The power spectral density on a logarithmic scale, with its dominant frequencies marked.
 
@@ -143,12 +135,6 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
         Of the measure `spectrum`.
     peaks : int
         Number of dominant frequencies that are marked and named.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
     """
     (drawn,) = panels(axes, 1, size=(7.2, 3.8))
     frequency, density = spectrum["frequency"].values[1:], spectrum["power_density"].values[1:]
@@ -178,6 +164,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
     return [drawn]
 
 
+@picture()
 def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axes: Canvas = None) -> list[Axes]:
     """A bifurcation diagram: the asymptotic motion over a parameter.
 
@@ -189,12 +176,6 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
         Which; slider_velocity if not given, or the first one along both.
     joint : str
         Whose, for variables of joints; the first one if not given.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------
@@ -225,6 +206,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     return [drawn]
 
 
+@picture("Two.")
 def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """The 0-1 test: the translation for one angle, and the distribution of K over the angles.
 
@@ -232,12 +214,6 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     ----------
     test : Dataset
         Of `zero_one_test`.
-    axes : Axes or iterable of Axes, optional
-        Two. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
     """
     plane, spread = panels(axes, 1, 2, size=(8.4, 4.0), share=False)
     plane.plot(test["p"].values, test["q"].values, color=BLUE, linewidth=0.6)
@@ -257,6 +233,7 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     return [plane, spread]
 
 
+@picture()
 def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """A recurrence plot: dark where two samples are near each other.
 
@@ -264,12 +241,6 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
     ----------
     recurrence : Dataset
         Of the measure `recurrence`.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
     """
     (drawn,) = panels(axes, 1, size=(5.2, 5.4))
     matrix = recurrence["recurrent"].values.astype(float)
@@ -288,22 +259,16 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
     return [drawn]
 
 
+@picture()
 def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = "", axes: Canvas = None) -> list[Axes]:
     """The distribution of a quantity of the contacts of a joint, logarithmic if it spans more than a decade.
 
     Parameters
     ----------
-    run : Dataset
     variable : str
         A column of the table of contacts: peak_force, impulse, contact_duration, approach_speed, ...
     joint : str
         Which; the clearance joint with the largest force if not given.
-    axes : Axes, optional
-        A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import DEGREES
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.style import Canvas, legend, literal, normal, panels
@@ -25,6 +26,7 @@ SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), 
 ROTATION = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
 
 
+@picture("Six Axes, row by row, slider at the left; three for a mechanism without a slider.")
 def response(
     run: xr.Dataset,
     ideal: xr.Dataset | None = None,
@@ -38,20 +40,9 @@ def response(
 
     Parameters
     ----------
-    run : Dataset
-    ideal : Dataset, optional
-        The run of the ideal mechanism, drawn dashed.
     body : str
         The body of the angle. If not given: the output body; where that is the slider, the coupler of the first scissor unit,
         or the first body.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        Six Axes, row by row, slider at the left; three for a mechanism without a slider. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

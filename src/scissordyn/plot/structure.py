@@ -18,6 +18,7 @@ from scissordyn.plot.channel_scene import channel_of, guides_of
 from scissordyn.plot.drawing import Drawing, draw_magnified
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.label import write_labels
+from scissordyn.plot.picture import picture
 from scissordyn.plot.place import upright
 from scissordyn.plot.series import BEYOND, Joints, chosen_joints, mechanism_of, note_more, predictability_horizon
 from scissordyn.plot.style import BLACK, LIGHT, figure_size, figure_width, in_lines, is_column, legend, literal, small
@@ -42,6 +43,7 @@ CLOSE = 4
 """With more magnified joints their panels are narrow, and their titles have one more line."""
 
 
+@picture()
 def structure(
     run: xr.Dataset,
     mechanism: Mechanism | None = None,
@@ -57,9 +59,6 @@ def structure(
 
     Parameters
     ----------
-    run : Dataset
-    mechanism : Mechanism, optional
-        The one that was run; the one that the run holds if not given.
     joint : str or sequence of str, optional
         Clearance joints to magnify; those with the largest forces if not given.
     times : int or sequence of float
@@ -68,8 +67,6 @@ def structure(
         Factor of the deflections of bars that bend, which the titles say.
     bars : {"stress", "utilisation", "bending moment", "axial force"}, optional
         What is drawn on bars that bend: a stress of the extreme fibre as their colours, moments on the side in tension.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
 
     Returns
     -------

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.source import TorqueSource, torque_sources
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@picture("One for each drive, actuator and motor, in this order.")
 def torque(
     run: xr.Dataset,
     ideal: xr.Dataset | None = None,
@@ -30,20 +32,6 @@ def torque(
     """The torques of drives, actuators and motors with their located maxima, beside the ideal mechanism's; one panel for each.
 
     A limit is a dotted line in either sense; where the torque is at its limit the panel is shaded.
-
-    Parameters
-    ----------
-    run : Dataset
-    ideal : Dataset, optional
-        The run of the ideal mechanism, drawn dashed.
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        One for each drive, actuator and motor, in this order. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

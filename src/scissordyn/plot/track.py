@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError
 from scissordyn.plot.contact import with_instants
+from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import finish, time_scale
 from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels, small
@@ -24,22 +25,11 @@ def has_tracks(run: xr.Dataset) -> bool:
     return "track_deviation" in run and run.sizes.get("track", 0) > 0
 
 
+@picture("One for each tracked point.")
 def track(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
     """Deviation of tracked points from their commanded paths, with the located maximum and the tolerance; one panel for each.
 
     Where a point is outside its tolerance the panel is shaded.
-
-    Parameters
-    ----------
-    run : Dataset
-    start, end : float, optional
-        Part of the run to draw [s]; the whole run if not given.
-    axes : Axes or iterable of Axes, optional
-        One for each tracked point. A new figure if not given.
-
-    Returns
-    -------
-    list of Axes
 
     Raises
     ------

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.plot.load import loads
+from scissordyn.plot.animation_scene import loads
 from scissordyn.run.answer.placement import Placement
 
 TOLERANCE = 0.05e-3
@@ -52,8 +52,8 @@ def test_payloads_and_panels_are_where_they_are_fixed() -> None:
     placement = Placement.at(arm, moved, slice(None))
     panel, payload = loads(arm, placement, 0.02)
     assert (panel.kind, payload.kind) == ("panel", "payload")
-    assert payload.corners.mean(axis=1) == pytest.approx(placement.place(("unit 2/bar 1", "end")))
+    assert payload.points.mean(axis=1) == pytest.approx(placement.place(("unit 2/bar 1", "end")))
     ends = [placement.place(("unit 1/bar 2", name)) for name in ("start", "end")]
-    assert panel.corners.mean(axis=1) == pytest.approx(0.5 * (ends[0] + ends[1]))
+    assert panel.points.mean(axis=1) == pytest.approx(0.5 * (ends[0] + ends[1]))
     twice = sd.with_payload(arm, "unit 2/bar 1.end", 1.0).body("unit 2/bar 1").points
     assert {"payload", "payload 2"} <= twice.keys()

@@ -51,7 +51,7 @@ def compare(
     check_folder(output, "-o figures")
     first = read_run(run)
     if other.suffix.lower() == ".csv":
-        from scissordyn.plot.agreement import agreement_curves as draw_agreement
+        from scissordyn.plot.fit import agreement_curves as draw_agreement
 
         name, compared = "agreement", _print_agreement(first, other)
         drawn = None if output is None else draw_agreement(compared)

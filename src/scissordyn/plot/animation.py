@@ -117,7 +117,6 @@ def animate(
 
 
 def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
-    """What a film magnifies."""
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     others = [name for name in clearance_joints(pins) if name not in chosen]

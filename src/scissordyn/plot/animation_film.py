@@ -59,7 +59,6 @@ class Film:
         self.show(0)
 
     def show(self, frame: int) -> None:
-        """Update all artists to a frame."""
         self.drawing.show(frame)
         for axes, magnified, name, aside in zip(self.panels, self.joints, self.names, self.asides[frame], strict=True):
             magnified.show(frame)
@@ -111,7 +110,6 @@ def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
 
 
 def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
-    """Write a GIF or an MP4."""
     film = Film(scene, slower)
     writer: AbstractMovieWriter
     if path.suffix.lower() == ".mp4":

@@ -53,7 +53,6 @@ if (frame > 0) place.querySelector(".sd-stage").frame(frame);
 
 
 def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> str:
-    """The page of a film."""
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)
     slower = seconds / float(scene.time[-1] - scene.time[0])
@@ -65,5 +64,4 @@ def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> s
 
 
 def write_page(scene: Scene, run: xr.Dataset, path: Path, seconds: float) -> None:
-    """Write the page of a film to a file."""
     path.write_text(page(scene, run, seconds), encoding="utf-8")

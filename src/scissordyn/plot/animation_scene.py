@@ -14,12 +14,12 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port.stroke import AXIS_POINTS
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.payload import panel_ends, payload_points
 from scissordyn.model.track import Track
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
 from scissordyn.plot.contact import frame_contacts
 from scissordyn.plot.label_place import LOOKS, REGION, asides
-from scissordyn.plot.load import loads
 from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
@@ -41,6 +41,9 @@ CLOSED = ("plate", "block", "payload", "panel")
 
 LOAD = 0.015
 """Size of payloads and panels as a fraction of the picture's longer side."""
+
+SQUARE, BAND = 1.5, 0.55
+"""Half the side of a payload, and half the width of a panel, in their size."""
 
 SYMBOL = 0.03
 """Radius of the symbol of a component as a fraction of the picture's longer side."""
@@ -82,8 +85,6 @@ class ClearanceJoint:
 
 @dataclass(frozen=True)
 class Scene:
-    """All data of a film."""
-
     time: np.ndarray  # (frames,) [s]
     scale: Scale  # Scale of the times
     shapes: tuple[Shape, ...]
@@ -104,7 +105,6 @@ class Scene:
     names: tuple[tuple[str, str, np.ndarray], ...] = ()  # (frames, 2) What stills name, with its kind [m]
 
     def instant(self, frame: int) -> str:
-        """The time of a frame in words."""
         return f"t = {self.scale.factor * self.time[frame]:.4g} {self.scale.unit}"
 
     @property
@@ -152,7 +152,6 @@ def _parts(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
 
 
 def newtons(force: float) -> str:
-    """A force in words."""
     scale = engineering("N", force)
     return f"{scale.factor * force:.3g} {scale.unit}"
 
@@ -195,7 +194,7 @@ def scene_of(
     # blocks first, so that bars are drawn over them
     solid = sorted(_bodies(mechanism, placement, bodies, drawn_size), key=lambda shape: shape.kind != "block")
     drawn = symbols(run, mechanism, placement, frames, SYMBOL * drawn_size)
-    carried = [Shape(load.name, load.kind, load.corners) for load in loads(mechanism, placement, LOAD * drawn_size)]
+    carried = loads(mechanism, placement, LOAD * drawn_size)
     panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
     shapes = [*_guides(mechanism, placement, size), *panels, *solid, *payloads, *_parts(drawn, diagrams)]
     loose = tuple((joint.name, placement.place(joint.bearing)) for joint in mechanism.joints if joint.clearance is not None)
@@ -229,7 +228,6 @@ def scene_of(
 
 
 def _tracked(mechanism: Mechanism, placement: Placement, track: Track) -> np.ndarray:
-    """Where a tracked point is."""
     point = mechanism.body(track.body).points[track.point] if isinstance(track.point, str) else track.point
     return placement.points(track.body, np.array([point], float))[:, 0]
 
@@ -244,6 +242,23 @@ def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarra
         else:
             shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points, bars % 2))
             bars += 1
+    return shapes
+
+
+def loads(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
+    """The panels and payloads of a mechanism, where `with_panels` and `with_payload` have left their points."""
+    square = placement.vectors(SQUARE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
+    shapes = []
+    for body in mechanism.bodies:
+        for first, last in panel_ends(body):
+            ends = placement.points(body.name, np.array([body.points[first], body.points[last]], float))
+            start, end = ends[:, 0], ends[:, 1]
+            along = end - start
+            aside = BAND * size * np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+            corners = np.stack([start - aside, end - aside, end + aside, start + aside], axis=1)
+            shapes.append(Shape(first.replace(" start", ""), "panel", corners))
+        middles = {name: placement.place((body.name, name)) for name in payload_points(body)}
+        shapes += [Shape(name, "payload", middle[:, None] + square) for name, middle in middles.items()]
     return shapes
 
 

@@ -35,8 +35,6 @@ TOGETHER = 1e-9
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a quantity is drawn."""
-
     unit: str
     first: str  # Variables of a run with its values at the start and the end of parts of bars
     last: str
@@ -72,7 +70,6 @@ class Diagram:
 
     @property
     def scale(self) -> Scale:
-        """In which it is written."""
         return engineering(QUANTITIES[self.quantity].unit, self.largest)
 
     @property
@@ -132,7 +129,6 @@ def known_diagrams(run: xr.Dataset, mechanism: Mechanism) -> tuple[Diagram, ...]
 
 
 def is_known(quantity: str, mechanism: Mechanism) -> bool:
-    """Whether all bars have what a quantity needs."""
     return not _lacking(quantity, mechanism)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
+from scissordyn.plot.animation_scene import Scene, scene_of
 from scissordyn.plot.bar_diagram import COLOURS, ORDINATE, QUANTITIES, Diagram
 from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.label_place import LOOKS
@@ -43,12 +43,10 @@ def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = FRAMES) -> Sc
 
 
 def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES) -> str:
-    """The same for the canvas."""
     return packed(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
 def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:
-    """A scene for the canvas."""
     largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > MOST_NAMES
     data = {
         "run": number,
@@ -62,18 +60,15 @@ def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", se
         "horizon": predictability_horizon(run),
         "shapes": [
             {
-                "name": shape.name,
-                "kind": shape.kind,
-                "tone": shape.tone,
+                **_data(shape, "name", "kind", "tone", "parts"),
                 "count": shape.points.shape[1],
                 "points": _packed(_all(shape.points, scene)),
-                "parts": list(shape.parts),
             }
             for shape in scene.shapes
         ],
         "pins": {"names": list(scene.pin_names), "points": _packed(scene.pins)},
         "supports": scene.supports.tolist(),
-        "joints": [_joint(joint) for joint in scene.clearance_joints],
+        "joints": [_data(joint, "name", "gain", "place", "journal", "touched", "force") for joint in scene.clearance_joints],
         # a click on a channel shows the curves of its corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
         "asides": np.round(scene.asides(looks=1 if alone else LOOKS, alone=alone), 1).tolist(),
@@ -110,24 +105,21 @@ def declared_scene(mechanism: Mechanism) -> str:
     return packed_scene(declared(ideal), ideal, note="as declared; its motion follows")
 
 
-def _packed(values: np.ndarray, kind: type = np.float32) -> str:
+def _packed(values: np.ndarray) -> str:
+    """Numbers as 32-bit floats, whether something is so as bytes."""
+    kind = np.uint8 if values.dtype == bool else np.float32
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
+
+
+def _data(part: object, *names: str) -> dict[str, Any]:
+    """Fields of a part, arrays packed."""
+    values = {name: getattr(part, name) for name in names}
+    return {name: _packed(value) if isinstance(value, np.ndarray) else value for name, value in values.items()}
 
 
 def _all(points: np.ndarray, scene: Scene) -> np.ndarray:
     """Points at every frame; what does not move may be there once."""
     return np.broadcast_to(points, (len(scene.time), *points.shape[1:]))
-
-
-def _joint(joint: ClearanceJoint) -> dict[str, Any]:
-    return {
-        "name": joint.name,
-        "gain": joint.gain,
-        "place": _packed(joint.place),
-        "journal": _packed(joint.journal),
-        "touched": _packed(joint.touched, np.uint8),
-        "force": _packed(joint.force),
-    }
 
 
 def _diagram(diagram: Diagram) -> dict[str, Any]:
@@ -148,15 +140,9 @@ def _diagram(diagram: Diagram) -> dict[str, Any]:
 
 def _channel(channel: Channel, joint: str) -> dict[str, Any]:
     return {
-        "name": channel.name,
+        **_data(channel, "name", "gain", "hollow", "place", "block", "touching", "force"),
         "joint": joint,
-        "gain": channel.gain,
         "edge": EDGE,
-        "surfaces": [[side, height] for side, height in channel.surfaces.items()],
-        "hollow": channel.hollow,
+        "surfaces": list(channel.surfaces.items()),
         "count": channel.block.shape[1],
-        "place": _packed(channel.place),
-        "block": _packed(channel.block),
-        "touching": _packed(channel.touching, np.uint8),
-        "force": _packed(channel.force),
     }

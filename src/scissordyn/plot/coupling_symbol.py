@@ -104,6 +104,5 @@ def _belt(centres: list[np.ndarray], radii: tuple[float, float]) -> Strokes:
 
 
 def _head(tip: np.ndarray, along: np.ndarray, size: float) -> np.ndarray:
-    """The head of an arrow."""
     wings: list[Any] = [tip - 0.9 * size * _unit(along + side) for side in (0.45, -0.45)]
     return np.stack([wings[0], tip, wings[1]], axis=1)

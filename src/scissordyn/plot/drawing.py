@@ -178,7 +178,6 @@ class MagnifiedBlock:
         (self.corners,) = axes.plot([], [], "o", markersize=4.5, color=VERMILION)
 
     def show(self, frame: int) -> None:
-        """Update the block to a frame."""
         touching = self.joint.touching[frame]
         self.block.set_xy(self.joint.block[frame])
         self.block.set_edgecolor(VERMILION if touching.any() else SKY)
@@ -199,7 +198,6 @@ class MagnifiedJournal:
         _frame(axes, max(1.5, 1.05 + float(np.max(np.abs(joint.journal)))))  # with the journal of a deep contact
 
     def show(self, frame: int) -> None:
-        """Update the journal and its path to a frame."""
         joint = self.joint
         color = VERMILION if joint.touched[frame] else SKY
         self.journal.set_center(tuple(joint.journal[frame]))
@@ -211,7 +209,6 @@ class MagnifiedJournal:
 
 
 def draw_magnified(axes: Axes, joint: Channel | ClearanceJoint) -> MagnifiedBlock | MagnifiedJournal:
-    """What stands beside the structure."""
     return MagnifiedBlock(axes, joint) if isinstance(joint, Channel) else MagnifiedJournal(axes, joint)
 
 

@@ -45,12 +45,10 @@ def write(drawn: Figure | Axes | Sequence[Axes], path: str | os.PathLike[str]) -
 
 
 def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
-    """The text of the SVG file of a picture."""
     return _content(figure_of(drawn), "svg").decode()
 
 
 def _content(figure: Figure, format: str) -> bytes:
-    """The content of a picture file."""
     drawn = io.BytesIO()
     # without these a vector file would carry the date and random names
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):

@@ -57,19 +57,16 @@ def film(
     here, x = run.sel(film=chosen), time.factor * run["time"].values
     drawn = panels(axes, 3, size=(8.0, 7.0))
     size = engineering("m", rough)
-    thickness = here["film_thickness"].values
-    drawn[0].plot(
-        x, size.factor * np.where(thickness > DRY * rough, thickness, np.nan), color=BLUE, linewidth=LINE, label="film"
-    )
-    touching = np.where(thickness <= DRY * rough, size.factor * DRY * rough, np.nan)
+    thickness = size.factor * here["film_thickness"].values
+    dry = size.factor * DRY * rough
+    drawn[0].plot(x, np.where(thickness > dry, thickness, np.nan), color=BLUE, linewidth=LINE, label="film")
+    touching = np.where(thickness <= dry, dry, np.nan)
     drawn[0].plot(x, touching, color=VERMILION, linewidth=3.0 * LINE, label="contact")
     drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE, linestyle="--", label="three roughnesses")
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
-    for panel, name, unit, text in (
-        (drawn[1], "film_pressure", "Pa", "largest pressure"),
-        (drawn[2], "film_force", "N", "force of the film"),
-    ):
+    shown = (("film_pressure", "Pa", "largest pressure"), ("film_force", "N", "force of the film"))
+    for panel, (name, unit, text) in zip(drawn[1:], shown, strict=True):
         values = here[name].values
         values = np.linalg.norm(values, axis=-1) if values.ndim == 2 else values
         scale = engineering(unit, values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -93,15 +93,8 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
     scale = engineering("N", values, peaks, *others)
     axes.plot(time.factor * curve["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="force")
     if peaks.size:
-        axes.plot(
-            time.factor * contacts.peak_time,
-            scale.factor * peaks,
-            linestyle="",
-            marker="o",
-            markersize=2.5,
-            color=BLACK,
-            label="peak of a contact",
-        )
+        look: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5, "color": BLACK}
+        axes.plot(time.factor * contacts.peak_time, scale.factor * peaks, label="peak of a contact", **look)
     if reaction is not None and ideal is not None:
         axes.plot(time.factor * ideal["time"].values, scale.factor * reaction, label="ideal reaction", **IDEAL)
     if metal is not None:
@@ -114,14 +107,8 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
     axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     if contacts.start.size:
-        axes.broken_barh(
-            list(zip(time.factor * contacts.start, time.factor * (contacts.end - contacts.start), strict=True)),
-            (0.0, STRIP),
-            transform=axes.get_xaxis_transform(),
-            facecolor=VERMILION,
-            edgecolor=VERMILION,
-            linewidth=0.5,
-            label="in contact",
-        )
+        spans = list(zip(time.factor * contacts.start, time.factor * (contacts.end - contacts.start), strict=True))
+        look = {"facecolor": VERMILION, "edgecolor": VERMILION, "linewidth": 0.5, "label": "in contact"}
+        axes.broken_barh(spans, (0.0, STRIP), transform=axes.get_xaxis_transform(), **look)
     else:
         axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=small(), color=GREY)

@@ -58,7 +58,6 @@ def curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: list[str]) -> N
 
 
 def _output(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
-    """Position of the slider, or the angles of the bodies."""
     if "slider_position" in ideal:
         values = ideal["slider_position"].values
         scale = engineering("m", values)

@@ -55,10 +55,11 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
 
 @dataclass(frozen=True)
 class FreeMass:
-    """The free mass of the impact of a law."""
-
     mass: float = 5.0  # Of the free body [kg]
     speed: float = 0.5  # Of the impact [m/s]
+
+
+FREE_MASS = FreeMass()
 
 
 def _loop(axes: Axes, history: Impact, force: Scale, length: Scale, **look: Any) -> None:
@@ -109,19 +110,18 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
 
 
 def draw_law(
-    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None
+    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass = FREE_MASS
 ) -> list[Axes]:
     """The curves of one law.
 
     An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
     beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
     """
-    chosen = free_mass or FreeMass()
     if isinstance(law, Friction):
         return _draw_friction(law, axes, joint)
     if isinstance(law, Elastic):
-        return _draw_impact(law, Flores(), law.name, axes, joint, chosen)
-    return _draw_impact(Liu(), law, law.name, axes, joint, chosen)
+        return _draw_impact(law, Flores(), law.name, axes, joint, free_mass)
+    return _draw_impact(Liu(), law, law.name, axes, joint, free_mass)
 
 
 def _look(index: int) -> dict[str, Any]:
@@ -132,18 +132,16 @@ def _soft(law: type[Any]) -> Any:
     return law(restitution=SOFT) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
-def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None) -> list[Axes]:
+def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass = FREE_MASS) -> list[Axes]:
     """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5."""
-    chosen = free_mass or FreeMass()
+    mass, speed = free_mass.mass, free_mass.speed
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
         (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
     ):
         # an elastic part that is far softer would compress the curves of the others at the axis
-        histories = [
-            (name, impact(spring, damper, joint, mass=chosen.mass, speed=chosen.speed)) for name, spring, damper in pairs
-        ]
+        histories = [(name, impact(spring, damper, joint, mass=mass, speed=speed)) for name, spring, damper in pairs]
         deepest = np.array([history.indentation.max() for _, history in histories])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])
@@ -153,7 +151,7 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass:
             _loop(panel, history, force, length, label=label, **_look(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
-    elastic.set_title(f"stiffness, with flores: {chosen.mass:g} kg at {chosen.speed:g} m/s", loc="left", fontsize=normal())
+    elastic.set_title(f"stiffness, with flores: {mass:g} kg at {speed:g} m/s", loc="left", fontsize=normal())
     damping.set_title(f"damping, on liu, restitution {SOFT:g} where the law has one", loc="left", fontsize=normal())
     for index, (name, law) in enumerate(FRICTION.items()):
         friction.semilogx(SPEEDS, steady_coefficient(law(), joint, SPEEDS), linewidth=LINE, label=name, **_look(index))

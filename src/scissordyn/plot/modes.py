@@ -63,9 +63,8 @@ def shapes(found: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> list[A
             for artist in axes.lines + axes.patches if sample == 1 else ():
                 artist.set_alpha(0.3)
         value = float(here["frequency"].sel(mode=mode))
-        axes.set_title(
-            f"mode {mode}: {value:.4g} Hz" if value >= 0.0 else f"mode {mode}: unstable", loc="left", fontsize=small()
-        )
+        state = f"{value:.4g} Hz" if value >= 0.0 else "unstable"
+        axes.set_title(f"mode {mode}: {state}", loc="left", fontsize=small())
     for axes in grid[len(modes) :]:
         axes.remove()
     return list(grid[: len(modes)])

@@ -42,7 +42,6 @@ def torque_speed(
                 panel.plot(side * at, sense * most, color=VERMILION, linewidth=1.5 * LINE, label=label)
         wide = ROUND * max(float(np.max(np.abs(speed))), float(at[-1]))
         panel.set_xlim(-wide if speed.min() < -0.02 * wide else -0.02 * wide, wide)
-    panel.set_xlabel(RPM.label("speed"))
-    panel.set_ylabel(scale.label("torque"))
+    panel.set(xlabel=RPM.label("speed"), ylabel=scale.label("torque"))
     legend([panel], above=axes is None)
     return [panel]

@@ -62,25 +62,19 @@ def stroboscopic_map(
     (drawn,) = panels(axes, 1, size=(5.4, 4.6))
     time = np.asarray(strobe["time"].values, float) if "time" in strobe.coords else np.zeros(0)
     trusted = float(strobe.attrs.get("trusted_until", np.nan))
-    values, scales = [], []
+    shown, labels = [], []
     for side, name in enumerate((x, y)):
         variable = _along(strobe, name, side, joint)
-        values.append(variable.values)
-        scales.append(engineering(variable.attrs.get("units", "1"), variable.values))
-        label = scales[-1].label(_long_name(variable, name))
-        (drawn.set_ylabel if side else drawn.set_xlabel)(label)
-    before = time <= trusted if np.isfinite(trusted) and time.size else np.ones(values[0].size, bool)
+        scale = engineering(variable.attrs.get("units", "1"), variable.values)
+        shown.append(scale.factor * variable.values)
+        labels.append(scale.label(_long_name(variable, name)))
+    drawn.set(xlabel=labels[0], ylabel=labels[1])
+    count = shown[0].size
+    before = time <= trusted if np.isfinite(trusted) and time.size else np.ones(count, bool)
     for part, color, label in ((before, BLUE, "one period"), (~before, GREY, BEYOND)):
         if np.any(part):
-            shown = label if not np.all(before) else None
-            drawn.plot(
-                scales[0].factor * values[0][part],
-                scales[1].factor * values[1][part],
-                color=color,
-                label=shown,
-                markersize=_dot(values[0].size, 3.0, 9.0),
-                **DOTS,
-            )
+            look: dict[str, Any] = {"color": color, "markersize": _dot(count, 3.0, 9.0), **DOTS}
+            drawn.plot(shown[0][part], shown[1][part], label=None if np.all(before) else label, **look)
     drawn.ticklabel_format(style="plain", useOffset=False)
     legend([drawn], above=axes is None)
     return [drawn]
@@ -99,28 +93,13 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
     """
     (drawn,) = panels(axes, 1, size=(5.4, 4.6))
     both = [scatter] if ideal is None else [scatter, ideal]
-    speed, change = (
-        engineering(scatter[name].attrs["units"], *(part[name].values for part in both))
-        for name in ("velocity", "acceleration")
-    )
-    drawn.plot(
-        speed.factor * scatter["velocity"].values,
-        change.factor * scatter["acceleration"].values,
-        color=BLUE,
-        markersize=3.0,
-        label=None if ideal is None else "with clearance",
-        **DOTS,
-    )
-    if ideal is not None:
-        drawn.plot(
-            speed.factor * ideal["velocity"].values,
-            change.factor * ideal["acceleration"].values,
-            color=BLACK,
-            linewidth=LINE,
-            label="ideal joints",
-        )
-    drawn.set_xlabel(speed.label("velocity"))
-    drawn.set_ylabel(change.label("acceleration"))
+    names = ("velocity", "acceleration")
+    scales = [engineering(scatter[name].attrs["units"], *(part[name].values for part in both)) for name in names]
+    dots: dict[str, Any] = {"color": BLUE, "markersize": 3.0, "label": None if ideal is None else "with clearance", **DOTS}
+    line = {"color": BLACK, "linewidth": LINE, "label": "ideal joints"}
+    for part, look in zip(both, (dots, line), strict=False):
+        drawn.plot(*(scale.factor * part[name].values for scale, name in zip(scales, names, strict=True)), **look)
+    drawn.set(xlabel=scales[0].label("velocity"), ylabel=scales[1].label("acceleration"))
     legend([drawn], above=axes is None)
     return [drawn]
 
@@ -142,25 +121,18 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
     # values below are round-off
     floor = 1e-16 * top
     drawn.semilogy(frequency, np.maximum(density, floor), color=BLUE, linewidth=LINE)
-    marked = spectrum.isel(peak=slice(peaks))
-    drawn.plot(
-        marked["dominant_frequency"].values,
-        marked["dominant_density"].values,
-        linestyle="",
-        marker="v",
-        markersize=5.0,
-        color=VERMILION,
-    )
-    for where, high in zip(marked["dominant_frequency"].values, marked["dominant_density"].values, strict=True):
-        drawn.annotate(
-            f"{where:.4g}", (where, high), (0.0, 5.0), textcoords="offset points", ha="center", fontsize=small(), color=BLACK
-        )
+    marked = [spectrum[name].values[:peaks] for name in ("dominant_frequency", "dominant_density")]
+    drawn.plot(*marked, linestyle="", marker="v", markersize=5.0, color=VERMILION)
+    look: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": small(), "color": BLACK}
+    for where, high in zip(*marked, strict=True):
+        drawn.annotate(f"{where:.4g}", (where, high), (0.0, 5.0), **look)
     lowest = float(np.min(np.maximum(density, floor), initial=top))
     drawn.set_ylim(0.5 * lowest, top * (top / lowest) ** 0.12)
     drawn.set_xlim(0.0, float(frequency[-1]))
     unit = spectrum["frequency"].attrs["units"]
+    density_unit = spectrum["power_density"].attrs["units"].replace("^2", "²").replace("(1)²", "").strip()
     drawn.set_xlabel("frequency [Hz]" if unit == "Hz" else "frequency per sample")
-    drawn.set_ylabel(Scale(1.0, _written(spectrum["power_density"].attrs["units"])).label("power density"))
+    drawn.set_ylabel(Scale(1.0, density_unit).label("power density"))
     return [drawn]
 
 
@@ -192,16 +164,10 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     values = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
     across, up = scale_of(value), scale_of(values)
-    drawn.plot(
-        np.repeat(across.factor * value.values, values.shape[1]),
-        up.factor * values.values.ravel(),
-        color=BLUE,
-        markersize=_dot(values.size, 0.8, 4.0),
-        rasterized=values.size > 20_000,
-        **DOTS,
-    )
-    drawn.set_xlabel(across.label(_long_name(value, "parameter")))
-    drawn.set_ylabel(up.label(_long_name(values, chosen)))
+    look: dict[str, Any] = {"markersize": _dot(values.size, 0.8, 4.0), "rasterized": values.size > 20_000, **DOTS}
+    x = np.repeat(across.factor * value.values, values.shape[1])
+    drawn.plot(x, up.factor * values.values.ravel(), color=BLUE, **look)
+    drawn.set(xlabel=across.label(_long_name(value, "parameter")), ylabel=up.label(_long_name(values, chosen)))
     drawn.ticklabel_format(style="plain", useOffset=False)
     return [drawn]
 
@@ -218,16 +184,13 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     plane, spread = panels(axes, 1, 2, size=(8.4, 4.0), share=False)
     plane.plot(test["p"].values, test["q"].values, color=BLUE, linewidth=0.6)
     plane.set_aspect("equal", adjustable="datalim")
-    plane.set_xlabel("p")
-    plane.set_ylabel("q")
+    plane.set(xlabel="p", ylabel="q")
     plane.set_title(f"translation at c = {test.attrs['shown_angle']:.3f}", loc="left", fontsize=normal())
     spread.hist(test["correlation"].values, bins=np.linspace(-1.0, 1.0, 41).tolist(), color=BLUE)
     finite = bool(np.isfinite(test["K"]))
     if finite:
         spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
-    spread.set_xlim(-1.0, 1.05)
-    spread.set_xlabel("growth at one angle")
-    spread.set_ylabel("angles")
+    spread.set(xlim=(-1.0, 1.05), xlabel="growth at one angle", ylabel="angles")
     title = f"median K = {float(test['K']):.3f}" if finite else "K undecided: nothing but errors varies"
     spread.set_title(title, loc="left", fontsize=normal(), color=VERMILION)
     return [plane, spread]
@@ -252,8 +215,7 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
     end = whole * block
     drawn.imshow(shown, cmap="Greys", vmin=0.0, vmax=1.0, origin="lower", extent=(0, end, 0, end), interpolation="nearest")
     drawn.grid(visible=False)
-    drawn.set_xlabel("sample")
-    drawn.set_ylabel("sample")
+    drawn.set(xlabel="sample", ylabel="sample")
     rate, lines = float(recurrence["recurrence_rate"]), float(recurrence["determinism"])
     drawn.set_title(f"recurrence rate {rate:.3f}, determinism {lines:.3f}", loc="left", fontsize=normal())
     return [drawn]
@@ -288,8 +250,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     values = values[np.isfinite(values) & (values > 0.0)]
     name = literal(str(run[variable].attrs.get("long_name", variable)))
     scale = engineering(run[variable].attrs["units"], values)
-    drawn.set_xlabel(scale.label(name))
-    drawn.set_ylabel("contacts")
+    drawn.set(xlabel=scale.label(name), ylabel="contacts")
     drawn.set_title(f"joint {literal(joint)}, {values.size} contacts", loc="left", fontsize=normal())
     if not values.size:
         drawn.text(0.5, 0.5, "no contact in this run", transform=drawn.transAxes, ha="center", fontsize=small(), color=GREY)
@@ -340,7 +301,3 @@ def _long_name(data: xr.DataArray, otherwise: str) -> str:
 def _dot(count: int, least: float, largest: float) -> float:
     """Size of dots [pt], smaller for more dots, so that bands stay visible."""
     return float(np.clip(120.0 / np.sqrt(max(count, 1)), least, largest))
-
-
-def _written(unit: str) -> str:
-    return unit.replace("^2", "²").replace("(1)²", "").strip()

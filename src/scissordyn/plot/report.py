@@ -69,7 +69,23 @@ def draw_all(
     """
     check_format(format)
     check_kinds(only)
-    makers = _makers(run, ideal, mechanism, joints, magnify, bars, envelope)
+    pins = clearance_pins(run)
+    if joints is not None:
+        chosen_joints(run, joints)
+    turning = None if joints is None else [name for name in joints if name in pins]
+    oiled = [name for name in joints or () if name in run["film"]] if "film" in run.dims else []
+    kinds: dict[str, tuple[bool, Callable[[], list[Axes]]]] = {
+        "response": (True, lambda: response(run, ideal)),
+        "track": (has_tracks(run), lambda: track(run)),
+        "force": (bool(clearance_joints(run)), lambda: force(run, ideal, joint=joints)),
+        "torque": (bool(torque_sources(run)), lambda: torque(run, ideal)),
+        "orbit": (bool(pins) and turning != [], lambda: orbit(run, joint=turning)),
+        "film": ("film" in run.dims, lambda: film(run, joint=oiled or None)),
+        "energy": (True, lambda: energy(run)),
+        "structure": (mechanism is not None, lambda: structure(run, mechanism, joint=joints, magnify=magnify, bars=bars)),
+        "bending": (mechanism is not None and "beam" in run.dims, lambda: bending(run, mechanism, envelope=envelope)),
+    }
+    makers = {kind: make for kind, (has_data, make) in kinds.items() if has_data}
     for kind in only or ():
         if kind not in makers:
             raise InputError(
@@ -80,40 +96,6 @@ def draw_all(
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(
-            f"cannot make the folder '{target}': {error.strerror or error}", "a folder that can be written"
-        ) from None
+        text = f"cannot make the folder '{target}': {error.strerror or error}"
+        raise InputError(text, "a folder that can be written") from None
     return [write(axes, target / f"{name}.{format}") for name, axes in drawn.items()]
-
-
-def _makers(
-    run: xr.Dataset,
-    ideal: xr.Dataset | None,
-    mechanism: Mechanism | None,
-    joints: Sequence[str] | None,
-    magnify: float,
-    bars: str | None,
-    envelope: bool,
-) -> dict[str, Callable[[], list[Axes]]]:
-    """What draws each picture that the run has data for."""
-    has_clearance, pins = bool(clearance_joints(run)), clearance_pins(run)
-    if joints is not None:
-        chosen_joints(run, joints)
-    turning = None if joints is None else [name for name in joints if name in pins]
-    makers: dict[str, Callable[[], list[Axes]]] = {"response": lambda: response(run, ideal)}
-    if has_tracks(run):
-        makers["track"] = lambda: track(run)
-    if has_clearance:
-        makers["force"] = lambda: force(run, ideal, joint=joints)
-    if torque_sources(run):
-        makers["torque"] = lambda: torque(run, ideal)
-    if pins and turning != []:
-        makers["orbit"] = lambda: orbit(run, joint=turning)
-    if "film" in run.dims:
-        makers["film"] = lambda: film(run, joint=[name for name in joints or () if name in run["film"]] or None)
-    makers["energy"] = lambda: energy(run)
-    if mechanism is not None:
-        makers["structure"] = lambda: structure(run, mechanism, joint=joints, magnify=magnify, bars=bars)
-        if "beam" in run.dims:
-            makers["bending"] = lambda: bending(run, mechanism, envelope=envelope)
-    return makers

@@ -61,21 +61,11 @@ def response(
     for row, ((along, sliding), (around, rotation)) in enumerate(zip(SLIDER, ROTATION, strict=True)):
         right = drawn[columns * row + columns - 1]
         if slides:
-            compare(
-                drawn[2 * row],
-                sliding,
-                _without_round_off(run, SLIDER, row),
-                None if ideal is None else ideal[along],
-                time=time,
-            )
-        compare(
-            right,
-            rotation,
-            _without_round_off(run.sel(body=chosen), ROTATION, row),
-            None if ideal is None else ideal[around].sel(body=chosen),
-            scale=DEGREES if around == "angle" else None,
-            time=time,
-        )
+            beside = None if ideal is None else ideal[along]
+            compare(drawn[2 * row], sliding, _without_round_off(run, SLIDER, row), beside, time=time)
+        curve = _without_round_off(run.sel(body=chosen), ROTATION, row)
+        beside = None if ideal is None else ideal[around].sel(body=chosen)
+        compare(right, rotation, curve, beside, scale=DEGREES if around == "angle" else None, time=time)
     if slides:
         drawn[0].set_title("slider", loc="left", fontsize=normal())
     drawn[columns - 1].set_title(literal(chosen), loc="left", fontsize=normal())

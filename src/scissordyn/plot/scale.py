@@ -22,8 +22,6 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class Scale:
-    """Display scale of numbers in SI units."""
-
     factor: float  # Shown number per number in SI units
     unit: str  # Unit of the shown numbers; "" for pure numbers
     labels: tuple[str, ...] = ()  # Names that are shown in place of the numbers 0, 1,

@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, in_lines, normal, small
+from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE, VERMILION, in_lines, normal, small
 from scissordyn.run.answer.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ MOST_JOINTS = 6
 
 
 def time_scale(run: xr.Dataset) -> Scale:
-    """The scale of a run's time axis."""
     return engineering("s", run["time"].values)
 
 
@@ -47,14 +46,12 @@ def clearance_pins(run: xr.Dataset) -> list[str]:
 
 
 def mechanism_of(run: xr.Dataset) -> Mechanism:
-    """The mechanism of which a run is, from the run itself."""
     from scissordyn.run.configuration import read_configuration
 
     return read_configuration(run).build_mechanism()
 
 
 def names_of(joint: str | Sequence[str]) -> list[str]:
-    """One name or several as a list."""
     return [joint] if isinstance(joint, str) else list(joint)
 
 
@@ -111,6 +108,16 @@ def compare(
         axes.plot(time.factor * ideal["time"].values, chosen.factor * ideal.values, label=labels[1], **IDEAL)
     axes.set_ylabel(chosen.label(name))
     return chosen
+
+
+def mark_largest(axes: Axes, when: float, value: float) -> None:
+    """A dot where a curve is largest, between its samples too."""
+    axes.plot(when, value, label="largest", linestyle="", marker="o", markersize=2.5, color=BLACK)
+
+
+def draw_limit(axes: Axes, value: float, label: str) -> None:
+    """A dotted line that a curve should not cross."""
+    axes.axhline(value, color=VERMILION, linewidth=0.8, linestyle=(0, (1, 1.5)), label=label)
 
 
 def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:

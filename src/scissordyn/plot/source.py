@@ -17,8 +17,6 @@ OF_COMPONENTS = (("control_torque", "actuator", "peak_control_torque"), ("motor_
 
 @dataclass(frozen=True)
 class TorqueSource:
-    """A torque over time."""
-
     name: str
     variable: str  # Where it stands in a run
     part: int

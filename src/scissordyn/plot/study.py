@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.errors import InputError
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.study_field import Bound, Field, draw_bounds, draw_field, note_error
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, VERMILION, Canvas, legend, literal, panels, small
@@ -114,20 +115,16 @@ def feasibility_map(
             panel.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
     else:
         drawn = _scattered(panel, (a, b, c), (sx, sy, sc), look, field, bounds)
-    _without_number(panel, a, b, np.isinf(c))
+    if (unmet := np.isinf(c)).any():  # points that do not meet a requirement for want of a number
+        panel.plot(a[unmet], b[unmet], "x", color=BLACK, markersize=4.0, zorder=3.0, label="not reached: not met")
     _disagreement(panel, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
-    if _is_logarithmic(points[x].values):
-        panel.set_xscale("log")
-    if _is_logarithmic(points[y].values):
-        panel.set_yscale("log")
-    panel.set_xlabel(sx.label(literal(x)))
-    panel.set_ylabel(sy.label(literal(y)))
-    _named_ticks(panel.xaxis, sx)
-    _named_ticks(panel.yaxis, sy)
-    figure = panel.get_figure(root=True)
-    assert figure is not None
+    if panel.lines:
+        _legend([panel])
+    panel.set(xlabel=sx.label(literal(x)), ylabel=sy.label(literal(y)))
+    _scale_axis(panel.xaxis, sx, points[x].values)
+    _scale_axis(panel.yaxis, sy, points[y].values)
     label = "fraction that meets the requirements" if colour == "met" else sc.label(literal(colour))
-    bar = figure.colorbar(drawn, ax=panel)
+    bar = figure_of(panel).colorbar(drawn, ax=panel)
     bar.set_label(label, fontsize=small())
     bar.ax.tick_params(labelsize=small())
     if colour != "met" and _is_whole(finite):
@@ -136,22 +133,8 @@ def feasibility_map(
     return [panel]
 
 
-def _few_ticks(axis: Axis) -> None:
-    """Numbers at 1, 2 and 5 of each decade of a short logarithmic axis."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _without_number(one: Axes, a: np.ndarray, b: np.ndarray, marked: np.ndarray) -> None:
-    """Crosses at points that do not meet a requirement for want of a number."""
-    if marked.any():
-        one.plot(a[marked], b[marked], "x", color=BLACK, markersize=4.0, zorder=3.0, label="not reached: not met")
-        _legend([one])
-
-
 def _disagreement(
-    one: Axes, a: np.ndarray, b: np.ndarray, marked: np.ndarray, grid: tuple[np.ndarray, np.ndarray] | None
+    panel: Axes, a: np.ndarray, b: np.ndarray, marked: np.ndarray, grid: tuple[np.ndarray, np.ndarray] | None
 ) -> None:
     """Dots where members disagree; on a grid at its places."""
     places = (a[marked], b[marked])
@@ -162,12 +145,11 @@ def _disagreement(
         few = places[0].size <= FEW
         size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
         edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
-        one.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, zorder=3.0, label="members disagree")
-        _legend([one])
+        panel.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, zorder=3.0, label="members disagree")
 
 
 def _scattered(
-    one: Axes,
+    panel: Axes,
     values: tuple[np.ndarray, np.ndarray, np.ndarray],
     scales: tuple[Scale, Scale, Scale],
     look: dict[str, Any],
@@ -181,13 +163,13 @@ def _scattered(
         shown = [field.mean * scales[2].factor, c[np.isfinite(c)]]
         look["norm"].vmin = float(min(part.min() for part in shown))
         look["norm"].vmax = float(max(part.max() for part in shown))
-        draw_field(one, field, scales, look)
-        note_error(one, field.error)
-    handles = draw_bounds(one, bounds, scales[:2])
+        draw_field(panel, field, scales, look)
+        note_error(panel, field.error)
+    handles = draw_bounds(panel, bounds, scales[:2])
     edge = {"edgecolors": BLACK, "linewidths": 0.6} if field is not None or bounds else {"edgecolors": "none"}
-    drawn = one.scatter(a, b, c=c, s=size, zorder=2.0, clip_on=False, **edge, **look)
+    drawn = panel.scatter(a, b, c=c, s=size, zorder=2.0, clip_on=False, **edge, **look)
     if handles:
-        one.legend(handles=handles, fontsize=small(), loc="upper left", bbox_to_anchor=(0.0, -0.16), frameon=False)
+        panel.legend(handles=handles, fontsize=small(), loc="upper left", bbox_to_anchor=(0.0, -0.16), frameon=False)
     return drawn
 
 
@@ -238,16 +220,16 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 panel.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
             if limits and name in limits:
                 panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
-            if _is_logarithmic(points[factor].values):
-                panel.set_xscale("log")
+            _scale_axis(panel.xaxis, sx, points[factor].values)
             finite = values[np.isfinite(values)]
             if finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES:
                 panel.set_yscale("log")
-                if finite.max() / finite.min() < SHORT:
-                    _few_ticks(panel.yaxis)
+                if finite.max() / finite.min() < SHORT:  # numbers at 1, 2 and 5 of each decade
+                    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                    panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+                    panel.yaxis.set_minor_formatter(NullFormatter())
             elif _is_whole(finite):
                 panel.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
-            _named_ticks(panel.xaxis, sx)
             if row == len(names) - 1:
                 panel.set_xlabel(sx.label(literal(factor)))
             if place == 0:
@@ -277,11 +259,13 @@ def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) ->
     return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:MOST_FACTORS])]
 
 
-def _named_ticks(axis: Axis, scale: Scale) -> None:
-    """A tick for each name, if the axis has names; long ones are turned where they stand side by side."""
+def _scale_axis(axis: Axis, scale: Scale, values: np.ndarray) -> None:
+    """A logarithmic scale for values that want one, or a tick for each name; long names beside each other are turned."""
+    across = isinstance(axis, XAxis)
+    if _is_logarithmic(values):
+        (axis.axes.set_xscale if across else axis.axes.set_yscale)("log")
     if not scale.labels:
         return
-    across = isinstance(axis, XAxis)
     axis.set_ticks(range(len(scale.labels)), [literal(label) for label in scale.labels])
     if across and sum(map(len, scale.labels)) > LEVEL:
         axis.set_tick_params(rotation=25)
@@ -350,9 +334,8 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     finite = np.isfinite(intervals).all(axis=1)
     panel.hlines(places[finite], *(100.0 * intervals[finite]).T, color=BLACK, linewidth=2.0 * LINE)
     panel.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
-    panel.set_ylim(len(labels) - 0.4, -0.6)
-    panel.set_xlim(0.0, 100.0)
-    panel.set_xlabel(literal("met by [%]" + (", line: 95 % interval" if finite.any() else "")))
+    heading = literal("met by [%]" + (", line: 95 % interval" if finite.any() else ""))
+    panel.set(xlim=(0.0, 100.0), ylim=(len(labels) - 0.4, -0.6), xlabel=heading)
     return [panel]
 
 
@@ -372,19 +355,12 @@ def pareto_front(
     panel.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
     order = np.argsort(x[front])
     cheap = "" if confirmed is None else " of cheap runs"
-    panel.plot(
-        x[front][order],
-        y[front][order],
-        color=VERMILION,
-        marker="o",
-        markersize=3.5,
-        linewidth=LINE,
-        label=f"Pareto front{cheap}",
-    )
+    look: dict[str, Any] = {"color": VERMILION, "marker": "o", "markersize": 3.5, "linewidth": LINE}
+    panel.plot(x[front][order], y[front][order], label=f"Pareto front{cheap}", **look)
     if confirmed is not None:
         _draw_confirmed(panel, confirmed, goals, shown)
-    panel.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
-    panel.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
+    labels = [scale.label(literal(goal.partition(" ")[2])) for scale, goal in zip(scales, goals, strict=True)]
+    panel.set(xlabel=labels[0], ylabel=labels[1])
     _legend([panel])
     return [panel]
 
@@ -399,13 +375,7 @@ def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str],
     meets = finite & (confirmed["accurate violation"].to_numpy() <= 0.0)
     for start, end in zip(there[finite], here[finite], strict=True):
         axes.plot(*np.stack([start, end]).T, color=BLACK, linewidth=0.6, zorder=2.5)
+    look: dict[str, Any] = {"linestyle": "", "marker": "D", "markersize": 4.5, "markeredgewidth": 0.8, "color": BLACK}
     for chosen, fill, label in ((meets, ORANGE, "meets"), (finite & ~meets, "white", "does not meet")):
         if chosen.any():
-            look: dict[str, Any] = {
-                "marker": "D",
-                "markersize": 4.5,
-                "markeredgewidth": 0.8,
-                "color": BLACK,
-                "markerfacecolor": fill,
-            }
-            axes.plot(*here[chosen].T, linestyle="", zorder=3.0, label=f"accurate run {label} them", **look)
+            axes.plot(*here[chosen].T, zorder=3.0, label=f"accurate run {label} them", markerfacecolor=fill, **look)

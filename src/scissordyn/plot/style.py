@@ -128,7 +128,6 @@ def label_axes(axes: Axes, turns: int) -> None:
 
 
 def dress(axes: Axes) -> None:
-    """Apply the style of the package to Axes."""
     axes.grid(visible=True, color=LIGHT, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.tick_params(labelsize=small(), color=GREY, labelcolor=BLACK, width=0.6, length=3.0)

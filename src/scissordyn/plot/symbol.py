@@ -25,8 +25,6 @@ RING = 0.4
 
 @dataclass(frozen=True)
 class Symbol:
-    """The lines of a component."""
-
     name: str
     kind: str  # The symbol
     strokes: Strokes  # (samples, points, 2) In the fixed frame [m]
@@ -82,7 +80,6 @@ def cross_sections(mechanism: Mechanism) -> frozenset[str]:
 
 
 def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:
-    """The symbols of all components of a mechanism."""
     scene = _Scene(run, mechanism, placement, samples, size)
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.latches, *mechanism.rods)
     drawn: list[Symbol] = []
@@ -93,7 +90,6 @@ def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples
 
 
 def coupling_symbols(mechanism: Mechanism, placement: Placement, size: float) -> list[Symbol]:
-    """The symbols of couplings and coordinate drives."""
     drawn = [Symbol(part.name, "coupling", *coupling_strokes(part, placement, size)) for part in mechanism.couplings]
     return drawn + [
         Symbol(drive.name, "drive", *drive_strokes(drive.coordinate, placement, size)) for drive in mechanism.coordinate_drives

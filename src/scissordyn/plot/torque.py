@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.series import compare, draw_limit, finish, mark_largest, time_scale
 from scissordyn.plot.source import TorqueSource, torque_sources
-from scissordyn.plot.style import BLACK, ORANGE, VERMILION, Canvas, legend, literal, panels
+from scissordyn.plot.style import ORANGE, Canvas, legend, literal, panels
 from scissordyn.plot.window import window
 from scissordyn.run.answer.summary import at_limit
 
@@ -50,8 +50,7 @@ def torque(
         scale = engineering("N m", source.curve.values, *(() if other is None else (other.values,)))
         compare(panel, literal(source.name), source.curve, other, scale=scale, time=time)
         if source.peak is not None:
-            when, largest = time.factor * source.peak[0], scale.factor * source.peak[1]
-            panel.plot(when, largest, label="largest", linestyle="", marker="o", markersize=2.5, color=BLACK)
+            mark_largest(panel, time.factor * source.peak[0], scale.factor * source.peak[1])
         _limit(panel, source, scale, time)
     finish(drawn, run, time)
     legend(drawn, above=axes is None)
@@ -65,15 +64,7 @@ def _limit(axes: Axes, source: TorqueSource, scale: Scale, time: Scale) -> None:
     values = source.curve.values
     for sign in (1.0, -1.0):
         if np.max(sign * values, initial=0.0) > 0.5 * source.limit:
-            look: dict[str, Any] = {"color": VERMILION, "linewidth": 0.8, "linestyle": (0, (1, 1.5)), "label": "limit"}
-            axes.axhline(sign * scale.factor * source.limit, **look)
+            draw_limit(axes, sign * scale.factor * source.limit, "limit")
+    shaded: dict[str, Any] = {"facecolor": ORANGE, "alpha": 0.22, "linewidth": 0.0, "zorder": 0.5, "label": "at the limit"}
     for start, end in at_limit(source.curve["time"].values, values, source.limit):
-        axes.axvspan(
-            time.factor * start,
-            time.factor * end,
-            facecolor=ORANGE,
-            alpha=0.22,
-            linewidth=0.0,
-            zorder=0.5,
-            label="at the limit",
-        )
+        axes.axvspan(time.factor * start, time.factor * end, **shaded)

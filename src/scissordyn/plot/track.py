@@ -11,8 +11,8 @@ from scissordyn.errors import InputError
 from scissordyn.plot.contact import with_instants
 from scissordyn.plot.picture import picture
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import finish, time_scale
-from scissordyn.plot.style import BLACK, BLUE, LINE, VERMILION, Canvas, legend, literal, panels, small
+from scissordyn.plot.series import draw_limit, finish, mark_largest, time_scale
+from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels, small
 from scissordyn.plot.window import window
 from scissordyn.run.answer.summary import summary_of
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 
 def has_tracks(run: xr.Dataset) -> bool:
-    """Whether a run has the deviation of tracked points."""
     return "track_deviation" in run and run.sizes.get("track", 0) > 0
 
 
@@ -51,28 +50,18 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
         sampled = run["track_deviation"].sel(track=name).values
         point = answers.get(name)
         tolerance = None if point is None else point.tolerance
-        peak = [] if point is None else [point.when], [] if point is None else [point.deviation]
-        instants, values = with_instants(run["time"].values, sampled, np.array(peak[0]), np.array(peak[1]))
+        peak = ([], []) if point is None else ([point.when], [point.deviation])
+        instants, values = with_instants(run["time"].values, sampled, *map(np.array, peak))
         scale = engineering("m", values, *(() if tolerance is None else (tolerance,)))
-        panel.plot(time.factor * instants, scale.factor * values, color=BLUE, linewidth=LINE, label="deviation")
+        at, deviation = time.factor * instants, scale.factor * values
+        panel.plot(at, deviation, color=BLUE, linewidth=LINE, label="deviation")
         if point is not None and instants[0] <= point.when <= instants[-1]:
-            when, largest = time.factor * point.when, scale.factor * point.deviation
-            panel.plot(when, largest, linestyle="", marker="o", markersize=2.5, color=BLACK, label="largest")
+            mark_largest(panel, time.factor * point.when, scale.factor * point.deviation)
         if tolerance is not None:
-            look: dict[str, Any] = {"color": VERMILION, "linewidth": 0.8, "linestyle": (0, (1, 1.5)), "label": "tolerance"}
-            panel.axhline(scale.factor * tolerance, **look)
-            outside = values > tolerance
-            panel.fill_between(
-                time.factor * instants,
-                scale.factor * tolerance,
-                scale.factor * values,
-                where=outside,
-                facecolor=VERMILION,
-                alpha=0.15,
-                linewidth=0.0,
-                interpolate=True,
-                label="outside" if outside.any() else None,
-            )
+            outside, limit = values > tolerance, scale.factor * tolerance
+            draw_limit(panel, limit, "tolerance")
+            look: dict[str, Any] = {"facecolor": VERMILION, "alpha": 0.15, "linewidth": 0.0, "interpolate": True}
+            panel.fill_between(at, limit, deviation, where=outside, label="outside" if outside.any() else None, **look)
         panel.set_ylim(bottom=0.0)
         panel.set_ylabel(scale.label("deviation"))
         panel.set_title(f"tracked point {literal(name)}", loc="left", fontsize=small())

@@ -131,8 +131,8 @@ def _spanned(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | We
             if isinstance(edge, Guide):
                 raise InputError(f"guide '{edge.name}' closes a loop, which MJCF cannot say", "guides that lead a body each")
             loops.append(edge)
-    for each in placed.values():
-        each.parent = each.parent or GROUND
+    for body in placed.values():
+        body.parent = body.parent or GROUND
     return loops
 
 
@@ -199,12 +199,12 @@ def _joints(each: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, A
 def _close(equality: ET.Element, loop: Revolute | Weld, placed: dict[str, _Placed]) -> None:
     """A connection, or a weld, of two bodies that are both in the tree."""
     ends = (loop.journal, loop.bearing) if isinstance(loop, Revolute) else (loop.start, loop.end)
-    (one, point), (other, _) = ends if ends[0][0] != GROUND else ends[::-1]
-    pair: dict[str, Any] = {"body1": one} | ({} if other == GROUND else {"body2": other}) | STIFF
+    (body, point), (other, _) = ends if ends[0][0] != GROUND else ends[::-1]
+    pair: dict[str, Any] = {"body1": body} | ({} if other == GROUND else {"body2": other}) | STIFF
     if isinstance(loop, Weld):
         ET.SubElement(equality, "weld", name=loop.name, **pair)
     else:
-        ET.SubElement(equality, "connect", name=loop.name, anchor=_numbers(*placed[one].body.points[point], 0.0), **pair)
+        ET.SubElement(equality, "connect", name=loop.name, anchor=_numbers(*placed[body].body.points[point], 0.0), **pair)
 
 
 def _numbers(*values: float) -> str:

@@ -275,8 +275,8 @@ def _link(record: list[str], scale: float, mass_unit: float) -> _Link:
 
 def _names(links: dict[str, _Link]) -> dict[str, str]:
     names: dict[str, str] = {}
-    for key, each in links.items():
-        names[key] = plain_name(each.name or key, names.values())
+    for key, link in links.items():
+        names[key] = plain_name(link.name or key, names.values())
     return names
 
 

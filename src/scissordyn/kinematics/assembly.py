@@ -122,10 +122,10 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither
     places = given_places(plan) if held.places else None
     question = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names), places and places.target.tobytes()
-    last = plan.known.get("assembly")  # which another thread may replace
+    last = plan.answers.get("assembly")  # which another thread may replace
     if last is None or last[0] != question:
         velocities: dict[tuple[bytes | None, ...], np.ndarray] = {}
-        last = plan.known["assembly"] = question, *_closed(plan, b, guess.position, held, values, places), velocities
+        last = plan.answers["assembly"] = question, *_closed(plan, b, guess.position, held, values, places), velocities
     _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in plan.coordinates.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates

@@ -143,22 +143,22 @@ def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
 def _driven(closure: Closure, run: Run, until: float) -> list[str]:
     """What the drives lead to, and how far clearances have let them go beyond a locking position."""
     plan, sentences = closure.plan, _said(closure, until)
-    found = [text for _, _, text in sentences]
+    texts = [text for _, _, text in sentences]
     lock = min((time for time, kind, _ in sentences if kind == LOCKING), default=math.inf)
     joints = plan.contacts
     if not joints or not run.variables["time"].values.size or not float(run.variables["time"].values[-1]) > lock:
-        return found
+        return texts
     at = plan.places(joint.name for joint in joints)
     force = run.variables["normal_force"].values[:, at]
     k, largest = (int(index) for index in np.unravel_index(np.argmax(force), force.shape))
     time = float(run.variables["time"].values[k])
     if time >= lock:
-        found.append(
+        texts.append(
             f"the drive is forced beyond its locking position of t = {lock:.6g} s: forces from there on, up to "
             f"{force[k, largest]:.3g} N at joint '{joints[largest].name}' at t = {time:.6g} s, are those of "
             "surfaces that it presses into each other, which no real drive could"
         )
-    return found
+    return texts
 
 
 def drive_warnings(plan: Plan, until: float) -> list[str]:
@@ -182,12 +182,12 @@ def _said(closure: Closure, until: float) -> tuple[Said, ...]:
 
 
 def _known(closure: Closure, until: float) -> tuple[Said, ...] | None:
-    stored_until, statements = closure.plan.known.get("singular", (None, ()))
+    stored_until, statements = closure.plan.answers.get("singular", (None, ()))
     return statements if stored_until == (closure.plan.drives, until) else None
 
 
 def _keep(closure: Closure, until: float, said: tuple[Said, ...]) -> None:
-    closure.plan.known["singular"] = (closure.plan.drives, until), said
+    closure.plan.answers["singular"] = (closure.plan.drives, until), said
 
 
 def _equations(plan: Plan) -> int:

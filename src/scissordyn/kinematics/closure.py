@@ -85,12 +85,12 @@ class Closure:
         self.first, self.total, self.natural = tables.natural.offsets, tables.natural.total + len(turning), tables.natural
         self.directions = np.array([self.first[body.name] + 2 for body in plan.bodies if self.natural.rotates(body.name)], int)
         self.origins = np.pad(origins(tables.natural), (0, len(turning)))
-        kinds = [kind for each in tables.constraints for kind in each.kinds or (HALF_SQUARE,) * len(each.parts)]
+        kinds = [kind for entry in tables.constraints for kind in entry.kinds or (HALF_SQUARE,) * len(entry.parts)]
         self.turns, self.lengths = (np.array([kind == wanted for kind in kinds], bool) for wanted in (ANGLE, LENGTH))
         more = len(turning)
-        self.stays, self.free, self.known = (
+        self.stays, self.free, self.prescribed = (
             tables.stays,
-            *(np.pad(part, ((0, more), (0, 0))) for part in (tables.free, tables.known)),
+            *(np.pad(part, ((0, more), (0, 0))) for part in (tables.free, tables.prescribed)),
         )
         self.rows, self.constant, self.weight = np.pad(tables.rows, ((0, 0), (0, 0), (0, more))), tables.constant, tables.weight
         self.moving, self.begin, self.scale = tables.moving, tables.begin, tables.scale
@@ -174,7 +174,7 @@ class Closure:
 
     def known_at(self, inputs: np.ndarray) -> np.ndarray:
         """The part of z that one set of inputs or many determine."""
-        return np.asarray(self.basis(inputs) @ self.known.T)
+        return np.asarray(self.basis(inputs) @ self.prescribed.T)
 
     def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
         """First derivative of the left sides at z in the direction of a change of z."""

@@ -56,7 +56,7 @@ def drive_rate(path: Path, k: int) -> np.ndarray:
     closure, z, place = path.closure, path.z[k], path.place[k]
     inputs = np.array([place])
     turned = np.array([0.0, -np.sin(place), np.cos(place)]) if closure.inputs.bodies else np.zeros(1)
-    driven = closure.known @ turned
+    driven = closure.prescribed @ turned
     wanted = np.zeros(closure.chosen.size)
     if not closure.inputs.bodies:
         step = 1e-6 * (place or 1.0)  # the values are linear or quadratic: a central difference has no error

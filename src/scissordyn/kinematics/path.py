@@ -131,17 +131,17 @@ def follow(
     """
     forth, back = (walk(closure, inputs, start, first, end) for end in (high, low))
     points = back.points[:0:-1] + forth.points
-    place, z = np.array([s for s, _ in points]), np.array([each for _, each in points])
+    place, z = np.array([s for s, _ in points]), np.array([position for _, position in points])
     ends = [back.end, forth.end]
     path = Path(closure, parameter, place, z, ())
     typical = _typical(path)
     met = _met(path, inputs, [*back.met, *forth.met], typical, ends)
     passed = []
-    for each in met:
-        if not each.miss or (each.miss <= NEARLY and place[0] <= each.place <= place[-1]):  # not what lies beyond a limit
-            kind = NEAR if each.miss else CHANGE
-            at = float(np.clip(each.place, place[0], place[-1]))
-            passed.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
+    for point in met:
+        if not point.miss or (point.miss <= NEARLY and place[0] <= point.place <= place[-1]):  # not what lies beyond a limit
+            kind = NEAR if point.miss else CHANGE
+            at = float(np.clip(point.place, place[0], place[-1]))
+            passed.append(SingularPosition(kind, at, *concerned(closure, point.z, typical), point.miss))
     for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
             passed.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))

@@ -21,7 +21,6 @@ Entry = tuple[int, tuple[float, float, float], Point, int, int]
 
 
 def balance(mechanism: Mechanism) -> Balance:
-    """Set up the balances of all bodies."""
     unknowns = _Unknowns(mechanism)
     joints = unknowns.of(unknowns.joints)
     unknowns.of(unknowns.welds)

@@ -25,12 +25,10 @@ HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 
 
 
 def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:
-    """The beam elements of a mechanism."""
     return tuple(part for part in mechanism.components if isinstance(part, Beam))
 
 
 def bends(mechanism: Mechanism) -> bool:
-    """Whether a mechanism has bars that bend."""
     return any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components)
 
 

@@ -16,7 +16,6 @@ from scissordyn.plan.coordinates import Coordinates, PointMap, joined
 
 
 def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
-    """Maps of the bodies of a mechanism."""
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     maps = [
         joined([(coordinates.at(body.name, body.centre), 0, 1.0), (coordinates.frame(body.name), 2, 1.0)], 4)

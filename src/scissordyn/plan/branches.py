@@ -27,7 +27,7 @@ class Branches:
     natural: Natural
     stays: np.ndarray  # (n,) Which of z are y
     free: np.ndarray  # (nZ, n) N
-    known: np.ndarray  # (nZ, 1 + 2 drives) P
+    prescribed: np.ndarray  # (nZ, 1 + 2 drives) P
     rows: np.ndarray  # (parts, 2, nZ) Maps of the quadratic constraints: those of one follow each other
     constant: np.ndarray  # (parts, 2)
     weight: np.ndarray  # (parts,)
@@ -67,7 +67,7 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
         natural=natural,
         stays=stays,
         free=free,
-        known=expressed[:, total:],
+        prescribed=expressed[:, total:],
         rows=maps,
         constant=rows[:, :, total].copy(),
         weight=weight,

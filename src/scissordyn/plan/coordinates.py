@@ -194,7 +194,6 @@ class Natural:
 
 
 def natural_coordinates(mechanism: Mechanism) -> Natural:
-    """The natural coordinates of a mechanism."""
     bodies, ground = {body.name: body for body in mechanism.bodies}, dict(mechanism.ground)
     bent = {name for part in mechanism.components if part.declaration.port is AXIS for name in part.sections}  # type: ignore[attr-defined]
     clamped = clamped_bodies(mechanism) if bent else frozenset()
@@ -246,7 +245,6 @@ class Coordinates:
         return self._map(self.natural.point(point))
 
     def tracked(self, track: Track) -> PointMap:
-        """Position of a tracked point."""
         return self.place((track.body, track.point)) if isinstance(track.point, str) else self.at(track.body, track.point)
 
     @cached_property

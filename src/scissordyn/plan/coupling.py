@@ -68,7 +68,6 @@ class _Start:
         return float(np.hypot(*_span(self.coordinates, coordinate).at(self.full)))
 
     def constraint(self, part: Any) -> Constraint:
-        """The constraint of a coupling or of a coordinate drive."""
         drive, bare = isinstance(part, CoordinateDrive), coupling_parts(self.coordinates, part)
         subject, scale = f"{'drive' if drive else 'coupling'} '{part.name}'", bare.scale
         bodies = tuple(dict.fromkeys(body for _, coordinate in part.terms for body in coordinate.bodies))
@@ -113,7 +112,7 @@ def coupling_parts(coordinates: Coordinates, part: Any) -> Constraint:
                 turning[body] = turning.get(body, 0.0) + sign * weight
         elif isinstance(coordinate, Slide):
             way, along = _slide(coordinates, coordinate)
-            squares += [(weight * own, square) for own, square in product(combined((way, 1.0 / size)), along)]
+            squares += [(weight * part, square) for part, square in product(combined((way, 1.0 / size)), along)]
         else:
             lengths.append((weight, combined((_span(coordinates, coordinate), 1.0 / size))))
     turning = {body: weight for body, weight in turning.items() if weight and body != GROUND}

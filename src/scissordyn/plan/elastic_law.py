@@ -20,6 +20,5 @@ class ElasticLaw(NamedTuple):
 
 
 def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
-    """The stiffness law of a contact, for kernels."""
     kernels = pointers(clearance.stiffness)
     return ElasticLaw(kernels["force"], kernels["energy"], row_of(clearance.stiffness, clearance.surfaces))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,11 +43,29 @@ the order of one, and than so many times the error of the bodies as placed."""
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 
+
+class Solved(NamedTuple):
+    """Columns that are solved for, as expressions in others."""
+
+    row: I1  # (columns,) Constraint that a column is solved by, -1 where it is free
+    first: I1  # (columns,) First entry of its expression
+    length: I1  # (columns,) Number of entries
+    column: I1  # (room,) Of each entry
+    value: F1  # (room,)
+
+
+class Sums(NamedTuple):
+    """A row as it is summed up."""
+
+    total: F1  # (columns,) Coefficient of each column
+    listed: I1  # (columns,) Whether a column is among those that are touched
+    touched: I1  # (columns,) Columns with an entry
+
+
 DONE, CONTRADICTS, FULL = -1, -2, -3
 
 
 def add(*terms: Expression) -> Expression:
-    """The sum of some expressions."""
     total: Expression = {}
     for term in terms:
         for column, coefficient in term.items():
@@ -55,19 +74,17 @@ def add(*terms: Expression) -> Expression:
 
 
 def scaled(factor: float, expression: Expression) -> Expression:
-    """A multiple of an expression."""
     return {column: factor * coefficient for column, coefficient in expression.items()}
 
 
 @kernel
-def resolve(
-    columns, values, start, count, solved_at, first, length, kept_column, kept_value, total, listed, touched, round_off
-):
-    """Write a row in columns that are not solved for into total[...]; returns how many entries of `touched` it has.
+def resolve(columns, values, start, count, solved, sums, round_off):
+    """Write a row in columns that are not solved for into `sums`; returns how many entries of its `touched` it has.
 
     A column that is solved for is replaced by its expression, the first solved first: expressions hold only columns that were
     solved for later, or never.
     """
+    total, listed, touched = sums.total, sums.listed, sums.touched
     entries, largest = 0, 1.0
     for k in range(start, start + count):
         column = columns[k]
@@ -83,27 +100,27 @@ def resolve(
         earliest, chosen = np.int64(9223372036854775807), -1
         for k in range(entries):
             column = touched[k]
-            if 0 <= solved_at[column] < earliest and total[column] != 0.0:
-                earliest, chosen = solved_at[column], column
+            if 0 <= solved.row[column] < earliest and total[column] != 0.0:
+                earliest, chosen = solved.row[column], column
         if chosen < 0:
             break
         factor = total[chosen]
         total[chosen] = 0.0
-        for k in range(first[chosen], first[chosen] + length[chosen]):
-            column = kept_column[k]
+        for k in range(solved.first[chosen], solved.first[chosen] + solved.length[chosen]):
+            column = solved.column[k]
             if listed[column] == 0:
                 listed[column] = 1
                 touched[entries] = column
                 total[column] = 0.0
                 entries += 1
-            total[column] += factor * kept_value[k]
+            total[column] += factor * solved.value[k]
             largest = max(largest, abs(total[column]))
     # what is left of cancellation is no entry
     kept = 0
     for k in range(entries):
         column = touched[k]
         listed[column] = 0
-        if solved_at[column] < 0 and abs(total[column]) > round_off * largest:
+        if solved.row[column] < 0 and abs(total[column]) > round_off * largest:
             touched[kept] = column
             kept += 1
     return kept
@@ -115,41 +132,22 @@ def eliminate(
     columns: I1,
     values: F1,
     preferred: I1,
-    solved_at: I1,
-    first: I1,
-    length: I1,
-    kept_column: I1,
-    kept_value: F1,
-    total: F1,
-    listed: I1,
-    touched: I1,
-    found: I1,
+    solved: Solved,
+    sums: Sums,
+    progress: I1,
     round_off: float,
     nothing_left: float,
     contradiction: float,
 ) -> int:
     """Solve constraints for columns, one after the other; returns DONE, CONTRADICTS or FULL.
 
-    `found` gets the constraint at which it ended, and how much of the kept arrays is used.
+    `progress` gets the constraint at which it ended, and how many entries of expressions there are.
     """
+    total, touched = sums.total, sums.touched
     unknowns, used = preferred.size, 0
     for row in range(start.size - 1):
-        found[0] = row
-        entries = resolve(
-            columns,
-            values,
-            start[row],
-            start[row + 1] - start[row],
-            solved_at,
-            first,
-            length,
-            kept_column,
-            kept_value,
-            total,
-            listed,
-            touched,
-            round_off,
-        )
+        progress[0] = row
+        entries = resolve(columns, values, start[row], start[row + 1] - start[row], solved, sums, round_off)
         largest = best = rest = scale = 0.0
         for k in range(start[row], start[row + 1]):
             scale = max(scale, abs(values[k]))
@@ -175,65 +173,37 @@ def eliminate(
                 here = abs(total[column])
                 if here > size or (here == size and column > pivot):
                     pivot, size = column, here
-        if used + entries > kept_column.size:
+        if used + entries > solved.column.size:
             return FULL
         # the column as an expression in the others
-        solved_at[pivot], first[pivot] = row, used
+        solved.row[pivot], solved.first[pivot] = row, used
         for k in range(entries):
             column = touched[k]
             if column != pivot:
-                kept_column[used], kept_value[used] = column, -total[column] / total[pivot]
+                solved.column[used], solved.value[used] = column, -total[column] / total[pivot]
                 used += 1
-        length[pivot] = used - first[pivot]
-    found[1] = used
+        solved.length[pivot] = used - solved.first[pivot]
+    progress[1] = used
     return DONE
 
 
 @entry
-def expand_rows(
-    unknowns: int,
-    solved_at: I1,
-    first: I1,
-    length: I1,
-    kept_column: I1,
-    kept_value: F1,
-    total: F1,
-    listed: I1,
-    touched: I1,
-    start: I1,
-    columns: I1,
-    values: F1,
-    round_off: float,
-) -> int:
+def expand_rows(unknowns: int, solved: Solved, sums: Sums, start: I1, columns: I1, values: F1, round_off: float) -> int:
     """Write each unknown column in columns that are not solved for, as sparse rows; returns DONE or FULL."""
     used = 0
     for row in range(unknowns):
         start[row] = used
         if used + 1 > columns.size:
             return FULL
-        if solved_at[row] < 0:
+        if solved.row[row] < 0:
             columns[used], values[used] = row, 1.0
             used += 1
             continue
-        entries = resolve(
-            kept_column,
-            kept_value,
-            first[row],
-            length[row],
-            solved_at,
-            first,
-            length,
-            kept_column,
-            kept_value,
-            total,
-            listed,
-            touched,
-            round_off,
-        )
+        entries = resolve(solved.column, solved.value, solved.first[row], solved.length[row], solved, sums, round_off)
         if used + entries > columns.size:
             return FULL
         for k in range(entries):
-            columns[used], values[used] = touched[k], total[touched[k]]
+            columns[used], values[used] = sums.touched[k], sums.total[sums.touched[k]]
             used += 1
     start[unknowns] = used
     return DONE
@@ -245,24 +215,24 @@ class Elimination:
     A chain of bodies gives rows with a handful of terms, and they stay so: cost and result are linear in the chain's length.
     """
 
-    def __init__(self, preferred: Iterable[bool], known: int) -> None:
+    def __init__(self, preferred: Iterable[bool], prescribed: int) -> None:
         self.preferred = np.array(list(preferred), np.int64)
-        self.known = known
+        self.prescribed = prescribed
         self.nothing_left = NOTHING_LEFT
         self.imposed: list[tuple[Expression, str]] = []
-        self.solved_at: np.ndarray = np.full(self.preferred.size + known, -1, np.int64)
+        self.solved_at: np.ndarray = np.full(self.preferred.size + prescribed, -1, np.int64)
 
     def impose(self, constraint: Expression, name: str) -> None:
         """Make `constraint` vanish; `name` is whose it is, for messages."""
         self.imposed.append((constraint, name))
 
     def rows(self, nothing_left: float = NOTHING_LEFT) -> Rows:
-        """All unknown columns in those that stay free and the known ones: sparse rows (starts, columns, values).
+        """All unknown columns in those that stay free and the prescribed ones: sparse rows (starts, columns, values).
 
         With a larger `nothing_left` what few digits leave of constraints that follow from others is no constraint.
         """
         self.nothing_left, contradiction = nothing_left, max(CONTRADICTION, nothing_left)
-        unknowns, total = self.preferred.size, self.preferred.size + self.known
+        unknowns, total = self.preferred.size, self.preferred.size + self.prescribed
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)
         values = np.array([value for constraint, _ in self.imposed for value in constraint.values()], float)
@@ -271,19 +241,17 @@ class Elimination:
         while True:
             self.solved_at[:] = -1
             first, length, progress = np.zeros(total, np.int64), np.zeros(total, np.int64), np.zeros(2, np.int64)
-            kept = np.zeros(room, np.int64), np.zeros(room)
-            work = np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64)
-            status = eliminate(
-                *(start, columns, values, self.preferred, self.solved_at, first, length),
-                *(*kept, *work, progress, round_off, nothing_left, contradiction),
-            )
+            solved = Solved(self.solved_at, first, length, np.zeros(room, np.int64), np.zeros(room))
+            sums = Sums(np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64))
+            limits = round_off, nothing_left, contradiction
+            status = eliminate(start, columns, values, self.preferred, solved, sums, progress, *limits)
             if status == CONTRADICTS:
                 self._contradicted(int(progress[0]))
             if status == DONE:
-                row_start, out = np.zeros(unknowns + 1, np.int64), (np.zeros(room, np.int64), np.zeros(room))
-                if expand_rows(unknowns, self.solved_at, first, length, *kept, *work, row_start, *out, round_off) == DONE:
-                    used = int(row_start[-1])
-                    return row_start, out[0][:used], out[1][:used]
+                rows = np.zeros(unknowns + 1, np.int64), np.zeros(room, np.int64), np.zeros(room)
+                if expand_rows(unknowns, solved, sums, *rows, round_off) == DONE:
+                    used = int(rows[0][-1])
+                    return rows[0], rows[1][:used], rows[2][:used]
             room *= 2
 
     def misses(self, rows: Rows, placed: np.ndarray) -> bool:

@@ -31,7 +31,6 @@ SAME_INERTIA = 1e-9
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
-    """The bars that bend as one part."""
     return tuple(part for part in mechanism.components if isinstance(part, FlexibleBar))
 
 

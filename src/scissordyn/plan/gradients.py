@@ -39,7 +39,7 @@ class Gradients:
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
         self.subjects = [constraint.subject for constraint in constraints]
         self.linear = np.array([constraint.linear for constraint in constraints], bool)
-        kinds = [kind for each in constraints for kind in each.kinds or (HALF_SQUARE,) * len(each.parts)]
+        kinds = [kind for constraint in constraints for kind in constraint.kinds or (HALF_SQUARE,) * len(constraint.parts)]
         self.turns = np.array([kind == ANGLE for kind in kinds], bool)
         self.lengths = np.array([kind == LENGTH for kind in kinds], bool)
         self.other = bool(np.any(self.turns | self.lengths))

@@ -69,7 +69,6 @@ HARD_COUNTED = MappingProxyType({"stick": 0, "counts": 0, "overlap": 0})
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
-    """Tables and scratch of the hard contacts."""
     model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)

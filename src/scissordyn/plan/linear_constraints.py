@@ -102,7 +102,6 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
 
 
 def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """A full matrix of its entries."""
     matrix = np.zeros(shape)
     np.add.at(matrix, (rows, columns), values)
     return matrix
@@ -160,7 +159,6 @@ def _between(one: str, other: str) -> str:
 def _impose_all(
     mechanism: Mechanism, natural: Natural, elimination: Elimination, parallel: list[tuple[str, str, float]]
 ) -> None:
-    """Impose all linear constraints of a mechanism."""
     ones, size = natural.total, mechanism.size
     for index, drive in enumerate(mechanism.drives):
         d = natural.offsets[drive.body] + 2

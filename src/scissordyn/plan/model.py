@@ -79,12 +79,13 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     moving, driven = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
     carried = coordinates.mass @ driven
     inertia, inertia_b = (
-        each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, driven.T @ carried)
+        part if isinstance(part, np.ndarray) else part.toarray() for part in (moving.T @ carried, driven.T @ carried)
     )
     contacts, components = mechanism.contacts, acting(mechanism)
-    states = [len(friction_states(each)) for each in contacts] + [len(each.states) for each in components]
-    attachments = [each.attachments for each in contacts] + [each.declaration.port.attachments(each) for each in components]
-    maps = [_element_map(coordinates, each) for each in attachments]
+    states = [len(friction_states(contact)) for contact in contacts] + [len(part.states) for part in components]
+    attachments = [contact.attachments for contact in contacts]
+    attachments += [part.declaration.port.attachments(part) for part in components]
+    maps = [_element_map(coordinates, attachment) for attachment in attachments]
     bars = flexible_maps(coordinates)
     for at, (columns, _) in zip(_bars(components), bars, strict=True):
         maps[len(contacts) + at] = PointMap(columns, np.zeros((6, columns.size)))
@@ -95,7 +96,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
     track_start, track_column, track_row = _stacked([coordinates.tracked(track) for track in mechanism.tracks], 2)
     constraints = _constraints(mechanism, coordinates)
-    read = [each.columns[each.columns < n] for each in maps]
+    read = [part.columns[part.columns < n] for part in maps]
     ordering = order_unknowns(n, coordinates.constraints, set(constraints["latch"][:, 0].tolist()), read, states)
     gram = int(np.max(-np.diff(constraints["overlap"], axis=1), initial=0))
     return Model(
@@ -130,19 +131,17 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
 
 
 def _bars(components: Iterable[Any]) -> list[int]:
-    """Which of the components are flexible bars."""
     return [i for i, part in enumerate(components) if part.declaration.port is AXIS]
 
 
 def _flexible(
     coordinates: Coordinates, components: tuple[Component, ...], bars: list[tuple[np.ndarray, list[PointMap]]], rails: Rails
 ) -> dict[str, np.ndarray]:
-    """The part of a model that describes its flexible bars."""
     numbers = np.full(len(components), -1, np.int64)
     numbers[_bars(components)] = np.arange(len(bars))
     for i, bar in rails.bars.items():
         numbers[i] = bar
-    vectors = [each for _, maps in bars for each in maps]
+    vectors = [vector for _, maps in bars for vector in maps]
     shape_start, shape_column, shape_row = _stacked(vectors, 2)
     tables, table_start = _shared([bar_table(axis) for axis in coordinates.natural.axes])
     first = offsets(len(maps) for _, maps in bars)
@@ -160,7 +159,7 @@ def _flexible(
         axis=1,
     )
     read = [columns for columns, maps in bars for _ in maps]
-    places = [np.searchsorted(columns, each.columns) for columns, each in zip(read, vectors, strict=True)]
+    places = [np.searchsorted(columns, vector.columns) for columns, vector in zip(read, vectors, strict=True)]
     return {
         "bar_of": numbers,
         "bar": np.hstack([np.array([row[:6] for row in rows], np.int64).reshape(-1, 6), static.astype(np.int64)]),
@@ -206,7 +205,6 @@ def _part_references(constraints: tuple[Constraint, ...], first: int) -> np.ndar
 
 
 def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
-    """The part of a model that describes its constraints."""
     constraints = coordinates.constraints
     parts = [(k, weight, part) for k, constraint in enumerate(constraints) for weight, part in constraint.parts]
     part_start, column, row = _stacked([part for _, _, part in parts], 2)
@@ -234,11 +232,11 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
     """The part of a model that describes its components; their angles follow those of the rotations."""
     contacts, components = len(mechanism.contacts), acting(mechanism)
     declared = [component.declaration for component in components]
-    kernels = [_kernels(each, start_coordinates(mechanism, each)) for each in components]
+    kernels = [_kernels(part, start_coordinates(mechanism, part)) for part in components]
     function, feed_forward, _ = time_functions(mechanism, len(mechanism.drives))
-    guarded = [i for i, each in enumerate(declared) if each.gap is not None]
-    angular = [i for i, each in enumerate(declared) if each.port.angle is not None]
-    recorded = [i for i, each in enumerate(components) if isinstance(each, Actuator) and each.controller.delay > 0.0]
+    guarded = [i for i, kind in enumerate(declared) if kind.gap is not None]
+    angular = [i for i, kind in enumerate(declared) if kind.port.angle is not None]
+    recorded = [i for i, part in enumerate(components) if isinstance(part, Actuator) and part.controller.delay > 0.0]
 
     def numbered(chosen: list[int], first: int) -> np.ndarray:
         numbers = np.full(len(components), -1, np.int64)
@@ -246,20 +244,20 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
         return numbers
 
     return {
-        "component_port": _integers(each.port.code for each in declared),
-        "component_sense": np.array([each.port.sense for each in declared], float),
-        "component_coordinates": _integers(len(each.port.coordinates) for each in declared),
-        "component_forces": _integers(len(each.port.forces) for each in declared),
-        "component_passive": _integers(each.passive for each in declared),
-        "component_supplied": _integers(each.supplied for each in declared),
-        "component_motor": _integers(each.motor for each in declared),
-        "component_timed": _integers("time" in each.context or at >= 0 for each, at in zip(declared, function, strict=True)),
+        "component_port": _integers(kind.port.code for kind in declared),
+        "component_sense": np.array([kind.port.sense for kind in declared], float),
+        "component_coordinates": _integers(len(kind.port.coordinates) for kind in declared),
+        "component_forces": _integers(len(kind.port.forces) for kind in declared),
+        "component_passive": _integers(kind.passive for kind in declared),
+        "component_supplied": _integers(kind.supplied for kind in declared),
+        "component_motor": _integers(kind.motor for kind in declared),
+        "component_timed": _integers("time" in kind.context or at >= 0 for kind, at in zip(declared, function, strict=True)),
         "component_guard": numbered(guarded, contacts),
-        "travel_direction": np.array([_travel(each) for each in components], float).reshape(-1, 2),
-        "first_rate": _integers(len(each.results) - len(each.states) for each in declared),
-        "force_kernel": _integers(each.force for each in kernels),
-        "gap_kernel": _integers(each.gap for each in kernels),
-        "switch_kernel": _integers(each.switch for each in kernels),
+        "travel_direction": np.array([_travel(part) for part in components], float).reshape(-1, 2),
+        "first_rate": _integers(len(kind.results) - len(kind.states) for kind in declared),
+        "force_kernel": _integers(kernel.force for kernel in kernels),
+        "gap_kernel": _integers(kernel.gap for kernel in kernels),
+        "switch_kernel": _integers(kernel.switch for kernel in kernels),
         "reference_of": numbered(angular, rotations),
         "function": function,
         "feed_forward": feed_forward,
@@ -270,7 +268,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
 
 def _elastic_states(free: int, contacts: Sequence[Revolute | ContactPoint], start: np.ndarray) -> np.ndarray:
     """Where the state y has the elastic energy of each hard contact, -1 for a compliant one."""
-    hard = [each.clearance is not None and each.clearance.contact == "hard" for each in contacts]
+    hard = [part.clearance is not None and part.clearance.contact == "hard" for part in contacts]
     return np.where(hard, 2 * free + start[: len(hard)] + HARD_STATES.index(STORED), -1).astype(np.int64)
 
 

@@ -25,7 +25,6 @@ from scissordyn.plugin.element import PARAMETERS, is_ours, pointers, row_of
 
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
-    """The numbers of a case."""
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).placed_angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []

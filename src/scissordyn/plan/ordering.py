@@ -35,7 +35,7 @@ def order_unknowns(
     if size <= FEW:
         nothing = np.zeros((0, 3), np.int64), np.full(m, -1, np.int64)
         return Ordering(np.arange(size, dtype=np.int64), max(0, size - 1), *nothing)
-    columns = [each.columns[each.columns < free] for each in constraints]
+    columns = [constraint.columns[constraint.columns < free] for constraint in constraints]
     pair, pair_of = _pairs(constraints, columns, latched, free)
     kept = np.ones(size, bool)
     kept[free + np.flatnonzero(pair_of >= 0)] = False
@@ -44,12 +44,12 @@ def order_unknowns(
         kept[pair[:, 2]] = False
         same[pair[:, 2]] = pair[:, 1]
     groups = [np.append(columns[k], free + k) for k in range(m) if pair_of[k] < 0]
-    for each, count in zip(elements, states, strict=True):
-        own = np.arange(first, first + count)
+    for element, count in zip(elements, states, strict=True):
+        internal = np.arange(first, first + count)
         if count == 1:
-            kept[own] = False
-            own = own[:0]
-        groups.append(np.concatenate([np.unique(same[each]), own]))
+            kept[internal] = False
+            internal = internal[:0]
+        groups.append(np.concatenate([np.unique(same[element]), internal]))
         first += count
     row = np.cumsum(kept) - 1
     place, reach = _narrow([row[same[group]] for group in groups], int(kept.sum()))
@@ -62,16 +62,16 @@ def _pairs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Constraints of one part on two coordinates that no other constraint reads."""
     readers = np.zeros(free, np.int64)
-    for each in columns:
-        readers[np.unique(each)] += 1
-    first_part = np.cumsum([0, *(len(each.parts) for each in constraints)])
+    for read in columns:
+        readers[np.unique(read)] += 1
+    first_part = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])
     pairs = list[tuple[int, int, int]]()
     pair_of = np.full(len(constraints), -1, np.int64)
     for k, constraint in enumerate(constraints):
-        own = np.unique(columns[k])
-        if own.size == columns[k].size == 2 and len(constraint.parts) == 1 and k not in latched and np.all(readers[own] == 1):
+        read = np.unique(columns[k])
+        if read.size == columns[k].size == 2 and len(constraint.parts) == 1 and k not in latched and np.all(readers[read] == 1):
             pair_of[k] = len(pairs)
-            pairs.append((int(first_part[k]), int(own[0]), int(own[1])))
+            pairs.append((int(first_part[k]), int(read[0]), int(read[1])))
     return np.array(pairs, np.int64).reshape(-1, 3), pair_of
 
 

@@ -63,7 +63,7 @@ class Plan:
     # That turns are counted from: of families of parallel bodies, then of components and in constraints [rad]
     angles: np.ndarray = field(repr=False)
     # What was last found with these tables, by what it was asked for: the assembly at the start, singular positions
-    known: dict[str, Any] = field(default_factory=dict, repr=False)
+    answers: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def fits(self, other: Mechanism) -> bool:
         """Whether another mechanism has the same tables: it differs only in clearances, laws, motions of drives and gravity."""
@@ -108,22 +108,18 @@ class Plan:
 
     @property
     def drives(self) -> tuple[Drive, ...]:
-        """The prescribed rotations."""
         return self.mechanism.drives
 
     @property
     def joints(self) -> tuple[Revolute, ...]:
-        """All revolute joints."""
         return self.mechanism.joints
 
     @property
     def guides(self) -> tuple[Guide, ...]:
-        """All guides."""
         return self.mechanism.guides
 
     @property
     def welds(self) -> tuple[Weld, ...]:
-        """The rigid connections."""
         return self.mechanism.welds
 
     @property
@@ -133,17 +129,14 @@ class Plan:
 
     @property
     def latches(self) -> tuple[Latch, ...]:
-        """The latches."""
         return self.mechanism.latches
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """The tracked points."""
         return self.mechanism.tracks
 
     @property
     def components(self) -> tuple[Component, ...]:
-        """The components that exert forces."""
         return self.mechanism.exerting
 
     @property
@@ -163,12 +156,10 @@ class Plan:
 
     @property
     def hard_places(self) -> list[int]:
-        """Which of the contacts are hard."""
         return self._places("hard")
 
     @property
     def compliant_places(self) -> list[int]:
-        """Which of them are compliant."""
         return self._places("compliant")
 
     def _places(self, kind: ContactKind) -> list[int]:
@@ -196,12 +187,10 @@ class Plan:
 
     @property
     def ideal_joints(self) -> tuple[Revolute, ...]:
-        """The revolute joints without clearance."""
         return self.mechanism.ideal_joints
 
     @property
     def ideal_guides(self) -> tuple[Guide, ...]:
-        """The guides without clearance."""
         return self.mechanism.ideal_guides
 
     def places(self, names: Iterable[str]) -> np.ndarray:
@@ -213,7 +202,6 @@ class Plan:
         return {name: k for k, name in enumerate(self.joint_names)}
 
     def body_place(self, name: str) -> int:
-        """Where a body stands among `bodies`."""
         return [body.name for body in self.bodies].index(name)
 
     @property
@@ -225,12 +213,10 @@ class Plan:
 
     @property
     def size(self) -> float:
-        """Length of the mechanism's parts [m]."""
         return self.coordinates.size
 
     @property
     def gravity(self) -> float:
-        """Gravitational acceleration [m/s^2]."""
         return self.mechanism.gravity
 
     @property
@@ -251,7 +237,6 @@ class Plan:
 
     @property
     def out_of_proportion(self) -> list[str]:
-        """Numbers that are far beyond those of the rest, in words."""
         return proportion_warnings(self.mechanism)
 
     @property
@@ -267,7 +252,6 @@ class Plan:
         ]
 
     def body(self, name: str) -> Body:
-        """The body of that name."""
         return self.mechanism.body(name)
 
     def eccentricity(self, contact: int) -> PointMap:

@@ -29,7 +29,6 @@ def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
 def quadratic_constraints(
     mechanism: Mechanism, coordinates: Coordinates, elimination: Elimination | None = None
 ) -> list[Constraint]:
-    """The quadratic constraints of a mechanism."""
     lengths = _lengths(coordinates, elimination)
     return [
         *lengths,
@@ -39,15 +38,15 @@ def quadratic_constraints(
     ]
 
 
-def order_constraints(unknowns: int, found: list[Constraint]) -> tuple[Constraint, ...]:
+def order_constraints(unknowns: int, constraints: list[Constraint]) -> tuple[Constraint, ...]:
     """Constraints in an order in which those that share free coordinates are near."""
-    if len(found) < 3:
-        return tuple(found)
-    free = [np.unique(constraint.columns[constraint.columns < unknowns]).tolist() for constraint in found]
+    if len(constraints) < 3:
+        return tuple(constraints)
+    free = [np.unique(constraint.columns[constraint.columns < unknowns]).tolist() for constraint in constraints]
     sharing = [others.tolist() for others in members(map(np.array, free), unknowns)]
     # among equal ones those first that share the last columns; in another order the last digits of runs differ
-    near = [list(dict.fromkeys(k for column in own for k in sharing[column]))[::-1] for own in free]
-    return tuple(found[index] for index in reverse_cuthill_mckee(near).tolist())
+    near = [list(dict.fromkeys(k for column in columns for k in sharing[column]))[::-1] for columns in free]
+    return tuple(constraints[index] for index in reverse_cuthill_mckee(near).tolist())
 
 
 def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[Constraint]:
@@ -73,7 +72,6 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
 
 
 def _bodies(names: tuple[str, ...]) -> str:
-    """Parallel bodies in words."""
     quoted = [f"'{name}'" for name in names]
     return ("body " if len(names) == 1 else "bodies ") + in_words(quoted, NAMED)
 

@@ -15,8 +15,6 @@ from scissordyn.plan.flexible import Axis
 
 
 class Rails(NamedTuple):
-    """Of all components."""
-
     maps: list[PointMap]  # Those of the components; of one on a rail with the columns of the bar added
     bars: dict[int, int]  # The bar of each component on a rail
     rows: np.ndarray  # (components, 4) See `system.Model.rail`

@@ -74,7 +74,7 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
             mechanism, drives=drives, rods=rods, coordinate_drives=coordinate_drives, couplings=couplings
         ),
         coordinates=coordinates.with_constraints(tuple(constraints), coordinates.redundant, coordinates.miss),
-        known={},
+        answers={},
     )
     still.__dict__["ideal"] = still if whole.ideal is whole else with_inputs(whole.ideal, inputs, turned)
     return still

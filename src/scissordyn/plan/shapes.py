@@ -31,8 +31,6 @@ _HERMITE = np.array([[0.5, -0.75, 0.0, 0.25], [0.25, -0.25, -0.25, 0.25], [0.5, 
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """The shapes of a bar."""
-
     places: tuple[float, ...]  # Of the cross-sections [m]
     clamped: tuple[int, ...]  # Cross-sections whose direction is a coordinate
     modes: int
@@ -46,7 +44,6 @@ class Shapes:
 
     @property
     def count(self) -> int:
-        """Number of the shapes."""
         return self.held + self.modes
 
     @cached_property
@@ -176,8 +173,8 @@ class Shapes:
         moved = tables[0][:, free]
         for part in (ratio, 0.0):
             coupled = form @ first + part * slopes.T @ second
-            own = first.T @ form @ first + part * second.T @ (weights[:, None] * second)
-            relaxed = form - coupled @ np.linalg.solve(own, coupled.T)
+            unit = first.T @ form @ first + part * second.T @ (weights[:, None] * second)
+            relaxed = form - coupled @ np.linalg.solve(unit, coupled.T)
             stiffness = np.linalg.eigvalsh(moved.T @ relaxed @ moved + ratio * self.bending[np.ix_(free, free)])
             if stiffness[0] > -POSITIVE * stiffness[-1]:
                 break

@@ -361,6 +361,14 @@ def test_bars_that_bend() -> None:
         assert np.max(np.abs(run["energy_residual"].values)) < 2.0 * np.max(np.abs(without.values))
 
 
+def test_reactions_of_a_coupled_bar_that_bends() -> None:
+    """Limit: the torque of a belt on a stiff bar that bends presses on its pins as on those of a rigid one."""
+    rigid = sd.simulate(coupled_arms(), until=0.3, samples=7)["reaction"]
+    bent = coupled_arms().with_bending("lower", bending_stiffness=2e3, axial_stiffness=2e6, damping=1e-4, modes=4)
+    reaction = sd.simulate(bent, until=0.3, samples=7)["reaction"]
+    assert np.max(np.abs(reaction.values[-2:] - rigid.values[-2:])) < 1e-3
+
+
 def test_batch_checkpoint_and_paths(tmp_path: Path) -> None:
     """Contract: cases of a batch are single runs, a resumed run is a whole one, and ratios are parameters."""
     arms = coupled_arms()

@@ -203,6 +203,16 @@ def test_balance_of_reactions() -> None:
         np.testing.assert_allclose(run["pin_friction_reaction"][:, k], size[:, of], rtol=1e-10)
 
 
+def test_beside_an_open_contact() -> None:
+    """Identity: a contact that is open presses on no pin, whatever was evaluated before."""
+    crank = rubbing_crank(0.3, transition=0.05).with_clearance("slider pin", sd.Clearance(2e-5))
+    loose = dataclasses.replace(crank, components=tuple(part for part in crank.components if part.name != "pin 2"))
+    run = sd.simulate(loose.driven(speed=12.0), until=0.05, samples=41)
+    assert 0 < int(run["in_contact"].sel(joint="slider pin").sum()) < 41
+    exact = np.linalg.norm(run["reaction"].sel(joint="crank pin").values, axis=1)
+    np.testing.assert_allclose(run["pin_friction_reaction"].sel(pin_friction="pin 1"), exact, atol=1e-9 * exact.max())
+
+
 CASE = """
 [structure]
 kind = "slider-crank"

@@ -20,12 +20,12 @@ def force(
     y_rate,
     speed,
     reaction,
-    along_x,
-    along_y,
     kinetic,
     static,
     stribeck_speed,
     transition,
+    along_x,
+    along_y,
 ):
     """Force along the guide [N], stored energy [J], dissipated power [W], the normal force [N]."""
     slip = along_x * x_rate + along_y * y_rate
@@ -86,6 +86,6 @@ class GuideFriction:
     length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="of a follower that is kept aligned")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Direction, mu_k, mu_s, v_s and v_0 [m/s]."""
+        """mu_k, mu_s, v_s and v_0 [m/s], direction."""
         along = math.cos(self.direction), math.sin(self.direction)
-        return *along, self.kinetic, self.static, self.stribeck_speed, self.transition
+        return self.kinetic, self.static, self.stribeck_speed, self.transition, *along

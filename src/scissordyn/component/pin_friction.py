@@ -14,7 +14,7 @@ from scissordyn.units import Quantity
 
 
 @kernel
-def force(angle, speed, reaction, radius, kinetic, static, stribeck_speed, transition):
+def force(angle, speed, reaction, kinetic, static, stribeck_speed, transition, radius):
     """Torque [N m], stored energy [J], dissipated power [W], the reaction [N]."""
     ratio = friction_ratio(radius * speed, kinetic, static, stribeck_speed, transition)
     # the reaction is the resultant of normal force and friction: their angle is that of friction
@@ -71,5 +71,5 @@ class PinFriction:
     transition: Transition = 1e-3
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """R [m], mu_k, mu_s, v_s and v_0 [m/s]."""
-        return self.radius, self.kinetic, self.static, self.stribeck_speed, self.transition
+        """mu_k, mu_s, v_s and v_0 [m/s], R [m]."""
+        return self.kinetic, self.static, self.stribeck_speed, self.transition, self.radius

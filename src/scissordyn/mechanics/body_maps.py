@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from scissordyn.kernel import F1, F2, F3, I1, I2, kernel
@@ -20,6 +21,16 @@ class BodyMaps(NamedTuple):
     arm: F3  # (acting + rods, 2, 2) Points of application from the mass centres, in the frames of the bodies [m]
     rod: I1  # (rods,) Their constraints
     rod_scale: F1  # (rods,) Lengths that their maps are divided by [m]
+    # (terms, 4) Of the coordinates of couplings and coordinate drives: constraint, kind of `COORDINATES`, body and base, -1 for
+    # the ground
+    coupling: I2
+    coupling_factor: F1  # (terms,) Force on the coordinate for a multiplier of one
+    # (terms, 2, 2) Points of application on body and base, from the mass centres or in the fixed frame [m]; of a slide the
+    # second is its direction in the frame of the base
+    coupling_arm: F3
+
+
+COORDINATES = ANGLE, SLIDE, DISTANCE = range(3)
 
 
 @kernel
@@ -45,3 +56,44 @@ def push(at, body, arm_x, arm_y, fx, fy, torque, R):
     R.load[at, body, 0] += fx
     R.load[at, body, 1] += fy
     R.load[at, body, 2] += ax * fy - ay * fx + torque
+
+
+@kernel
+def at_point(at, body, x, y, R):
+    """A point of a body, from its mass centre, in the fixed frame."""
+    if body < 0:
+        return x, y
+    cos, sin = R.direction[at, body, 0], R.direction[at, body, 1]
+    return R.position[at, body, 0] + cos * x - sin * y, R.position[at, body, 1] + sin * x + cos * y
+
+
+@kernel
+def push_at(at, body, x, y, fx, fy, R):
+    """Add a force at a place of the fixed frame to the load of a body."""
+    if body >= 0:
+        R.load[at, body, 0] += fx
+        R.load[at, body, 1] += fy
+        R.load[at, body, 2] += (x - R.position[at, body, 0]) * fy - (y - R.position[at, body, 1]) * fx
+
+
+@kernel
+def load_couplings(at, multiplier, B, R):
+    """Add what couplings and coordinate drives exert on bodies and bases to their loads."""
+    for e in range(B.coupling.shape[0]):
+        kind, body, base = B.coupling[e, 1], B.coupling[e, 2], B.coupling[e, 3]
+        force, arm = B.coupling_factor[e] * multiplier[B.coupling[e, 0]], B.coupling_arm[e]
+        if kind == ANGLE:
+            push(at, body, 0.0, 0.0, 0.0, 0.0, force, R)
+            push(at, base, 0.0, 0.0, 0.0, 0.0, -force, R)
+            continue
+        x, y = at_point(at, body, arm[0, 0], arm[0, 1], R)
+        other_x, other_y, ux, uy = x, y, arm[1, 0], arm[1, 1]
+        if kind == DISTANCE:
+            other_x, other_y = at_point(at, base, arm[1, 0], arm[1, 1], R)
+            length = math.hypot(x - other_x, y - other_y)
+            ux, uy = (x - other_x) / length, (y - other_y) / length
+        elif base >= 0:
+            cos, sin = R.direction[at, base, 0], R.direction[at, base, 1]
+            ux, uy = cos * arm[1, 0] - sin * arm[1, 1], sin * arm[1, 0] + cos * arm[1, 1]
+        push_at(at, body, x, y, force * ux, force * uy, R)
+        push_at(at, base, other_x, other_y, -force * ux, -force * uy, R)

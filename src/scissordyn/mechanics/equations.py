@@ -14,6 +14,7 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.actuator import recorded_signal
+from scissordyn.mechanics.bending_loads import clear_shape_forces
 from scissordyn.mechanics.component import add_component, linearise_component
 from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 from scissordyn.mechanics.constraint_solver import (
@@ -38,6 +39,7 @@ def accelerate(t, y, S, dy):
     for i in range(n + nb):
         W.force[i] = P.weight[i]
     contacts = P.contact.size
+    clear_shape_forces(S)
     # f: weight, contacts, components
     for j in range(contacts):
         start, stop = 2 * n + M.state_start[j], 2 * n + M.state_start[j + 1]

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel, vanishes
+from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.lanes import LANES, PAIRS, combine, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
@@ -153,6 +154,7 @@ def add_flexible_bar(t, i, S):
         for g in range(points):
             W.power_in[i] -= factor_rate * p[STRAIN] * p[EA] * axial[g]
     add_vectors(bar, S, fx, fy, W.force)
+    note_shape_forces(M.bar[bar, 0], count, fx, fy, 1.0, 1.0, S)
 
 
 @kernel

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from scissordyn.kernel import F1, F2, F3, I1, I2
+from scissordyn.mechanics.bending_loads import BendingLoads
 from scissordyn.mechanics.body_maps import BodyMaps
 from scissordyn.mechanics.reactions import Balance
 
@@ -25,6 +26,7 @@ class FrictionWorkspace(NamedTuple):
     gravity: F1  # (2,) [m/s^2]
     balance: Balance
     maps: BodyMaps
+    bending: BendingLoads
     size: F1  # (f,) reaction that friction follows [N]
     fault: I1  # (1,) of `joint_friction`, or 0
     direction: F3  # (f + 1, bodies, 2), each the same

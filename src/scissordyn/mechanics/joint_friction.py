@@ -16,7 +16,8 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
-from scissordyn.mechanics.body_maps import mapped, push
+from scissordyn.mechanics.bending_loads import load_bending
+from scissordyn.mechanics.body_maps import load_couplings, mapped, push
 from scissordyn.mechanics.component import REACTION, evaluate, sense, write_context
 from scissordyn.mechanics.constraint_solver import solve_constraints, subtract_gradients
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
@@ -45,6 +46,7 @@ def find_reactions(t, y, S):
     place_bodies(S)
     move_bodies(0, S.work.A, 0.0, 0.0, S)
     load_bodies(0, S.work.multiplier, S)
+    load_bending(0, S.work.A, S)
     for k in range(f):
         start, stop = M.state_start[contacts + R.component[k]], M.state_start[contacts + R.component[k] + 1]
         respond(t, k, y[2 * M.n + start : 2 * M.n + stop], S)
@@ -102,9 +104,9 @@ def move_bodies(lane, A, gx, gy, S):
 
 @kernel
 def load_bodies(lane, multiplier, S):
-    """Add what rods exert, and in lane 0 what contacts, components and latches do."""
+    """Add what rods, latches and couplings exert, and in lane 0 what contacts and components do."""
     M, W, R = S.model, S.work, S.friction
-    B, acting = R.maps, W.wrench.shape[0]
+    B, acting, contacts = R.maps, W.wrench.shape[0], S.parameters.contact.size
     for e in range(B.body.shape[0]):
         fx = fy = torque_a = torque_b = 0.0
         if e >= acting:
@@ -114,15 +116,16 @@ def load_bodies(lane, multiplier, S):
                 part += 1
             factor = -multiplier[k] / B.rod_scale[e - acting]
             fx, fy = factor * W.direction[part, 0], factor * W.direction[part, 1]
-        elif lane == 0:
+        elif lane == 0 and (e >= contacts or S.state.mode[e] == 1):  # what an open contact exerted last is left there
             fx, fy, torque_a, torque_b = W.wrench[e, 0], W.wrench[e, 1], W.wrench[e, 2], W.wrench[e, 3]
         push(lane, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], fx, fy, torque_a, R)
         push(lane, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -fx, -fy, torque_b, R)
     for latch in range(M.latch.shape[0]):
-        k, e = M.latch[latch, 0], S.parameters.contact.size + M.latch[latch, 2]
+        k, e = M.latch[latch, 0], contacts + M.latch[latch, 2]
         locking = -multiplier[k] * (1.0 - W.inactive[k])
         push(lane, B.body[e, 0], 0.0, 0.0, 0.0, 0.0, locking, R)
         push(lane, B.body[e, 1], 0.0, 0.0, 0.0, 0.0, -locking, R)
+    load_couplings(lane, multiplier, B, R)
 
 
 @kernel
@@ -154,6 +157,7 @@ def respond(t, k, z, S):
     # the equations subtract gravity, which is no part of a response
     move_bodies(lane, R.change, R.gravity[0], R.gravity[1], S)
     load_bodies(lane, R.multiplier, S)
+    load_bending(lane, R.change, S)
     force_x, force_y, torque_a, torque_b = port_wrench(port, maps, M.travel_direction[i], out, fx, fy)
     B = R.maps
     push(lane, B.body[element, 0], B.arm[element, 0, 0], B.arm[element, 0, 1], force_x, force_y, torque_a, R)

@@ -9,7 +9,7 @@ import numpy as np
 from scissordyn.component.port import AXIS
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
-from scissordyn.mechanics.body_maps import BodyMaps, push
+from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, push
 from scissordyn.mechanics.constraint_part import part_value
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
@@ -49,8 +49,8 @@ class Record(NamedTuple):
     angle: F2  # (nt, bodies) Turns counted [rad, rad/s, rad/s^2]
     angular_velocity: F2  # (nt, bodies)
     angular_acceleration: F2  # (nt, bodies)
-    # (nt, bodies, 3) Forces of contacts, components, rods and latches on each body [N], and their moment about its mass centre
-    # [N m]
+    # (nt, bodies, 3) Forces of contacts, components, rods, latches and couplings on each body [N], and their moment about its
+    # mass centre [N m]
     load: F3
     contact: ContactRows  # (nt, contacts) See `system.CONTACT_RESULT`
     # (nt, acting + rods, 4) Force on the first point of each contact, component and rod [N], and torques on both bodies [N m]
@@ -100,7 +100,7 @@ def write_bodies(at, B, S, R, counted):
 
 @kernel
 def write_loads(at, B, S, R):
-    """Write what contacts, components, rods and latches exert at a sample."""
+    """Write what contacts, components, rods, latches and couplings exert at a sample."""
     M, W = S.model, S.work
     acting_parts = W.wrench.shape[0]
     for e in range(B.body.shape[0]):
@@ -126,6 +126,7 @@ def write_loads(at, B, S, R):
         w = R.wrench[at, e]
         push(at, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], w[0], w[1], w[2], R)
         push(at, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -w[0], -w[1], w[3], R)
+    load_couplings(at, W.multiplier, B, R)
 
 
 @kernel

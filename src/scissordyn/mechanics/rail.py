@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel
+from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.flexible_bar import FX, FY, QX, QY, VX, VY, read_vectors
 
 ALONG, ACROSS, TURNING, PX, PY, VALUE, SLOPE, SCALARS = range(8)
@@ -196,6 +197,8 @@ def add_rail_force(element, i, S, force):
     start = M.element_start[element]
     for e in range(start, M.element_start[element + 1]):
         W.force[M.element_column[e]] += force * W.rail[ACROSS, e - start]
+    bar, shape, scalars = M.bar_of[i], W.bar[FX], W.rail[SCALARS]
+    note_shape_forces(M.bar[bar, 0], M.bar[bar, 1], shape, shape, -force * scalars[NX], -force * scalars[NY], S)
 
 
 @kernel

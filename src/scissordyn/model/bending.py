@@ -13,6 +13,7 @@ import numpy as np
 from scissordyn.component.beam import Beam
 from scissordyn.component.elastic import ACROSS, DAMPING, EXPANSION, WARMER, node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
+from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.errors import InputError
@@ -325,8 +326,20 @@ def _attached(mechanism: Mechanism, body: Body, where: dict[str, str], nodes: li
                 "a roller that runs along it, two for a block that keeps its direction; or a rigid bar",
                 f'Roller("{guide.name}", {guide.follower}, rail="{name}")',
             )
+    pins = {frozenset(joint.bodies): joint for joint in mechanism.joints}
+
+    def at_pin(part: Any) -> Any:
+        """Friction in a pin goes to the cross-section that carries it."""
+        pair = {part.body, part.base} if isinstance(part, PinFriction) else set()
+        pin = pins.get(frozenset(pair)) if name in pair else None
+        if pin is None:
+            return part
+        point = pin.journal[1] if pin.journal[0] == name else pin.bearing[1]
+        return dataclasses.replace(part, **{"body" if part.body == name else "base": where[point]})
+
     components = [
-        exchanged(part, f"component '{part.name}'", (*part.declaration.port.turning, "rail")) for part in mechanism.components
+        exchanged(at_pin(part), f"component '{part.name}'", (*part.declaration.port.turning, "rail"))
+        for part in mechanism.components
     ]
     tracks = []
     for track in mechanism.tracks:

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
+from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port.declaration import Ends
-from scissordyn.mechanics.body_maps import BodyMaps
+from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, SLIDE, BodyMaps
+from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined
@@ -38,6 +39,12 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
     arm = np.array([[end[1] for end in pair] for pair in acting_at], float).reshape(-1, 2, 2)
     names = [constraint.name for constraint in coordinates.constraints]
     rods = [names.index(rod.name) for rod in mechanism.rods]
+    couplings = [  # couplings of ideal joints may follow from these, and are no constraints then
+        (names.index(part.name), factor, *_acts(mechanism, coordinate))
+        for part in mechanism.coupling_parts
+        if part.name in names
+        for factor, coordinate in part.terms
+    ]
     return BodyMaps(
         start=np.cumsum([0, *(place.columns.size for place in maps)], dtype=np.int64),
         column=np.concatenate([place.columns for place in maps]),
@@ -49,7 +56,31 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         arm=arm,
         rod=np.array(rods, np.int64),
         rod_scale=np.array([coordinates.constraints[k].scale for k in rods], float),
+        coupling=np.array(
+            [[k, kind, *(index.get(body, -1) for body in pair)] for k, _, kind, pair, _ in couplings], np.int64
+        ).reshape(-1, 4),
+        coupling_factor=np.array([-factor / coordinates.constraints[k].scale for k, factor, *_ in couplings], float),
+        coupling_arm=np.array([arms for *_, arms in couplings], float).reshape(-1, 2, 2),
     )
+
+
+def _acts(mechanism: Mechanism, coordinate: Coordinate) -> tuple[int, tuple[str, str], tuple[Point, Point]]:
+    """Kind of a coordinate, its body and base, and where forces act on both: see `BodyMaps.coupling_arm`."""
+    if isinstance(coordinate, RelativeAngle):
+        return ANGLE, coordinate.bodies, ((0.0, 0.0), (0.0, 0.0))
+    if isinstance(coordinate, Distance):
+        return DISTANCE, coordinate.bodies, (_arm(mechanism, *coordinate.end), _arm(mechanism, *coordinate.start))
+    along = math.cos(coordinate.direction), math.sin(coordinate.direction)
+    return SLIDE, coordinate.bodies, (_arm(mechanism, *coordinate.point), along)
+
+
+def _arm(mechanism: Mechanism, body: str, point: str) -> Point:
+    """A point from the mass centre of its body, or of the ground in the fixed frame [m]."""
+    if body == GROUND:
+        return dict(mechanism.ground)[point]
+    described = mechanism.body(body)
+    x, y = described.points[point]
+    return x - described.centre[0], y - described.centre[1]
 
 
 def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: float) -> tuple[float, float]:

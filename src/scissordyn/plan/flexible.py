@@ -15,6 +15,7 @@ from scissordyn.component.elastic import node_inertia
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.port import AXIS
 from scissordyn.laws.evaluate import elastic_energy
+from scissordyn.model.coupling import RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
@@ -44,6 +45,12 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
     for part in parts:
         if part.declaration.port is not AXIS:
             clamped |= {place.body for place in part.declaration.port.attachments(part) if place.what != "place"}
+    for part in mechanism.coupling_parts:
+        for _, coordinate in part.terms:
+            if isinstance(coordinate, RelativeAngle):
+                clamped |= set(coordinate.bodies)
+            elif isinstance(coordinate, Slide):
+                clamped.add(coordinate.base)
     for guide in mechanism.guides:
         clamped |= {guide.body, *((guide.follower[0],) if guide.aligned or guide.clearance is not None else ())}
     inertia: dict[str, float] = {}

@@ -17,13 +17,15 @@ from scissordyn.mechanics.system import Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
 from scissordyn.plan.bending import bends
+from scissordyn.plan.bending_loads import bending_loads, no_bending_loads
+from scissordyn.plan.coordinates import Coordinates
 
 ALIKE = 1e-9
 """Directions that differ by less are the same [rad]."""
 
 
 def make_friction_workspace(
-    mechanism: Mechanism, model: Model, balance: Balance, maps: BodyMaps, gravity: np.ndarray
+    mechanism: Mechanism, coordinates: Coordinates, model: Model, balance: Balance, maps: BodyMaps, gravity: np.ndarray
 ) -> FrictionWorkspace:
     """What friction in the ideal joints of a mechanism reads, and scratch of its own."""
     parts = acting(mechanism)
@@ -42,6 +44,7 @@ def make_friction_workspace(
         gravity=gravity,
         balance=balance,
         maps=maps,
+        bending=bending_loads(mechanism, coordinates, gravity) if chosen and bends(mechanism) else no_bending_loads(),
         size=np.zeros(f),
         fault=np.zeros(1, np.int64),
         direction=np.zeros((lanes, bodies, 2)),
@@ -65,10 +68,6 @@ def make_friction_workspace(
 def _followed(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[int, tuple[int, int], float]:
     """Whether friction is that of a guide, the unknowns that it follows, and the force that a unit of a moment makes."""
     label = f"{part.declaration.label} '{part.name}'"
-    if bends(mechanism):
-        raise InputError(f"{label} beside bars that bend", "rigid bars, or pins with clearance and friction of their own")
-    if mechanism.coupling_parts:
-        raise InputError(f"{label} beside couplings or driven coordinates", "drives of bodies and rods")
     if any(contact.clearance and contact.clearance.contact == "hard" for contact in mechanism.contacts):
         raise InputError(f"{label} beside hard contact", "contact = 'compliant'")
     if isinstance(part, GuideFriction):

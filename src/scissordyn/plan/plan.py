@@ -82,7 +82,8 @@ class Plan:
 
     def friction_workspace(self) -> FrictionWorkspace:
         """What friction in ideal joints reads, with scratch of its own."""
-        return make_friction_workspace(self.mechanism, self.model, self.balance, self.maps, self.gravity_vector)
+        balance, maps, gravity = self.balance, self.maps, self.gravity_vector
+        return make_friction_workspace(self.mechanism, self.coordinates, self.model, balance, maps, gravity)
 
     @cached_property
     def ideal(self) -> Plan:

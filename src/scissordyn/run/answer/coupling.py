@@ -1,4 +1,4 @@
-"""What couplings and coordinate drives transmit at the samples of a run: coordinates, forces on them, loads of their bodies."""
+"""What couplings and coordinate drives transmit at the samples of a run: coordinates, and forces on them."""
 
 from __future__ import annotations
 
@@ -68,14 +68,6 @@ class SampledCoordinates:
         )
         return end - start, end_rate - start_rate
 
-    def push(self, body: str, place: np.ndarray, force: np.ndarray, load: np.ndarray) -> None:
-        """Add forces at places of the fixed frame to the load of a body."""
-        if body != GROUND:
-            k = self.index[body]
-            x, y = (place - self.motion.position[:, k]).T
-            load[:, k, :2] += force
-            load[:, k, 2] += x * force[:, 1] - y * force[:, 0]
-
 
 def centre_warnings(mechanism: Mechanism) -> list[RunWarning]:
     """A warning for each clearance joint in which a coupled wheel turns: the relation is that of angles alone."""
@@ -100,30 +92,6 @@ def _driving(plan: Plan) -> Iterator[tuple[Any, int, Constraint]]:
         if part.name in numbers:  # couplings of ideal joints may follow from these
             k = numbers[part.name]
             yield part, k, plan.coordinates.constraints[k]
-
-
-def with_coupling_forces(plan: Plan, motion: Record) -> Record:
-    """The record with what couplings and coordinate drives exert in the loads of the bodies."""
-    if not plan.mechanism.coupling_parts:
-        return motion
-    samples, load = SampledCoordinates(plan, motion), motion.load.copy()
-    for part, k, constraint in _driving(plan):
-        for factor, coordinate in part.terms:
-            force = -factor / constraint.scale * motion.multiplier[:, k]
-            if isinstance(coordinate, RelativeAngle):
-                for body, sign in zip(coordinate.bodies, (1.0, -1.0), strict=True):
-                    if body != GROUND:
-                        load[:, samples.index[body], 2] += sign * force
-                continue
-            if isinstance(coordinate, Slide):
-                end = start = plan.coordinates.place(coordinate.point).at(motion.X)
-                unit = samples.slide(coordinate)[2]
-            else:
-                start, end = (plan.coordinates.place(place).at(motion.X) for place in (coordinate.start, coordinate.end))
-                unit = (end - start) / np.hypot(*(end - start).T)[:, None]
-            for body, place, sign in zip(coordinate.bodies, (end, start), (1.0, -1.0), strict=True):
-                samples.push(body, place, sign * force[:, None] * unit, load)
-    return motion._replace(load=load)
 
 
 def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variables:

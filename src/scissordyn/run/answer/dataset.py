@@ -31,7 +31,7 @@ from scissordyn.run.advance.trajectory import Trajectory
 from scissordyn.run.answer.bars import bar_variables
 from scissordyn.run.answer.buckling_ratio import buckling_ratios
 from scissordyn.run.answer.contacts import columns
-from scissordyn.run.answer.coupling import coupling_variables, with_coupling_forces
+from scissordyn.run.answer.coupling import coupling_variables
 from scissordyn.run.answer.events import ACCOUNTS, accounts, event_variables
 from scissordyn.run.answer.film import film_variables
 from scissordyn.run.answer.internal_forces import largest_variables
@@ -123,9 +123,7 @@ def _motion_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
 
 def _reactions(plan: Plan, record: Record, time: np.ndarray) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
-    joints, guided, _ = solve_reactions(
-        plan.balance, plan.gravity_vector, with_distributed_mass(plan, with_coupling_forces(plan, record), time)
-    )
+    joints, guided, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, record, time))
     reaction = np.zeros((record.X.shape[0], len(plan.joint_names), 2))
     at = plan.places(contact.name for contact in plan.contacts)
     reaction[:, at] = record.wrench[:, : at.size, :2]

@@ -13,7 +13,6 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import shapes_beyond
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.answer.bars import bar_motions, couple_forces, shape_forces
-from scissordyn.run.answer.coupling import with_coupling_forces
 
 
 def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
@@ -36,7 +35,7 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         memory=state.memory[None, :].copy(),
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
-    outputs = with_coupling_forces(plan, record(plan.maps, system, samples))
+    outputs = record(plan.maps, system, samples)
     joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, samples.time))
     return np.asarray(joints[0])
 
@@ -63,6 +62,8 @@ def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Recor
     for b, body in enumerate(plan.bodies):
         p = coordinates.natural.offsets[body.name]
         load[:, b, :2] -= inertia[:, p : p + 2]
+        x, y = (coordinates.origin(body.name).at(record.X) - record.position[:, b]).T
+        load[:, b, 2] -= x * inertia[:, p + 1] - y * inertia[:, p]
         if coordinates.natural.rotates(body.name):
             cos, sin = record.direction[:, b].T
             load[:, b, 2] -= cos * inertia[:, p + 3] - sin * inertia[:, p + 2]

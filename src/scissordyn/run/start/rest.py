@@ -85,6 +85,17 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     ----------
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
     """
+    # friction in ideal joints exerts nothing at rest, and would slow the descent down: its coefficients come first
+    rows, rubbing = handle.content.parameters.component, handle.content.friction.component
+    coefficients = rows[rubbing, :2].copy()
+    rows[rubbing, :2] = 0.0
+    try:
+        return _equilibrium(plan, handle, position, load)
+    finally:
+        rows[rubbing, :2] = coefficients
+
+
+def _equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> Rest:
     reference = handle.content.state.reference.copy()
     try:
         descent = _descended(plan, handle, position, load)

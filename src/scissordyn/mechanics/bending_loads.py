@@ -30,7 +30,7 @@ class BendingLoads(NamedTuple):
     couple: I2
     couple_turned: F2  # (c, 2)
     couple_weight: F1  # (c counts,) Slopes of the shapes there
-    count: I1  # (c,) Shapes of the bar
+    couple_shapes: I1  # (c,) Shapes of the bar
 
 
 @kernel
@@ -66,7 +66,7 @@ def add_couples(S):
         if B.couple[c, 3] == 1:
             along = (wrench[element, 0] * ux + wrench[element, 1] * uy) / (sx * sx + sy * sy)
         fx, fy = along * sx - torque * sy, along * sy + torque * sx
-        for k in range(B.count[c]):
+        for k in range(B.couple_shapes[c]):
             B.shape[first + k, 0] += B.couple_weight[B.couple[c, 4] + k] * fx
             B.shape[first + k, 1] += B.couple_weight[B.couple[c, 4] + k] * fy
 

@@ -72,5 +72,5 @@ def _tables(
         ).reshape(-1, 5),
         couple_turned=np.array([(math.cos(row[4]), math.sin(row[4])) for row in couples], float).reshape(-1, 2),
         couple_weight=np.concatenate([np.zeros(0), *slopes]),
-        count=np.array(list(map(len, slopes)), np.int64),
+        couple_shapes=np.array(list(map(len, slopes)), np.int64),
     )

@@ -49,8 +49,8 @@ CREEP = 1e-9
 """Speed of the fastest drive [rad/s, m/s], which tells friction and one-way loads their sense; squares of it are round-off."""
 
 AT_ONCE = 1e-30
-"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]. It is written where the kernels read it,
-as fields of components may not be so small."""
+"""In the place of the speed over which friction or a one-way load sets in [m/s, rad/s]. It is written where the kernels read
+it, as fields of components may not be so small."""
 
 SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
     "pin_friction": ("transition", ("kinetic", "static")),

@@ -79,6 +79,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "AngleLoad",
         "Motor",
         "TabulatedMotor",
+        "LinearMotor",
         "Actuator",
         "component",
         "Output",

@@ -27,6 +27,7 @@ from scissordyn.component.force import Force as Force
 from scissordyn.component.gas_spring import GasSpring as GasSpring
 from scissordyn.component.guide_friction import GuideFriction as GuideFriction
 from scissordyn.component.latch import Latch as Latch
+from scissordyn.component.linear_motor import LinearMotor as LinearMotor
 from scissordyn.component.motor import Motor as Motor
 from scissordyn.component.nonlinear_spring import NonlinearSpring as NonlinearSpring
 from scissordyn.component.pin_friction import PinFriction as PinFriction

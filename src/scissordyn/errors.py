@@ -85,6 +85,7 @@ OTHER_WORDS = {
     "stroke_load": "cutting_force press_force load_curve force_table gas_pressure",
     "angle_load": "cogging gas_torque torque_table",
     "tabulated_motor": "torque_speed_curve motor_curve asynchronous_motor induction_motor engine",
+    "linear_motor": "force_speed_curve linear_drive pneumatic_cylinder voice_coil",
     "torsion_spring": "torsional_spring rotational_spring rotary_spring rotational_damper torsional_damper",
     "actuator": "servo controller",
     "force": "load",

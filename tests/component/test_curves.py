@@ -16,6 +16,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.component.curve import curve_at, curve_numbers
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.answer.summary import summary_of
 
 from .shared import METHODS, TIGHT, assert_balance
 
@@ -176,6 +177,51 @@ def test_run_up_of_an_asynchronous_motor() -> None:
     assert_balance(run)
 
 
+def cart(*components: Any, speed: float = 0.0) -> Mechanism:
+    """A cart of 2 kg on a rail of another one of 3 kg, both free along it."""
+    bodies = tuple(
+        dataclasses.replace(sd.point_mass(name, mass=mass, position=(x, 0.0)), velocity=(v, 0.0))
+        for name, mass, x, v in (("cart", 2.0, 0.5, speed), ("base", 3.0, 0.0, 0.0))
+    )
+    guides = tuple(sd.Guide(f"rail of {body.name}", (body.name, "centre")) for body in bodies)
+    return Mechanism(bodies, guides=guides, components=components, ground=(("foot", (-1.0, 0.0)),))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_exponential_approach_of_a_linear_motor(method: str, tmp_path: Path) -> None:
+    """Closed form: a straight curve and a load give v = v_e (1 - exp(-F_0 t/(m v_0))), v_e = v_0 (1 - F_L/F_0)."""
+    line = tuple((v, 40.0 * (1.0 - v / 0.8)) for v in (-0.2, 0.0, 0.5, 1.0))
+    drive = sd.LinearMotor("m", ("ground", "foot"), ("cart", "centre"), line)
+    mechanism = cart(drive, sd.Force("load", ("cart", "centre"), (-10.0, 0.0)))
+    run = sd.simulate(mechanism, until=0.3, samples=101, method=method, **TIGHT)
+    t = run["time"].values
+    speed = 0.6 * -np.expm1(-40.0 * t / (2.0 * 0.8))
+    np.testing.assert_allclose(run["velocity"].sel(body="cart", axis="x"), speed, atol=1e-9)
+    np.testing.assert_allclose(run["linear_motor_force"][:, 0], -40.0 * (1.0 - speed / 0.8), atol=1e-7)
+    way = 0.6 * (t - 0.04 * -np.expm1(-t / 0.04))
+    # work of the motor: kinetic energy and what the load takes
+    np.testing.assert_allclose(run["motor_work"], speed**2 + 10.0 * way, atol=1e-9)
+    assert_balance(run)
+    assert sd.read_case(sd.write_case(mechanism, tmp_path / "cart.toml")).mechanism == mechanism
+
+
+def test_power_of_a_cylinder_between_two_bodies() -> None:
+    """Closed form: action and reaction keep the momentum; on the hyperbola F = P/v the kinetic energy grows as P t."""
+    speeds = np.geomspace(0.2, 4.0, 400)
+    pump = sd.LinearMotor(
+        "m", ("base", "centre"), ("cart", "centre"), ((-1.0, 60.0), *((v, 12.0 / v) for v in speeds.tolist()))
+    )
+    run = sd.simulate(cart(pump, speed=0.25), until=0.4, **TIGHT)
+    velocity = run["velocity"].sel(axis="x")
+    np.testing.assert_allclose(2.0 * velocity.sel(body="cart") + 3.0 * velocity.sel(body="base"), 0.5, atol=1e-9)
+    kinetic = run["kinetic_energy"].values - run["kinetic_energy"].values[0]
+    np.testing.assert_allclose(kinetic, 12.0 * run["time"].values, atol=1e-4 * kinetic[-1])
+    assert float(run["linear_motor_peak_beyond"][0]) == 0.0
+    assert [(part.name, part.unit) for part in summary_of(run).actuators] == [("m", "N")]
+    fast = sd.simulate(cart(pump, speed=4.5), until=0.01)
+    assert "linear motor 'm' leaves its curve or stroke by up to 0.5" in fast.attrs["warnings"]
+
+
 def test_warning_where_a_stroke_is_left() -> None:
     """Limit: the largest distance beyond a curve is located and said, in a run, in statics and in batches."""
     load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.25, 0.0), (0.41, -10.0)))
@@ -225,7 +271,7 @@ def test_refused(part: Any, text: str) -> None:
 def test_new_cases_have_parts_that_fit(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: `new --with` writes curves that cover the stroke."""
     parts = "nonlinear_spring,gas_spring,stroke_load,angle_load"
-    for wanted in (parts, "tabulated_motor"):
+    for wanted in (parts, "tabulated_motor", "linear_motor"):
         assert status_of(["new", kind, "--with", wanted]) == 0
         path = tmp_path / "case.toml"
         path.write_text(capsys.readouterr().out, encoding="utf-8")

@@ -20,6 +20,7 @@ from scissordyn.component.force import Force
 from scissordyn.component.gas_spring import GasSpring
 from scissordyn.component.guide_friction import GuideFriction
 from scissordyn.component.latch import Latch
+from scissordyn.component.linear_motor import LinearMotor
 from scissordyn.component.motor import Motor
 from scissordyn.component.nonlinear_spring import NonlinearSpring
 from scissordyn.component.pin_friction import PinFriction
@@ -55,6 +56,7 @@ _CLASSES: tuple[Any, ...] = (
     AngleLoad,
     Motor,
     TabulatedMotor,
+    LinearMotor,
     Actuator,
     AngleStop,
     TravelStop,

@@ -71,7 +71,7 @@ class Declaration:
     symbol: str  # How pictures draw it; one of the port's symbols
     example: Mapping[str, Any]  # What a case file may say for its keys
     events: tuple[str, str]  # What a fall and a rise of its guard are called
-    # Whether its power counts as that of a motor, whose rotor turns with the body: a field `inertia` [kg m^2]
+    # Whether its power counts as that of a motor, whose rotor turns with the body of a hinge: a field `inertia` [kg m^2]
     motor: bool = False
     # Whether it is passive but for its time function, which changes the stored energy at a given position: the kernel then
     # returns this power [W] after the dissipated one, and it counts as the work of a load
@@ -222,7 +222,7 @@ def component(
 def _check_fields(described: Any) -> None:
     declaration, names = described.declaration, [field.name for field in dataclasses.fields(described)]
     port = declaration.port
-    needed = ("name", *port.points, *port.turning, *port.numbers, *(("inertia",) if declaration.motor else ()))
+    needed = ("name", *port.points, *port.turning, *port.numbers, *(("inertia",) if declaration.motor and port.turning else ()))
     missing = [name for name in needed if name not in names]
     if missing:
         raise InputError(

@@ -326,6 +326,14 @@ def _tabulated_motor(stroke: Stroke) -> Given:
     }
 
 
+def _linear_motor(stroke: Stroke) -> Given:
+    start, end = (stroke.distance(end) for end in (0, 1))
+    force, speed = math.copysign(SHARE * stroke.weight, end - start), 2.0 * (end - start) / stroke.motion.duration
+    ends = sorted(((-20.0 * speed, force), (0.0, force), (speed, 0.0), (20.0 * speed, -force)))
+    speeds, forces = zip(*ends, strict=True)
+    return {**_line(stroke), "curve": {"speeds": _list(speeds, "m/s"), "forces": _list(forces, "N")}}
+
+
 def _bushing(stroke: Stroke) -> Given:
     hinge = stroke.hinge
     names = [body.name for body in stroke.mechanism.bodies]
@@ -374,6 +382,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
     "angle_load": ("angle_load", _angle_load),
     "motor": ("motor", _motor),
     "tabulated_motor": ("tabulated_motor", _tabulated_motor),
+    "linear_motor": ("linear_motor", _linear_motor),
     "angle_stop": ("angle_stop", lambda stroke: {**stroke.pair, "angle": _exact(stroke.opening(1, BEYOND), "rad")}),
     "travel_stop": ("travel_stop", _travel_stop),
     "rod": ("rod", _rod),
@@ -381,7 +390,7 @@ FURTHER: Mapping[str, tuple[str, Callable[[Stroke], Given]]] = {
 }
 """What can be asked for: the table of each, and its values for a structure and its move."""
 
-DRIVING = ("motor", "tabulated_motor", "rod")
+DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")
 """Parts that move the mechanism in place of a drive."""
 
 assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "guide_friction"} <= set(FURTHER)

@@ -87,7 +87,7 @@ def _of_point(point: PointAnswer) -> Card:
 
 
 def _of_torque(actuator: ActuatorAnswer) -> Card:
-    title = f"{'driving torque on' if actuator.kind == 'drive' else 'torque of'} {actuator.name}"
+    title = f"{'driving torque on' if actuator.kind == 'drive' else 'force of' if actuator.unit == 'N' else 'torque of'} {actuator.name}"
     value = short(actuator.torque, "N m")
     if actuator.saturated:
         return _card(title, value, f"at its limit for {short(actuator.time_at_limit, 's')}", met=False)

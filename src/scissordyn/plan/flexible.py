@@ -41,7 +41,7 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.latches)
     clamped = {drive.body for drive in mechanism.drives}
     clamped |= {body for weld in mechanism.welds for body, _ in (weld.start, weld.end)}
-    clamped |= {part.body for part in parts if part.declaration.motor}
+    clamped |= {part.body for part in parts if part.declaration.motor and part.declaration.port.turning}
     for part in parts:
         if part.declaration.port is not AXIS:
             clamped |= {place.body for place in part.declaration.port.attachments(part) if place.what != "place"}

@@ -217,7 +217,7 @@ def _impose_angle(natural: Natural, elimination: Elimination, one: str, other: s
 
 def body_inertia(mechanism: Mechanism, body: Body) -> float:
     """Moment of inertia of a body about its mass centre with the rotors of its motors and actuators [kg m^2]."""
-    motors: list[Any] = [part for part in mechanism.components if part.declaration.motor]
+    motors: list[Any] = [part for part in mechanism.components if part.declaration.motor and part.declaration.port.turning]
     rotors = (part.inertia for part in motors if part.body == body.name)
     return (body.inertia or 0.0) + sum(map(float, rotors))
 

@@ -102,10 +102,10 @@ class ActuatorAnswer(Answer):
     def __str__(self) -> str:
         when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
         if math.isinf(self.torque):
-            name = f"{self.kind.capitalize()} {printable(self.name)}"
+            name = f"{self.kind.capitalize().replace('_', ' ')} {printable(self.name)}"
             return f"{name}: the torque grows without limit towards the locking position{when}."
         quantity = "torque" if self.unit == "N m" else "force"
-        text = f"{self.kind.capitalize()} {printable(self.name)}: largest {quantity} {short(self.torque, self.unit)}{when}"
+        text = f"{self.kind.capitalize().replace('_', ' ')} {printable(self.name)}: largest {quantity} {short(self.torque, self.unit)}{when}"
         if self.limit is None:
             return f"{text}."
         if not self.saturated:
@@ -311,6 +311,7 @@ def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
         ("actuator", "control_torque", "peak_control_torque"),
         ("motor", "motor_torque", "motor_peak_torque"),
         ("tabulated_motor", "tabulated_motor_torque", "tabulated_motor_peak_torque"),
+        ("linear_motor", "linear_motor_force", "linear_motor_peak_force"),
     ):
         if curve not in run or peak not in run:
             continue
@@ -318,7 +319,8 @@ def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
             values, limit = along(run[curve], "time", kind)[:, k], limits.get(name)
             lasting = sum(end - start for start, end in at_limit(run["time"].values, values, limit))
             when = float(run[f"{peak}_time"].values[k]) if f"{peak}_time" in run else math.nan
-            yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting)
+            unit = run[curve].attrs["units"]
+            yield ActuatorAnswer(name, kind, float(run[peak].values[k]), when, limit, lasting, unit)
 
 
 def _span(run: Run, described: Any) -> SpanAnswer | None:

@@ -76,7 +76,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "of its largest {force}; the scale of {scale:.2g} {unit} is too large, about {fitting:.1g} {unit} would fit",
         "off the rail": " runs off the end of bar '{bar}' at t = {time:.6g} s, which goes on straight in the model",
         "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is held",
-        "beyond in a case": " leaves its curve or stroke by up to {beyond:.3g} {unit}, where its force is held",
         "impulse": " locks at t = {time:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest driving "
         "torques do not contain it",
         "moving centre": ": coupling '{coupling}' keeps a relation of angles also where this clearance lets the centre of "
@@ -96,8 +95,6 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "thin film in a case": ": the film is thinner than three roughnesses of {roughness:.3g} m, least {least:.3g} m",
         "film pressure": ": film pressures reach {pressure:.2g} Pa (t = {time:.6g} s); above {limit:.0e} Pa oil thickens "
         "and surfaces yield: its forces are those of rigid surfaces",
-        "film pressure in a case": ": film pressures reach {pressure:.2g} Pa; above {limit:.0e} Pa oil thickens and "
-        "surfaces yield: its forces are those of rigid surfaces",
         "full film pulls": ": the full film pulls with pressures down to {tension:.2g} Pa below the surroundings at t = "
         "{time:.6g} s; oil boils {bears:.2g} Pa below them: full = true is not possible there",
         "cavitation": ": the film cavitates beyond the model: to follow the journal its oil would have to go to "

@@ -175,7 +175,7 @@ def _cycled(
             "seconds": seconds,
             "cycles_per_second": done / seconds if seconds > 0.0 else math.nan,
         },
-        warnings=tuple(extremes.warnings()),
+        warnings=tuple(extremes.texts()),
     )
 
 

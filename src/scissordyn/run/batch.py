@@ -346,9 +346,7 @@ class _Batch:
             return
         for name, value in values.items():
             self.values[name][case] = value
-        extremes = Extremes(ended.plan)
-        extremes.add(ended.path)
-        self.warnings[case] = "\n".join([*row.warned, *extremes.warnings()])
+        self.warnings[case] = "\n".join([*row.warned, *Extremes(ended.plan).add(ended.path).texts()])
         self.seconds[case] = row.seconds
         self.status[case] = "complete"
 

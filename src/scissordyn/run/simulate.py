@@ -23,7 +23,7 @@ from scissordyn.run.answer.painleve import painleve_warnings
 from scissordyn.run.answer.predictability import compared, predictability
 from scissordyn.run.answer.state_scale import scale_warnings
 from scissordyn.run.answer.track import deviation_variables
-from scissordyn.run.answer.warn import contact_failures, run_warnings
+from scissordyn.run.answer.warn import Extremes, contact_failures, run_warnings
 from scissordyn.run.configuration import is_run, read_configuration, write_configuration
 from scissordyn.run.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.results import Results, Run
@@ -214,7 +214,7 @@ def _answered(
     plan = path.plan
     path, record = recorded(plan, options, path, progress, ideal=ideal)
     run = results(plan, configuration, path, record)
-    warnings = [*plain(path.warnings), *run_warnings(plan, run, path.immobile)]
+    warnings = [*plain(path.warnings), *Extremes(plan).add(path).warnings(), *run_warnings(plan, run, path.immobile)]
     warnings += plain(passing_warnings(plan, run, options.until)) + painleve_warnings(path, record)
     warnings += scale_warnings(options, path) + hard_contact_warnings(path, options)
     if run.attrs["status"] == "failed":

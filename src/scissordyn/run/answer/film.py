@@ -83,31 +83,27 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, Variabl
 
 
 def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Films that were too thin, torn, boiling, too hot or turbulent, or under too high a pressure."""
+    """Films that were too thin, torn, too hot or turbulent."""
     warnings = list[RunWarning]()
     for k, (joint, gap, oil) in enumerate(plan.lubricated):
         numbers = {str(name)[5:]: part.values for name, part in run.variables.items() if part.dims == ("film",)}
         film = {name: float(values[k]) for name, values in numbers.items() if values.dtype.kind == "f"}
-        name, pressure = joint.name, film["peak_pressure"]
         if film["least_thickness"] < MIXED * oil.roughness:
             where = {"time": film["least_thickness_time"], "angle": math.degrees(film["least_thickness_angle"])}
             where |= {"least": film["least_thickness"], "fraction": film["dry_share"] + film["mixed_share"]}
-            warnings.append(warning("thin film", name, roughness=oil.roughness, **where))
-        if pressure > THICKENS:
-            time = film["peak_pressure_time"]
-            warnings.append(warning("film pressure", name, pressure=pressure, time=time, limit=THICKENS))
-        warnings += _torn(name, oil, film) + _around(name, oil) + _inertia(name, gap, film) + _hot(name, oil, film["heating"])
+            warnings.append(warning("thin film", joint.name, roughness=oil.roughness, **where))
+        warnings += _torn(joint.name, oil, film) + _inertia(joint.name, gap, film) + _hot(joint.name, oil, film["heating"])
     return warnings
 
 
-def film_peak_warnings(name: str, oil: Lubrication, gap: Clearance, largest: dict[str, float]) -> list[RunWarning]:
-    """Of a run without samples: by the largest eccentricity [m] and pressure [Pa] of a joint's film."""
-    warnings, least, pressure = list[RunWarning](), gap.clearance - largest["eccentricity"], largest["pressure"]
-    if least < MIXED * oil.roughness:
-        warnings.append(warning("thin film in a case", name, roughness=oil.roughness, least=least))
-    if pressure > THICKENS:
-        warnings.append(warning("film pressure in a case", name, pressure=pressure, limit=THICKENS))
-    return warnings + _around(name, oil)
+def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
+    """Films under too high a pressure, and oil that boils or evaporates in its surroundings."""
+    warnings = [warning("film pressure", name, pressure=pressure, time=time, limit=THICKENS)] if pressure > THICKENS else []
+    if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
+        warnings.append(warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure))
+    elif oil.ambient_pressure < VACUUM and oil.vapour_pressure == 0.0:
+        warnings.append(warning("vacuum", name, ambient=oil.ambient_pressure))
+    return warnings
 
 
 def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWarning]:
@@ -118,15 +114,6 @@ def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWar
     if oil.full:
         return [warning("full film pulls", name, tension=tension, time=time, bears=bears)]
     return [warning("cavitation", name, tension=tension, time=time, fraction=film["torn_share"], bears=max(bears, 0.0))]
-
-
-def _around(name: str, oil: Lubrication) -> list[RunWarning]:
-    """Oil that boils or evaporates in its surroundings."""
-    if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
-        return [warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure)]
-    if oil.ambient_pressure < VACUUM and oil.vapour_pressure == 0.0:
-        return [warning("vacuum", name, ambient=oil.ambient_pressure)]
-    return []
 
 
 def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:

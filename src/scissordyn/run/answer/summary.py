@@ -14,13 +14,11 @@ from scissordyn.component.motor import Motor
 from scissordyn.errors import InputError, printable
 from scissordyn.run.answer.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries
 from scissordyn.run.answer.placement import placed
+from scissordyn.run.answer.warn import AT_LIMIT
 from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 from scissordyn.run.results import Run, along
 from scissordyn.run.start.ideal_path import PARTS
 from scissordyn.units import counted, short
-
-AT_LIMIT = 1.0 - 1e-9
-"""Torque over its limit from which on an actuator counts as at its limit."""
 
 ROUND_OFF = 1e-12
 """Sides of a span below this fraction of the longest are round-off."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from scissordyn.plan.rail import rail_axes
 from scissordyn.run.advance.instants import time_mean
 from scissordyn.run.answer.bars import mode_warnings
 from scissordyn.run.answer.coupling import centre_warnings
-from scissordyn.run.answer.film import film_peak_warnings, film_warnings
+from scissordyn.run.answer.film import MIXED, film_peak_warnings, film_warnings
 from scissordyn.run.results import Run, along
 from scissordyn.warning import RunWarning, warning
 
@@ -72,34 +72,17 @@ MOST_NAMES = 6
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
-    """What is doubtful in a run by its recorded variables."""
-    warnings = contact_failures(plan, run)
-    touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
-    for number, joint in enumerate(plan.contacts):
-        depth = float(_values(run, "peak_indentation")[plan.joint_names.index(joint.name)])
-        warnings += _of_contact(plan, number, speed[touched == joint.name].tolist(), depth)
-    warnings += _beyond_damping(plan, run)
+    """What is doubtful in a run by its recorded variables, beside what `Extremes` warn of."""
+    warnings = contact_failures(plan, run) + _beyond_damping(plan, run)
     for i, rod in enumerate(plan.rods):
-        force, time = _values(run, "rod_force")[:, i], _values(run, "time")
+        force, time = run["rod_force"].values[:, i], run["time"].values
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
             warnings.append(warning("negative force", rod.name, first=time[first], force=force[worst], time=time[worst]))
     warnings += [warning("immobile", name, "clearance joint") for name in immobile]
-    warnings += centre_warnings(plan.mechanism)
-    warnings += _exceeded(run)
-    warnings += _overstrained(run)
-    warnings += _buckled(run)
-    warnings += mode_warnings(plan, run)
-    warnings += _off_the_rail(plan, run)
-    warnings += _beyond(plan, run)
-    warnings += _undetermined(run)
-    warnings += _saturated(plan, run)
-    warnings += _gained(run)
-    warnings += film_warnings(plan, run)
-    warnings += _impulses(run)
-    if not _stands_still(plan, run):
-        warnings += _unbalanced(run, stepped=bool(plan.hard_places))
-    return warnings
+    warnings += _overstrained(run) + _buckled(run) + mode_warnings(plan, run) + _off_the_rail(plan, run) + _undetermined(run)
+    warnings += _saturated(plan, run) + _gained(run) + film_warnings(plan, run) + _impulses(run)
+    return warnings + ([] if _stands_still(plan, run) else _unbalanced(run, stepped=bool(plan.hard_places)))
 
 
 class Extremes:
@@ -109,11 +92,11 @@ class Extremes:
         self.plan = plan
         self._speeds: list[list[float]] = [[] for _ in plan.contacts]
         self._indentation = np.zeros(len(plan.contacts))
-        self._friction = dict[int, tuple[float, float]]()
+        self._friction = dict[int, tuple[float, float]]()  # Largest ratio, and how long it is too large [s]
         self._effort = np.zeros(len(plan.components))
-        self._outputs = dict[int, float]()
+        self._outputs = dict[int, tuple[float, float]]()  # Largest value, and when [s]
 
-    def add(self, path: Trajectory) -> None:
+    def add(self, path: Trajectory) -> Self:
         """Add what a stretch has accumulated."""
         log, count = path.log, len(self._speeds)
         for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
@@ -126,51 +109,56 @@ class Extremes:
         if self._effort.size:
             np.maximum(self._effort, path.peaks(COMPONENT_FORCE)["largest"][: self._effort.size], out=self._effort)
         for which, peak in zip(path.monitored(COMPONENT_OUTPUT).tolist(), path.peaks(COMPONENT_OUTPUT), strict=True):
-            self._outputs[which] = max(self._outputs.get(which, 0.0), float(peak["largest"]))
+            before = self._outputs.get(which, (0.0, math.nan))
+            self._outputs[which] = max(before, (float(peak["largest"]), float(peak["largest_time"])), key=lambda pair: pair[0])
+        return self
 
-    def warnings(self) -> list[str]:
-        """The warnings that follow, without samples: of contact laws, friction and controllers.
+    def _output(self, i: int, name: str) -> tuple[float, float]:
+        """Largest value of an output of component i, and when [s]."""
+        first = next(output.first for output in self.plan.components[i].declaration.outputs_monitored if output.name == name)
+        return self._outputs.get(i * RESULTS + first, (0.0, math.nan))
 
-        Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
-        """
-        plan, depth, warnings = self.plan, self._indentation.tolist(), list[RunWarning]()
-        for number, joint in enumerate(plan.contacts):
-            assert joint.clearance is not None
-            hard = joint.clearance.contact == "hard"
-            failure = "" if hard else contact_failure(joint.name, joint.clearance.surfaces, depth[number])
-            warnings += [warning("failed in a case", failure=failure)] if failure else []
-            warnings += _of_contact(plan, number, self._speeds[number], depth[number])
+    def warnings(self) -> list[RunWarning]:
+        """Of contact laws, friction, films, what leaves its curve or stroke, and coupled wheels whose centres move."""
+        plan, warnings = self.plan, list[RunWarning]()
+        for joint, speeds, depth in zip(plan.contacts, self._speeds, self._indentation.tolist(), strict=True):
+            laws = joint.clearance
+            assert laws is not None
+            if laws.contact != "hard":  # there the laws serve an estimate only
+                elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
+                warnings += contact_warnings(joint.name, *elements, approach_speed=speeds, indentation=depth)
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 name = plan.contacts[number].name
                 warnings.append(warning("friction", name, ratio=ratio, limit=EXCEEDED, seconds=lasting))
+        for k, (joint, _, oil) in enumerate(plan.lubricated, len(plan.components) - len(plan.lubricated)):
+            warnings += film_peak_warnings(joint.name, oil, *self._output(k, "pressure"))
+        for i, part, output in beyond_outputs(plan):
+            far, time = self._output(i, "beyond")
+            if far > ROUNDED:
+                warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=time))
+        return warnings + centre_warnings(plan.mechanism)
+
+    def texts(self) -> list[str]:
+        """The warnings of a run without samples, each once: what others have instants and curves for, too.
+
+        Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
+        """
+        plan, warnings = self.plan, list[RunWarning]()
+        for j in plan.compliant_places:
+            name, clearance = plan.contacts[j].name, plan.contacts[j].clearance
+            assert clearance is not None
+            failure = contact_failure(name, clearance.surfaces, float(self._indentation[j]))
+            warnings += [warning("failed in a case", failure=failure)] if failure else []
         for number, part in plan.actuators:
             limit = getattr(part.controller, "limit", None)
             if limit is not None and self._effort[number] >= AT_LIMIT * limit:
                 warnings.append(warning("at limit in a case", part.name, "actuator", limit=limit))
-        first = len(plan.components) - len(plan.lubricated)
-        for k, (joint, gap, oil) in enumerate(plan.lubricated if self._outputs else (), first):
-            outputs = plan.components[k].declaration.outputs_monitored
-            largest = {output.name: self._outputs.get(k * RESULTS + output.first, 0.0) for output in outputs}
-            warnings += film_peak_warnings(joint.name, oil, gap, largest)
-        for i, curved, output in beyond_outputs(plan):
-            far = self._outputs.get(i * RESULTS + output.first, 0.0)
-            if far > ROUNDED:
-                warnings.append(
-                    warning("beyond in a case", curved.name, curved.declaration.label, beyond=far, unit=output.unit)
-                )
-        return list(dict.fromkeys(map(str, [*warnings, *centre_warnings(plan.mechanism)])))
-
-
-def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[RunWarning]:
-    joint = plan.contacts[number]
-    laws = joint.clearance
-    assert laws is not None
-    if laws.contact == "hard":  # the laws serve an estimate only
-        return []
-    return contact_warnings(
-        joint.name, laws.surfaces, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
-    )
+        for k, (joint, gap, oil) in enumerate(plan.lubricated, len(plan.components) - len(plan.lubricated)):
+            least = gap.clearance - self._output(k, "eccentricity")[0]
+            if least < MIXED * oil.roughness:
+                warnings.append(warning("thin film in a case", joint.name, roughness=oil.roughness, least=least))
+        return list(dict.fromkeys(map(str, warnings + self.warnings())))
 
 
 def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
@@ -179,18 +167,18 @@ def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
     for joint in plan.contacts:
         assert joint.clearance is not None
         at = plan.joint_names.index(joint.name)
-        failure = contact_failure(joint.name, joint.clearance.surfaces, float(_values(run, "peak_indentation")[at]))
+        failure = contact_failure(joint.name, joint.clearance.surfaces, float(run["peak_indentation"].values[at]))
         if failure:
-            beyond = _values(run, "indentation")[:, at] > joint.clearance.surfaces.journal_radius
-            largest = float(_values(run, "peak_indentation_time")[at])
-            first = min(largest, _values(run, "time")[int(np.argmax(beyond))]) if beyond.any() else largest
+            beyond = run["indentation"].values[:, at] > joint.clearance.surfaces.journal_radius
+            largest = float(run["peak_indentation_time"].values[at])
+            first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
             warnings.append(warning("failed", time=first, failure=failure))
     return warnings
 
 
 def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
     """Contacts whose damping exerts more than their law gives up to the speed at which they began."""
-    touched, speed, peak = (_values(run, name) for name in ("contact_joint", "approach_speed", "peak_normal_force"))
+    touched, speed, peak = (run[name].values for name in ("contact_joint", "approach_speed", "peak_normal_force"))
     warnings = []
     for joint in (plan.contacts[j] for j in plan.compliant_places):
         assert joint.clearance is not None
@@ -198,7 +186,7 @@ def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
         if not hasattr(joint.clearance.damping, "restitution") or not here.size:
             continue
         law, worst = elastic_law(joint.clearance), here[np.argmax(peak[here])]
-        deepest = float(_values(run, "peak_indentation")[plan.joint_names.index(joint.name)])
+        deepest = float(run["peak_indentation"].values[plan.joint_names.index(joint.name)])
         elastic = float(elastic_force(law.force, deepest, law.row))
         if peak[worst] > DAMPED * (1.0 + getattr(joint.clearance.damping, "factor", 0.0)) * elastic:
             kind = "damping from rest" if speed[worst] <= APPROACH_FLOOR else "damping"
@@ -209,22 +197,15 @@ def _beyond_damping(plan: Plan, run: Run) -> list[RunWarning]:
 def energy_turned_over(run: Run) -> float:
     """The largest change of an energy or work during a run [J]."""
     return (
-        max((float(np.ptp(_values(run, name))) for name in TURNED_OVER if name in run.variables), default=0.0)
-        if run.sizes["time"]
-        else 0.0
+        max((float(np.ptp(run[name].values)) for name in TURNED_OVER if name in run), default=0.0) if run.sizes["time"] else 0.0
     )
-
-
-def _values(run: Run, name: str) -> np.ndarray:
-    """The values of a variable; of a Dataset run[name] would make a DataArray with its coordinates."""
-    return np.asarray(run.variables[name].values)
 
 
 def _stands_still(plan: Plan, run: Run) -> bool:
     """Whether no body moves by more than `MOVED`."""
     if not run.sizes["time"]:
         return True
-    motion = (_values(run, "position"), MOVED * plan.size), (_values(run, "angle"), MOVED)
+    motion = (run["position"].values, MOVED * plan.size), (run["angle"].values, MOVED)
     middle = run.sizes["time"] // 2
     if any(np.any(np.abs(part[middle] - part[0]) > least) for part, least in motion):  # most runs move, which is soon seen
         return False
@@ -233,10 +214,10 @@ def _stands_still(plan: Plan, run: Run) -> bool:
 
 def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     """A run that gains or loses energy, by tolerances or, with hard contact, by steps of one length."""
-    residual = float(np.max(np.abs(_values(run, "energy_residual")), initial=0.0))
+    residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
     turned_over = energy_turned_over(run)
     largest = max(
-        (float(np.max(np.abs(_values(run, name)), initial=0.0)) for name in TURNED_OVER if name in run.variables),
+        (float(np.max(np.abs(run[name].values), initial=0.0)) for name in TURNED_OVER if name in run),
         default=0.0,
     )
     if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
@@ -248,9 +229,9 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
 
 def _gained(run: Run) -> list[RunWarning]:
     """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
-    turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), _values(run, "time")
+    turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), run["time"].values
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
-        loss = _values(run, name)
+        loss = run[name].values
         gain = np.maximum.accumulate(loss) - loss
         if float(np.max(gain, initial=0.0)) > UNBALANCED * turned_over:
             worst = int(np.argmax(gain))
@@ -275,9 +256,9 @@ def _impulses(run: Run) -> list[RunWarning]:
 
 def _events(run: Run, column: str) -> Iterable[tuple[str, float, float]]:
     """Name, instant and a number of each event of a component."""
-    if f"event_{column}" not in run.variables:
+    if f"event_{column}" not in run:
         return []
-    return zip(*(_values(run, f"event_{name}").tolist() for name in ("name", "time", column)), strict=True)
+    return zip(*(run[f"event_{name}"].values.tolist() for name in ("name", "time", column)), strict=True)
 
 
 def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
@@ -285,19 +266,19 @@ def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
     warnings = []
     for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
-        if limit is None or not float(_values(run, "peak_control_torque")[k]) >= AT_LIMIT * limit:
+        if limit is None or not float(run["peak_control_torque"].values[k]) >= AT_LIMIT * limit:
             continue
-        at = np.abs(_values(run, "control_torque")[:, k]) >= AT_LIMIT * limit
+        at = np.abs(run["control_torque"].values[:, k]) >= AT_LIMIT * limit
         if not at.any():
             warnings.append(warning("at limit between samples", part.name, "actuator", limit=limit))
             continue
-        time, kind, numbers = _values(run, "time"), "at limit, no reference", {}
+        time, kind, numbers = run["time"].values, "at limit, no reference", {}
         if part.reference is not None:
             kind = "at limit"
-            numbers["behind"] = math.degrees(float(np.max(np.abs(_values(run, "control_error")[at, k]))))
+            numbers["behind"] = math.degrees(float(np.max(np.abs(run["control_error"].values[at, k]))))
         lasting = float(time_mean(at, time))
         warnings.append(warning(kind, part.name, "actuator", limit=limit, fraction=lasting, time=time[at][0], **numbers))
-        reversals = int(np.sum(np.diff(np.sign(_values(run, "control_torque")[at, k])) != 0.0))
+        reversals = int(np.sum(np.diff(np.sign(run["control_torque"].values[at, k])) != 0.0))
         if reversals > max(RESTLESS * time.size, 2):
             warnings.append(warning("restless", part.name, "actuator", reversals=reversals))
     return warnings
@@ -353,36 +334,12 @@ def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
     ]
 
 
-def _beyond(plan: Plan, run: Run) -> list[RunWarning]:
-    """What leaves its curve or its stroke."""
-    warnings = list[RunWarning]()
-    for _, part, output in beyond_outputs(plan):
-        section = part.declaration.section
-        at = run[section].values.tolist().index(part.name)
-        far, when = (float(_values(run, f"{section}_peak_beyond{more}")[at]) for more in ("", "_time"))
-        if far > ROUNDED:
-            warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=when))
-    return warnings
-
-
-def _exceeded(run: Run) -> list[RunWarning]:
-    """Bristles that give more friction than their law's static limit, how much and how long."""
-    if "peak_friction_ratio" not in run:
-        return []
-    columns = (_values(run, name) for name in ("joint", "peak_friction_ratio", "friction_excess_time"))
-    return [
-        warning("friction", str(name), ratio=ratio, limit=EXCEEDED, seconds=lasting)
-        for name, ratio, lasting in zip(*columns, strict=True)
-        if lasting > 0.0
-    ]
-
-
 def _undetermined(run: Run) -> list[RunWarning]:
     """Reactions that are not determined, at all times or where bodies are aligned."""
-    missing = np.isnan(_values(run, "reaction")).any(axis=2)
+    missing = np.isnan(run["reaction"].values).any(axis=2)
     if not missing.any():
         return []
-    quoted = [f"'{name}'" for name in _values(run, "joint")[missing.any(axis=0)].tolist()]
+    quoted = [f"'{name}'" for name in run["joint"].values[missing.any(axis=0)].tolist()]
     names = ", ".join(quoted[:MOST_NAMES] + ([f"{len(quoted) - MOST_NAMES} more"] if len(quoted) > MOST_NAMES else []))
     instants = missing.any(axis=1)
     if instants.all():

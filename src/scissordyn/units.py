@@ -215,6 +215,11 @@ class Meaning:
     example: str = ""  # A value as Python
 
 
+def help_of(hint: Any) -> str:
+    """What a value means, in one line, as its annotation says it."""
+    return next((extra.help for extra in extras(hint) if getattr(extra, "help", "")), "")
+
+
 Described = TypeVar("Described", bound=Callable[..., Any])
 
 
@@ -225,8 +230,8 @@ def documented(described: Described, meanings: Mapping[str, str] = MappingProxyT
     for name, parameter in inspect.signature(described).parameters.items():
         about = extras(hints[name])
         units = next((extra.units for extra in about if isinstance(extra, Pairs)), ())
-        unit = " and ".join(units) or next((extra.unit for extra in about if isinstance(extra, Quantity)), "1")
-        meaning = next((extra.help for extra in about if getattr(extra, "help", "")), meanings.get(name, ""))
+        unit = " and ".join(units) or next((extra.unit for extra in about if hasattr(extra, "unit")), "1")
+        meaning = help_of(hints[name]) or meanings.get(name, "")
         optional = "" if parameter.default is parameter.empty else ", optional"
         rows.append(f"{name} : {in_words(hints[name])}{optional}")
         rows += [f"    {meaning} [{unit}]".replace(" [1]", "")] if meaning or unit != "1" else []

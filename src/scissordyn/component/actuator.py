@@ -7,7 +7,7 @@ from typing import Annotated
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import OverTime, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.control.signal import check_signal
 from scissordyn.errors import InputError
@@ -31,8 +31,8 @@ class Actuator:
     body: str
     controller: Controller
     base: str = GROUND
-    reference: TimeFunction | None = None
-    feed_forward: TimeFunction | None = None
+    reference: Annotated[TimeFunction | None, OverTime("rad", "the reference angle over time")] = None
+    feed_forward: Annotated[TimeFunction | None, OverTime("N m", "a torque over time for the controller")] = None
     sensor: Annotated[BodyPoint | None, Meaning("a point whose position is measured")] = None
     sensor_origin: Annotated[BodyPoint | None, Meaning("from where it is measured; the ground's origin without it")] = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0

@@ -9,7 +9,7 @@ from scissordyn.component.curve import ACTS, KNOT, Acts, check_covers, check_cur
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs, Quantity
 
@@ -60,7 +60,7 @@ class AngleLoad:
         float,
         Quantity("rad/s", above=0.0, maximum=1e4, help="w_0 of a one-way torque, in (1 + tanh(w/w_0))/2"),
     ] = 1e-2
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def check(self) -> None:
         check_curve(f"angle load '{self.name}'", self.curve, CURVE, periodic=self.periodic)

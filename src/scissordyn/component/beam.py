@@ -22,7 +22,7 @@ from scissordyn.component.elastic import (
 )
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import FRAME, Output
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.units import Quantity
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
@@ -165,7 +165,7 @@ class Beam:
     thermal_expansion: Annotated[float, EXPANSION] = 0.0
     temperature_rise: Annotated[float, WARMER] = 0.0
     temperature_difference: Annotated[float, ACROSS] = 0.0
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def check(self) -> None:
         check_depth(self, f"beam '{self.name}'")

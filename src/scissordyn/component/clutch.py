@@ -7,7 +7,7 @@ from typing import Annotated
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.units import Quantity, State
 
 
@@ -49,4 +49,4 @@ class Clutch:
     yield_angle: Annotated[float, Quantity("rad", minimum=1e-9, maximum=1.0, help="twist theta_s over which linings yield")] = (
         1e-3
     )
-    time_function: TimeFunction | None = None
+    time_function: Factor = None

@@ -38,10 +38,6 @@ MEANINGS: Mapping[str, str] = {
     "body": "the body that it acts on",
     "base": "the body that it acts against",
     "controller": "scissordyn controllers lists them",
-    "time_function": "a factor over time, 1 without it",
-    "motion": "the distance over time, without a length",
-    "reference": "the reference angle over time",
-    "feed_forward": "a torque over time for the controller",
 }
 """What fields mean that several components have, unless an annotation says more."""
 

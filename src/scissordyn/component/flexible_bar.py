@@ -20,7 +20,7 @@ from scissordyn.component.elastic import (
     thermal_loads,
 )
 from scissordyn.component.port.axis import AXIS
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity
 
@@ -84,7 +84,7 @@ class FlexibleBar:
     thermal_expansion: Annotated[float, EXPANSION] = 0.0
     temperature_rise: Annotated[float, WARMER] = 0.0
     temperature_difference: Annotated[float, ACROSS] = 0.0
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def check(self) -> None:
         count = len(self.sections)

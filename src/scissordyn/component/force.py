@@ -7,7 +7,7 @@ from typing import Annotated
 from scissordyn.component.declaration import TEXTBOOK, component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import POINT
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.units import Meaning, Quantity
 
 
@@ -40,7 +40,7 @@ class Force:
         Point, Quantity("N", minimum=-1e12, maximum=1e12, help="its components, along the body's axes if it follows")
     ]
     follows: Annotated[bool, Meaning("whether it turns with the body")] = False
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Both components [N], and 1 for a force that follows its body."""

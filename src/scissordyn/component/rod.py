@@ -7,7 +7,7 @@ from typing import Annotated
 from scissordyn.component.declaration import TEXTBOOK, component
 from scissordyn.component.place import BodyPoint
 from scissordyn.component.port import LINE
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity
 
@@ -31,7 +31,7 @@ class Rod:
     start: BodyPoint
     end: BodyPoint
     length: Annotated[float | None, Quantity("m", above=0.0, maximum=1e4, help="distance of the points, or as placed")] = None
-    motion: TimeFunction | None = None
+    motion: Annotated[TimeFunction | None, OverTime("m", "the distance over time, without a length")] = None
     direction: Annotated[
         float | None,
         Quantity("rad", minimum=-1e4, maximum=1e4, help="direction from start to end at t = 0, without rotation"),

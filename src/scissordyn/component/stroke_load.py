@@ -8,7 +8,7 @@ from scissordyn.component.curve import ACTS, Acts, check_covers, check_curve, cu
 from scissordyn.component.declaration import component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import TRAVEL, Output
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
@@ -55,7 +55,7 @@ class StrokeLoad:
         float,
         Quantity("m/s", above=0.0, maximum=1e3, help="v_0 of a one-way force, in (1 + tanh(v/v_0))/2"),
     ] = 1e-3
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def check(self) -> None:
         check_curve(f"stroke load '{self.name}'", self.curve, CURVE)

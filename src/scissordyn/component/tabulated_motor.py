@@ -8,7 +8,7 @@ from scissordyn.component.curve import check_curve, curve_at, curve_numbers
 from scissordyn.component.declaration import component
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
@@ -60,7 +60,7 @@ class TabulatedMotor:
             help="at the body: the rotor's times ratio^2",
         ),
     ] = 0.0
-    time_function: TimeFunction | None = None
+    time_function: Factor = None
 
     def check(self) -> None:
         check_curve(f"tabulated motor '{self.name}'", self.curve, CURVE)

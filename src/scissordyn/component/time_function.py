@@ -168,3 +168,14 @@ class Trapezoidal:
 
 
 TimeFunction = ConstantSpeed | Harmonic | Tabulated | Polynomial | Cycloidal | Trapezoidal
+
+
+@dataclass(frozen=True)
+class OverTime:
+    """What an annotated time function gives: ``Annotated[TimeFunction | None, OverTime("m", "the distance over time")]``."""
+
+    unit: str  # SI unit of its values
+    help: str
+
+
+Factor = Annotated[TimeFunction | None, OverTime("1", "a factor over time, 1 without it")]

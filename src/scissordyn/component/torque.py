@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.component.declaration import component
+from scissordyn.component.declaration import TEXTBOOK, component
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import HINGE
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import Factor
 from scissordyn.units import Quantity
 
 
@@ -23,27 +23,13 @@ def force(angle, speed, factor, torque):
     passive=False,
     symbol="arc",
     example={"body": "crank", "torque": "1 N m", "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}}},
+    source=TEXTBOOK,
 )
 class Torque:
-    """A torque on a body against its base, constant or a function of time.
-
-    Parameters
-    ----------
-    name : str
-    body, base : str
-        The base may be "ground".
-    torque : float
-        [N m]
-    time_function : TimeFunction, optional
-        A factor over time; 1 if not given.
-
-    References
-    ----------
-    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
-    """
+    """A torque on a body against its base, constant or a function of time."""
 
     name: str
     body: str
     torque: Annotated[float, Quantity("N m", minimum=-1e9, maximum=1e9, help="torque")]
     base: str = GROUND
-    time_function: TimeFunction | None = None
+    time_function: Factor = None

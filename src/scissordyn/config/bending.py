@@ -4,40 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.shape import About, Context, reader
+from scissordyn.config.shape import Context, reader
 from scissordyn.config.table import Call, Table, made_table, table_of_call, toml
-from scissordyn.config.time_function import TIME_FUNCTION
 from scissordyn.errors import InputError
-from scissordyn.model.bending import ELEMENTS, with_bending
+from scissordyn.model.bending import with_bending
+
+BARS_SAMPLE = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
 BendingTable = table_of_call(
     with_bending,
-    (
-        ("mechanism", None),
-        ("bodies", Annotated[str, About("which bars, by name or pattern", examples=["unit */bar *"])]),
-        ("section", Annotated[str | None, About("tube, box, solid, angle or strip with its dimensions")]),
-        ("material", Annotated[str | None, About("steel, aluminium or titanium")]),
-        (
-            "modes",
-            Annotated[int | Literal["auto"], About("bending modes of a bar, its points held", examples=["auto"])],
-        ),
-        ("elements", Annotated[int | None, ELEMENTS, About("beam elements along a bar, in place of modes")]),
-        (
-            "time_function",
-            Annotated[TimeFunction | None, TIME_FUNCTION, About("a factor of temperatures over time")],
-        ),
-    ),
+    (("mechanism", None),),
     base=Call,
     spelt={"bodies": "bars"},
-    section="tube 60x60x1.56 mm",
-    material="steel",
+    bodies="unit */bar *",
+    modes="auto",
+    **BARS_SAMPLE,
 )
 """Bars that bend."""
-
-BARS_SAMPLE = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
 
 def _of_all_bars() -> type[Table]:

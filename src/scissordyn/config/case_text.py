@@ -15,6 +15,7 @@ from scissordyn.component.time_function import (
     ConstantSpeed,
     Cycloidal,
     Harmonic,
+    OverTime,
     Polynomial,
     Tabulated,
     TimeFunction,
@@ -27,7 +28,7 @@ from scissordyn.config.part import COMPONENT_SECTIONS, BodyTable
 from scissordyn.config.quantity import exact
 from scissordyn.config.shape import Context
 from scissordyn.config.table import instance
-from scissordyn.config.time_function import powers
+from scissordyn.config.time_function import VALUES, powers, units_of
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS
@@ -43,7 +44,7 @@ from scissordyn.model.track import Track
 from scissordyn.model.walk import Declared, declared, given
 from scissordyn.plugin.element import Part
 from scissordyn.run.options import Options
-from scissordyn.units import Pairs, quantities
+from scissordyn.units import Pairs
 
 BEGINNING = "# A case of scissordyn, written by write_case."
 """The first line, by which a file is known to be replaceable."""
@@ -61,17 +62,6 @@ UNTIL = 0.05
 """End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints."""
 
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-
-VALUE_UNITS = {
-    "reference": "rad",
-    "time_function": "1",
-    "motion": "m",
-    "feed_forward": "N m",
-}
-"""Units of time functions, by the names of fields."""
-
-TABULATED = {"rad": "angle", "1": "factor", "m": "length", "N m": "torque"}
-"""What the values of a table are called, by their unit."""
 
 Entries = dict[str, str]
 """Keys of a table and their values as TOML."""
@@ -250,7 +240,7 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> str:
             {key: _quantity(column, unit) for key, column, unit in zip(pairs.names, columns, pairs.units, strict=True)}
         )
     if isinstance(value, TimeFunction):
-        return _inline(_time_function(value, VALUE_UNITS.get(field.name, "1")))
+        return _inline(_time_function(value, next((extra.unit for extra in field.extras if isinstance(extra, OverTime)), "1")))
     if isinstance(value, Mapping):
         return _points(value, code)
     if isinstance(value, Material):
@@ -293,10 +283,7 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
             return {"speed": _quantity((speed,), powers(unit)[1])}
         case Harmonic() | Cycloidal() | Trapezoidal():
             kind: Any = type(function)
-            entries = {}
-            for name, quantity in quantities(kind).items():
-                value_unit = unit if quantity.unit == "rad" and name != "phase" else quantity.unit
-                entries[name] = _quantity((getattr(function, name),), value_unit)
+            entries = {name: _quantity((getattr(function, name),), of) for name, of in units_of(kind, unit).items()}
             return {kind.__name__.lower(): _inline(entries)}
         case Polynomial(coefficients):
             values = (_quantity((number,), power) for number, power in zip(coefficients, powers(unit), strict=False))
@@ -304,7 +291,7 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
         case Tabulated(times, values):
             numbers = "[" + ", ".join(_quantity((value,), "1") for value in values) + "]"
             column = numbers if unit == "1" else _quantity(values, unit)
-            return {"table": _inline({"time": _quantity(times, "s"), TABULATED[unit]: column})}
+            return {"table": _inline({"time": _quantity(times, "s"), VALUES[unit].name: column})}
 
 
 def _points(points: Mapping[str, Point], code: Code) -> str:

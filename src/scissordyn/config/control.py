@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.place import GROUND
-from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
+from scissordyn.component.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
 from scissordyn.config.code import AbsentPart, code_of
 from scissordyn.config.law import named_tables
-from scissordyn.config.quantity import read_numbers
-from scissordyn.config.shape import About, Context, Shape, reader
+from scissordyn.config.shape import About, Context, read_as, reader
 from scissordyn.config.table import Table, build, toml
-from scissordyn.config.time_function import ANGLE
-from scissordyn.config.unit_pattern import numbers_pattern
+from scissordyn.config.time_function import read_tabulated, table_shape
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
@@ -42,33 +41,26 @@ def _read_controller(given: Any, context: Context) -> Controller:
     return controller
 
 
-CONTROLLER = _read_controller
-"""For ``Annotated[Controller, CONTROLLER]``: a key whose value is a controller."""
+read_as(Controller, _read_controller)
 
 
-def _torques() -> Shape:
-    keys = {name: {"type": "string", "pattern": numbers_pattern(unit)} for name, unit in (("time", "s"), ("torque", "N m"))}
-    table = {"type": "object", "properties": keys, "required": list(keys), "additionalProperties": False}
-    return {"anyOf": [{"const": "ideal"}, table]}
-
-
-@reader(_torques)
+@reader(lambda: {"anyOf": [{"const": "ideal"}, table_shape("N m")]})
 def _read_torques(given: Any, context: Context) -> str | Tabulated:
     if given == "ideal":
         return "ideal"
     if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
         raise InputError("not a feed-forward torque", '"ideal" for that of the ideal mechanism, or a table', TORQUES)
-    return Tabulated(read_numbers(given["time"], "s"), read_numbers(given["torque"], "N m"))
+    return read_tabulated(given, Path(), "N m")
 
 
 class ControlTable(Table):
     """A controlled torque in place of a drive."""
 
-    controller: Annotated[Controller, CONTROLLER, About("scissordyn controllers lists them", examples=[SAMPLE])]
+    controller: Annotated[Controller, About("scissordyn controllers lists them", examples=[SAMPLE])]
     body: Annotated[str, About("the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
         TimeFunction | None,
-        ANGLE,
+        OverTime("rad", "the reference angle over time"),
         About("the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
     ] = None
     feed_forward: Annotated[

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.config.body_point import BODY_POINT
 from scissordyn.config.quantity import exact, read_quantity, written
-from scissordyn.config.shape import About, Context, reader
+from scissordyn.config.shape import About, Context, read_as, reader
 from scissordyn.config.table import Call, Hints, Table, keys_of, made_table, table_of_call
-from scissordyn.config.time_function import ANGLE, DISTANCE
+from scissordyn.config.time_function import time_function
 from scissordyn.config.unit_pattern import quantity_pattern
+from scissordyn.config.value import BODY_POINT
 from scissordyn.errors import InputError
 from scissordyn.model.backlash import closed, with_backlash
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle, Slide
@@ -34,9 +34,7 @@ class CoordinateTable(Table):
     """An angle of a body, a slide of a point, or a distance of two points."""
 
     angle: Annotated[str | None, About("body whose angle it is, against the base")] = None
-    slide: Annotated[BodyPoint | None, BODY_POINT, About("point whose displacement along the direction it is, in the base")] = (
-        None
-    )
+    slide: Annotated[BodyPoint | None, About("point whose displacement along the direction it is, in the base")] = None
     distance: Annotated[tuple[BodyPoint, BodyPoint] | None, _read_points, About("two points")] = None
     base: Annotated[str, About("a body, or the ground")] = GROUND
     direction: Annotated[float | None, quantities(Slide)["direction"]] = None
@@ -81,15 +79,14 @@ def _read_offset(given: Any, context: Context) -> float:
 
 @reader(lambda: {"type": "object"})
 def _read_motion(given: Any, context: Context) -> TimeFunction:
-    function: TimeFunction = (ANGLE if context["values"]["coordinate"].unit == "rad" else DISTANCE).read(given, context)
+    function: TimeFunction = time_function(context["values"]["coordinate"].unit).read(given, context)
     return function
 
 
-_NAME = ("name", Annotated[str, About("name, unique among its kind")])
-_COORDINATE = Annotated[Coordinate, _read_coordinate, About(f"a coordinate: {SAMPLE}")]
+read_as(Coordinate, _read_coordinate)
+_COORDINATE = Annotated[Coordinate, About(f"a coordinate: {SAMPLE}")]
 
 COUPLING: Hints = (
-    _NAME,
     ("output", _COORDINATE),
     ("input", _COORDINATE),
     (
@@ -147,7 +144,6 @@ CouplingTable = made_table(
 """A coupling."""
 
 COORDINATE_DRIVE: Hints = (
-    _NAME,
     ("coordinate", _COORDINATE),
     ("motion", Annotated[TimeFunction, _read_motion, About("the angle, or the distance, over time")]),
 )

@@ -1,4 +1,4 @@
-"""Laws and materials in a case file: a name, or a table of parameters."""
+"""Laws, materials and oils in a case file: a name, or a table of parameters."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from difflib import get_close_matches
 from typing import Any
 
 from scissordyn.config.code import AbsentPart, code_of
-from scissordyn.config.shape import Context, Reader, Shape, reader
+from scissordyn.config.shape import Context, Reader, Shape, read_as, reader
 from scissordyn.config.table import build, filled_table, with_key
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
+from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import Material
+from scissordyn.laws.oil import OILS, Oil, oil_of
+from scissordyn.model.lubrication import Lubrication
 
 USER_FILE = "a class or function in a file as my_laws.py:soft"
 
@@ -58,18 +61,13 @@ def named_tables(key: str, classes: Mapping[str, type]) -> Shape:
     return {"anyOf": [{"enum": list(classes)}, in_file, *tables, further]}
 
 
-def law_shape(kind: str) -> Shape:
-    return named_tables("law", catalogue.BY_KIND[kind])
-
-
-def law_of(kind: str) -> Reader:
-    """For ``Annotated[Elastic, law_of("stiffness")]``: a key whose value is a law."""
-
-    @reader(lambda: law_shape(kind))
+def _law_reader(kind: str) -> Reader:
     def read(given: Any, context: Context) -> Any:
-        return read_law(given, kind, context)
+        """A law, of damping with the restitution coefficient of the table if there is one."""
+        restitution = context.get("values", {}).get("restitution") if kind == "damping" else None
+        return read_law(given, kind, context, **({} if restitution is None else {"restitution": restitution}))
 
-    return read
+    return Reader(read, lambda: named_tables("law", catalogue.BY_KIND[kind]))
 
 
 def table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
@@ -93,5 +91,25 @@ def _read_material(given: Any, context: Context) -> Material:
     return named
 
 
-material_of = _read_material
-"""For ``Annotated[Material, material_of]``: a key whose value is a material."""
+@reader(lambda: table_or_name(Oil, None))
+def _read_oil(given: Any, context: Context) -> Oil:
+    if isinstance(given, Mapping):
+        oil: Oil = build(Oil, {"name": "custom", **given}, context)
+        return oil
+    if not isinstance(given, str):
+        raise InputError(f"{given!r} as an oil", ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density")
+    return oil_of(given)
+
+
+@reader(lambda: {"anyOf": [{"type": "string"}, filled_table(Lubrication)]})
+def _read_lubrication(given: Any, context: Context) -> Lubrication:
+    """An oil, or a table."""
+    film: Lubrication = build(Lubrication, {"oil": given} if isinstance(given, str) else given, context)
+    return film
+
+
+for _slot, _kind in ((Elastic, "stiffness"), (Damping, "damping"), (Friction, "friction")):
+    read_as(_slot, _law_reader(_kind))
+read_as(Material, _read_material)
+read_as(Oil, _read_oil)
+read_as(Lubrication, _read_lubrication)

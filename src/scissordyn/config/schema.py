@@ -107,6 +107,7 @@ class _Writer:
             accepted = _number(key.quantity, key.hint, key.words)
         else:
             accepted = self._of(key.hint)
+        assert accepted, f"no schema for {key.hint!r}"
         described = [key.help.rstrip("."), key.quantity.allowed if key.quantity is not None else ""]
         text = "; ".join(filter(None, described))
         about: Schema = {"description": text} if text else {}
@@ -127,13 +128,14 @@ class _Writer:
         if origin in (list, Sequence):
             return {"type": "array", "items": self._of(inner[0])}
         if origin in (typing.Union, types.UnionType):
-            kept = [self._of(member) for member in members(annotation) if member is not type(None)]
+            # of what Python alone can give, such as a section, there is no value in a file
+            kept = [schema for member in members(annotation) if (schema := self._of(member))]
             return kept[0] if len(kept) == 1 else {"anyOf": kept}
         if isinstance(annotation, type) and issubclass(annotation, Table):
             return self.reference(annotation)
         if annotation in PLAIN:
             return {"type": PLAIN[annotation]}
-        raise AssertionError(f"no schema for {annotation!r}")
+        return {}
 
     def shape(self, shape: Any) -> Schema:
         """What a reader says that it accepts, with tables as references."""

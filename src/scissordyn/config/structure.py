@@ -5,12 +5,9 @@ from __future__ import annotations
 import dataclasses
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal
 
-from scissordyn.annotation import plain_hint
-from scissordyn.component.place import Point
 from scissordyn.config.bending import ALL_BARS, BARS_SAMPLE
-from scissordyn.config.part import pair
 from scissordyn.config.shape import About, Context, Reader, reader
 from scissordyn.config.table import Call, Table, made_table, table_of_call
 from scissordyn.errors import InputError, did_you_mean
@@ -18,7 +15,7 @@ from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.units import extras, quantities
+from scissordyn.units import quantities
 
 _MECHANISM = quantities(Mechanism)
 
@@ -71,10 +68,7 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: 
     """The table of a kind of structure whose keys are the arguments of a builder, which all have defaults."""
     named: Any = Annotated[Literal[kind], About(help, [kind])]
     base = made_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
-    hints = get_type_hints(builder, include_extras=True)
-    places = {name: extras(hint)[0] for name, hint in hints.items() if plain_hint(hint) == Point}
-    read = tuple((name, Annotated[Point, pair(quantity.unit), About(quantity.help)]) for name, quantity in places.items())
-    return table_of_call(builder, read, base=base, **examples)
+    return table_of_call(builder, (), base=base, **examples)
 
 
 _TABLES = (

@@ -13,11 +13,12 @@ from types import MappingProxyType, NoneType
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import members, plain_hint
+from scissordyn.component.declaration import MEANINGS
 from scissordyn.config.line import Place, place_text
 from scissordyn.config.quantity import example, read_quantity, written
-from scissordyn.config.shape import About, Context, Reader
+from scissordyn.config.shape import About, Context, Reader, reader_of
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.units import Quantity, Sample, extras
+from scissordyn.units import Quantity, Sample, help_of
 
 Hints = tuple[tuple[str, Any], ...]
 """Names of fields, and the annotations by which they are read in place of their own."""
@@ -102,13 +103,16 @@ def _key(name: str, annotation: Any, default: Any) -> Key:
     """Of several things said about a key the last one counts."""
     annotated = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
     about = [extra for extra in annotated if isinstance(extra, About)]
+    quantity = next((extra for extra in annotated if isinstance(extra, Quantity)), None)
+    chosen = next((extra for extra in annotated if isinstance(extra, Reader)), None)
+    by_type = None if chosen else reader_of(annotation, annotated)
     return Key(
         name,
         plain_hint(annotation),
         default,
-        next((extra for extra in annotated if isinstance(extra, Quantity)), None),
-        next((extra for extra in annotated if isinstance(extra, Reader)), None),
-        next((extra.description for extra in reversed(about) if extra.description), ""),
+        None if by_type else quantity,  # which is that of each of its numbers
+        chosen or by_type,
+        next((extra.description for extra in reversed(about) if extra.description), "") or help_of(annotation),
         next((extra.examples for extra in reversed(about) if extra.examples), ()),
     )
 
@@ -256,7 +260,8 @@ def keys_of(described_type: type, hints: Hints = (), **examples: Any) -> dict[st
         default = field.default if field.default_factory is MISSING else field.default_factory()
         if dataclasses.is_dataclass(default):  # a law or a material, which a file names
             default = default.name  # type: ignore[union-attr]
-        description = "" if field.name in dict(hints) else documented.get(field.name, "")
+        described = field.name in dict(hints) or help_of(annotations[field.name])
+        description = "" if described else documented.get(field.name, MEANINGS.get(field.name, ""))
         shown = About(description, [examples[field.name]] if field.name in examples else [])
         keys[field.name] = (Annotated[annotations[field.name], shown], default)
     return keys
@@ -295,10 +300,8 @@ def table_of_call(
     for name, parameter in inspect.signature(function).parameters.items():
         if annotations[name] is None:
             continue
-        text = ""
-        if name not in dict(hints):
-            text = next((extra.help for extra in extras(annotations[name])), "") or documented.get(name, "")
-        about = About(text, [examples[name]] if name in examples else [])
+        described = name in dict(hints) or help_of(annotations[name])
+        about = About("" if described else documented.get(name, ""), [examples[name]] if name in examples else [])
         default = MISSING if parameter.default is parameter.empty else parameter.default
         key = spelt.get(name, name)
         keys[key], arguments[key] = (Annotated[annotations[name], about], default), name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -11,6 +12,7 @@ from scissordyn.component.time_function import (
     ConstantSpeed,
     Cycloidal,
     Harmonic,
+    OverTime,
     Polynomial,
     Tabulated,
     TimeFunction,
@@ -18,53 +20,122 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.config.code import code_of
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
-from scissordyn.config.shape import About, Context, Reader, Shape, reader
-from scissordyn.config.table import Hints, Table, described, located, made_table, toml
+from scissordyn.config.shape import About, Context, Reader, Shape, read_as, reader
+from scissordyn.config.table import Table, described, located, made_table, toml
 from scissordyn.config.text import read_text
-from scissordyn.config.unit_pattern import numbers_pattern, quantity_pattern
+from scissordyn.config.unit_pattern import quantity_pattern
+from scissordyn.config.value import columns_shape, numbers_shape
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
 HEADER = re.compile(
     r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length|torque)\s*\[(?P<unit>[^]]+)\]\s*"
 )
-SAMPLE = 'table = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }'
-LENGTHS = 'table = { time = "0 10 20 30 40 50 ms", length = "500 501 504 509 516 525 mm" }'
-TORQUES = 'table = { time = "0 10 20 30 40 50 ms", torque = "0 1 2 3 2 1 N m" }'
-FACTORS = 'table = { time = "0 10 20 30 40 50 ms", factor = [0, 0.1, 0.3, 0.6, 0.9, 1] }'
 
 
-TABULATED = {
-    "angle": ("rad", "angle [deg]", SAMPLE),
-    "length": ("m", "length [mm]", LENGTHS),
-    "factor": ("1", "factor [1]", FACTORS),
-    "torque": ("N m", "torque [N m]", TORQUES),
+@dataclass(frozen=True)
+class Values:
+    """What a time function gives, and examples of its kinds as TOML has them."""
+
+    name: str  # Of a column in a table
+    unit: str
+    shown: str  # Unit in the heading of a file
+    key: str  # That a time function of such values usually has
+    column: Any  # Of a table at 0, 10, ..., 50 ms
+    coefficients: list[Any]  # Of a polynomial
+    ends: tuple[Any, Any]  # Of a move
+    oscillation: tuple[Any, Any]  # Mean and amplitude
+    speed: Quantity | None = None  # Of a constant speed
+
+    @property
+    def table(self) -> str:
+        return f"table = {toml({'time': '0 10 20 30 40 50 ms', self.name: self.column})}"
+
+    @property
+    def move(self) -> dict[str, Any]:
+        return {"start": self.ends[0], "end": self.ends[1], "duration": "2 s"}
+
+    @property
+    def harmonic(self) -> dict[str, Any]:
+        return {"mean": self.oscillation[0], "amplitude": self.oscillation[1], "angular_frequency": "3 Hz"}
+
+
+VALUES: Mapping[str, Values] = {
+    "rad": Values(
+        name="angle",
+        unit="rad",
+        shown="deg",
+        key="drive",
+        column="30 31 34 39 46 55 deg",
+        coefficients=["30 deg", "10 deg/s", "5 deg/s^2"],
+        ends=("30 deg", "60 deg"),
+        oscillation=("45 deg", "15 deg"),
+        speed=quantities(ConstantSpeed)["speed"],
+    ),
+    "m": Values(
+        name="length",
+        unit="m",
+        shown="mm",
+        key="motion",
+        column="500 501 504 509 516 525 mm",
+        coefficients=["0.5 m", "0.1 m/s"],
+        ends=("0.5 m", "0.8 m"),
+        oscillation=("0.5 m", "0.1 m"),
+    ),
+    "1": Values(
+        name="factor",
+        unit="1",
+        shown="1",
+        key="time_function",
+        column=[0, 0.1, 0.3, 0.6, 0.9, 1],
+        coefficients=[0, "0.5 1/s"],
+        ends=(0, 1),
+        oscillation=(0, 1),
+        speed=Quantity("1/s", help="a factor that grows from zero at this rate"),
+    ),
+    "N m": Values(
+        name="torque",
+        unit="N m",
+        shown="N m",
+        key="feed_forward",
+        column="0 1 2 3 2 1 N m",
+        coefficients=["0 N m", "1 N m/s"],
+        ends=("0 N m", "5 N m"),
+        oscillation=("0 N m", "1 N m"),
+        speed=Quantity("N m/s", help="a torque that grows from zero at this rate"),
+    ),
 }
-"""What can be tabulated: unit, heading in a file, and a sample."""
+"""What time functions give, by unit."""
 
 
-def read_tabulated(given: Any, folder: Path, name: str = "angle") -> Tabulated:
-    """An angle, a length or a factor given at instants."""
+def powers(unit: str) -> tuple[str, ...]:
+    """Units of the coefficients of a polynomial of time whose values have a unit, from the constant up."""
+    return (unit, f"{unit}/s", *(f"{unit}/s^{power}" for power in range(2, 6)))
+
+
+def read_tabulated(given: Any, folder: Path, unit: str = "rad") -> Tabulated:
+    """Values at instants, in a file or here."""
+    values, name = VALUES[unit], VALUES[unit].name
     if isinstance(given, str):
-        return _from_file(folder / given, name)
+        return _from_file(folder / given, values)
     if not isinstance(given, Mapping) or set(given) != {"time", name}:
-        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", TABULATED[name][2])
-    values = _plain(given[name]) if name == "factor" else read_numbers(given[name], TABULATED[name][0])
-    return Tabulated(read_numbers(given["time"], "s"), values)
+        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", values.table)
+    column = read_numbers(given[name], unit) if unit != "1" else _plain(given[name], values.table)
+    return Tabulated(read_numbers(given["time"], "s"), column)
 
 
-def _plain(given: Any) -> tuple[float, ...]:
+def _plain(given: Any, sample: str) -> tuple[float, ...]:
     if not isinstance(given, list):
-        raise InputError("factor is not a list of numbers", "a list of plain numbers", FACTORS)
-    return tuple(read_quantity(number, Quantity("1"), FACTORS) for number in given)
+        raise InputError("factor is not a list of numbers", "a list of plain numbers", sample)
+    return tuple(read_quantity(number, Quantity("1"), sample) for number in given)
 
 
-def _from_file(path: Path, name: str) -> Tabulated:
+def _from_file(path: Path, values: Values) -> Tabulated:
     # a case may be somebody else's, and name a file that he must not see: no text of the file is in a message
-    wanted = f"time [ms], {TABULATED[name][1]}"
+    wanted = f"time [ms], {values.name} [{values.shown}]"
     header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
     units = HEADER.fullmatch(header)
-    if units is None or units["name"] != name or (name == "factor" and units["unit"] != "1"):
+    if units is None or units["name"] != values.name or (values.unit == "1" and units["unit"] != "1"):
         raise InputError(f"'{path}' does not begin with the heading of a table", "a first line that names both columns", wanted)
     rows = []
     for number, line in enumerate(lines, start=2):
@@ -77,32 +148,24 @@ def _from_file(path: Path, name: str) -> Tabulated:
             raise InputError(f"'{path}' line {number} is no two numbers", "two numbers in each line", "10, 35.5") from None
         rows.append((time, value))
     with located(f"'{path}' line 1"):
-        scale = unit_factor(units["time"], "s"), 1.0 if name == "factor" else unit_factor(units["unit"], TABULATED[name][0])
+        scale = unit_factor(units["time"], "s"), 1.0 if values.unit == "1" else unit_factor(units["unit"], values.unit)
     return Tabulated(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
 
 
-def _tables(name: str) -> Shape:
-    """The name of a file, or two lists."""
-    listed = {"type": "array", "items": {"type": "number"}}
-    values = listed if name == "factor" else {"type": "string", "pattern": numbers_pattern(TABULATED[name][0])}
-    keys = {"time": {"type": "string", "pattern": numbers_pattern("s")}, name: values}
-    table = {"type": "object", "properties": keys, "required": ["time", name], "additionalProperties": False}
-    return {"anyOf": [{"type": "string"}, table]}
+def table_shape(unit: str) -> Shape:
+    """Two columns."""
+    column = {"type": "array", "items": {"type": "number"}} if unit == "1" else numbers_shape(unit)
+    return columns_shape({"time": numbers_shape("s"), VALUES[unit].name: column})
 
 
-def _table_reader(name: str) -> Reader:
-    @reader(lambda: _tables(name))
+def _table_reader(unit: str) -> Reader:
+    @reader(lambda: {"anyOf": [{"type": "string"}, table_shape(unit)]})
     def read(given: Any, context: Context) -> Tabulated:
         if isinstance(given, str) and code_of(context).recorded:
-            raise InputError("the name of a file in a run", "the numbers themselves", TABULATED[name][2])
-        return read_tabulated(given, context.get("folder", Path()), name)
+            raise InputError("the name of a file in a run", "the numbers themselves", VALUES[unit].table)
+        return read_tabulated(given, context.get("folder", Path()), unit)
 
     return read
-
-
-def powers(unit: str) -> tuple[str, ...]:
-    """Units of the coefficients of a polynomial of time whose values have a unit, from the constant up."""
-    return (unit, f"{unit}/s", *(f"{unit}/s^{power}" for power in range(2, 6)))
 
 
 def _coefficients(units: tuple[str, ...]) -> Shape:
@@ -111,9 +174,9 @@ def _coefficients(units: tuple[str, ...]) -> Shape:
     return {"type": "array", "items": coefficients, "additionalItems": False, "minItems": 1, "maxItems": len(units)}
 
 
-def _polynomial_reader(unit: str, sample: str) -> Reader:
+def _polynomial_reader(unit: str) -> Reader:
     """Coefficients from the constant up, each with the unit of its power of time."""
-    units = powers(unit)
+    units, sample = powers(unit), f"polynomial = {toml(VALUES[unit].coefficients)}"
 
     @reader(lambda: _coefficients(units))
     def read(given: Any, _: Context) -> Polynomial:
@@ -131,7 +194,10 @@ def _polynomial_reader(unit: str, sample: str) -> Reader:
 class MotionTable(Table):
     """Time functions, of which one is given."""
 
-    sample: ClassVar[str] = 'speed = "150 rpm"'
+    sample: ClassVar[str]
+
+    def check(self) -> None:
+        self.motion()
 
     def motion(self) -> TimeFunction:
         keys = self.exactly_one
@@ -143,131 +209,61 @@ class MotionTable(Table):
         return ConstantSpeed(motion) if isinstance(motion, float) else motion
 
 
-MOVES = {"start": "30 deg", "end": "60 deg", "duration": "2 s"}
-OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "angular_frequency": "3 Hz"}
+def units_of(kind: type, unit: str) -> dict[str, str]:
+    """Units of the fields of a time function whose values have a unit; a phase stays an angle."""
+    numbers = quantities(kind).items()
+    return {name: unit if number.unit == "rad" and name != "phase" else number.unit for name, number in numbers}
 
 
-class DriveTable(MotionTable):
-    """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
-
-    speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], About(examples=["150 rpm"])] = None
-    harmonic: Annotated[
-        Harmonic | None,
-        described(Harmonic, **OSCILLATION),
-        About(
-            "mean + amplitude sin(angular_frequency t + phase), in place of speed",
-            examples=[{**OSCILLATION, "phase": "0 deg"}],
-        ),
-    ] = None
-    table: Annotated[
-        Tabulated | None,
-        _table_reader("angle"),
-        About('a file that starts with "time [ms], angle [deg]", in place of speed', examples=["motion.csv"]),
-    ] = None
-    polynomial: Annotated[
-        Polynomial | None,
-        _polynomial_reader("rad", 'polynomial = ["30 deg", "10 deg/s", "5 deg/s^2"]'),
-        About("coefficients of the powers of time, in place of speed", examples=[["30 deg", "10 deg/s"]]),
-    ] = None
-    cycloidal: Annotated[
-        Cycloidal | None,
-        described(Cycloidal, **MOVES),
-        About("a smooth move from rest to rest, in place of speed", examples=[MOVES]),
-    ] = None
-    trapezoidal: Annotated[
-        Trapezoidal | None,
-        described(Trapezoidal, **MOVES),
-        About(
-            "a move with ramps of constant acceleration, to and fro with strokes, in place of speed",
-            examples=[{**MOVES, "strokes": 6}],
-        ),
-    ] = None
-    body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""
-
-    def check(self) -> None:
-        self.motion()
+def _filled(kind: type, unit: str, examples: Mapping[str, Any]) -> Reader:
+    units = units_of(kind, unit)
+    numbers = ((name, number) for name, number in quantities(kind).items() if number.unit != units[name])
+    hints = tuple((name, Annotated[float, Quantity(units[name], help=number.help)]) for name, number in numbers)
+    return described(kind, hints, **examples)
 
 
-DriveTable.exactly_one = tuple(key for key in DriveTable.declared_keys() if key != "body")
-
-
-def _values(kind: type, unit: str) -> Hints:
-    """The fields of a motion that are values, read in a unit; a phase stays an angle."""
-    return tuple(
-        (name, Annotated[float, Quantity(unit, help=quantity.help)])
-        for name, quantity in quantities(kind).items()
-        if quantity.unit == "rad" and name != "phase"
+def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
+    """The time functions of some values."""
+    values, keys = VALUES[unit], dict[str, tuple[Any, Any]]()
+    instead = ", in place of speed" if values.speed else ""
+    headings = f'a file that starts with "time [ms], {values.name} [{values.shown}]"'
+    ramps = "a move with ramps of constant acceleration, to and fro with strokes"
+    sine = "mean + amplitude sin(angular_frequency t + phase)"
+    kinds: tuple[tuple[str, Any, Reader, str, Any], ...] = (
+        ("harmonic", Harmonic, _filled(Harmonic, unit, values.harmonic), sine, {**values.harmonic, "phase": "0 deg"}),
+        ("table", Tabulated, _table_reader(unit), headings, "motion.csv"),
+        ("polynomial", Polynomial, _polynomial_reader(unit), "coefficients of the powers of time", values.coefficients[:2]),
+        ("cycloidal", Cycloidal, _filled(Cycloidal, unit, values.move), "a smooth move from rest to rest", values.move),
+        ("trapezoidal", Trapezoidal, _filled(Trapezoidal, unit, values.move), ramps, {**values.move, "strokes": 6}),
     )
-
-
-def _table_of(
-    name: str, key: str, unit: str, polynomial: str, moves: Mapping[str, Any], oscillation: Mapping[str, Any], speed: str = ""
-) -> type[MotionTable]:
-    """The time functions of some values over time, with examples."""
-    value = {"1": "factor", "m": "length", "N m": "torque"}[unit]
-    keys: dict[str, tuple[Any, Any]] = {}
-    if speed:
-        keys["speed"] = (Annotated[float | None, Quantity(powers(unit)[1], help=speed)], None)
-    keys["harmonic"] = (Annotated[Harmonic | None, described(Harmonic, _values(Harmonic, unit), **oscillation)], None)
-    keys["table"] = (Annotated[Tabulated | None, _table_reader(value)], None)
-    keys["polynomial"] = (Annotated[Polynomial | None, _polynomial_reader(unit, f"polynomial = {polynomial}")], None)
-    for kind in (Cycloidal, Trapezoidal):
-        move = described(kind, _values(kind, unit), **moves)
-        keys[kind.__name__.lower()] = (Annotated[kind | None, move], None)
-    about = f"A {value} over time: one of {', '.join([*keys][:-1])} and {[*keys][-1]}."
-    table = made_table(name, MotionTable, keys, about)
-    table.exactly_one, table.sample = tuple(keys), f"{key} = {toml({'cycloidal': moves})}"
+    if values.speed is not None:
+        keys["speed"] = (Annotated[float | None, values.speed, About(examples=["150 rpm"] if unit == "rad" else [])], None)
+    for key, kind, read, about, example in kinds:
+        keys[key] = (Annotated[kind | None, read, About(about + instead, [example])], None)
+    *others, last = keys
+    table = made_table(name, MotionTable, keys, f"{what}: one of {', '.join(others)} and {last}.")
+    table.exactly_one = tuple(keys)
+    table.sample = 'speed = "150 rpm"' if unit == "rad" else f"{values.key} = {toml({'cycloidal': values.move})}"
     return table
 
 
-TimeFunctionTable = _table_of(
-    "TimeFunctionTable",
-    "time_function",
-    "1",
-    '[0, "0.5 1/s"]',
-    {"start": 0, "end": 1, "duration": "2 s"},
-    {"mean": 0, "amplitude": 1, "angular_frequency": "3 Hz"},
-    "a factor that grows from zero at this rate",
-)
-DistanceTable = _table_of(
-    "DistanceTable",
-    "motion",
-    "m",
-    '["0.5 m", "0.1 m/s"]',
-    {"start": "0.5 m", "end": "0.8 m", "duration": "2 s"},
-    {"mean": "0.5 m", "amplitude": "0.1 m", "angular_frequency": "3 Hz"},
-)
-TorqueTable = _table_of(
-    "TorqueTable",
-    "feed_forward",
-    "N m",
-    '["0 N m", "1 N m/s"]',
-    {"start": "0 N m", "end": "5 N m", "duration": "2 s"},
-    {"mean": "0 N m", "amplitude": "1 N m", "angular_frequency": "3 Hz"},
-    "a torque that grows from zero at this rate",
-)
+TimeFunctionTable = _table_of("TimeFunctionTable", "1", "A factor over time")
+DistanceTable = _table_of("DistanceTable", "m", "A length over time")
+AngleTable = _table_of("AngleTable", "rad", "A prescribed angle")
+TorqueTable = _table_of("TorqueTable", "N m", "A torque over time")
+TABLES = {"1": TimeFunctionTable, "m": DistanceTable, "rad": AngleTable, "N m": TorqueTable}
+"""Tables of time functions, by the unit of their values."""
 
 
-def _time_function_reader(table: type[MotionTable]) -> Reader:
-    return Reader(lambda given, context: table.read(given, context).motion(), lambda: table)
+class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
+    """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
+
+    body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""
 
 
-TIME_FUNCTION = _time_function_reader(TimeFunctionTable)
-"""For ``Annotated[TimeFunction | None, TIME_FUNCTION]``: a key whose value is a factor over time."""
-
-DISTANCE = _time_function_reader(DistanceTable)
-"""For ``Annotated[TimeFunction | None, DISTANCE]``: a key whose value is a length over time."""
-
-TORQUE = _time_function_reader(TorqueTable)
-"""For ``Annotated[TimeFunction | None, TORQUE]``: a key whose value is a torque over time."""
+def time_function(unit: str) -> Reader:
+    """For a key whose value is a time function."""
+    return Reader(lambda given, context: TABLES[unit].read(given, context).motion(), lambda: TABLES[unit])
 
 
-@reader(lambda: DriveTable)
-def _read_angle(given: Any, context: Context) -> TimeFunction:
-    if isinstance(given, Mapping) and "body" in given:
-        raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')
-    return DriveTable.read(given, context).motion()
-
-
-ANGLE = _read_angle
-"""For ``Annotated[TimeFunction | None, ANGLE]``: a key whose value is an angle over time."""
+read_as(TimeFunction, lambda about: time_function(next((extra.unit for extra in about if isinstance(extra, OverTime)), "1")))

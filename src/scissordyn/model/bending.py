@@ -15,20 +15,22 @@ from scissordyn.component.elastic import ACROSS, DAMPING, EXPANSION, WARMER, nod
 from scissordyn.component.flexible_bar import FlexibleBar
 from scissordyn.component.pin_friction import PinFriction
 from scissordyn.component.place import BodyPoint
-from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.time_function import OverTime, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.kinked import UNIFORM, Legs, legs_of
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
-from scissordyn.units import Meaning, Quantity, checked
+from scissordyn.units import Meaning, Quantity, checked, documented
 
-MassKind = Literal["given", "section"]
+MassKind = Annotated[
+    Literal["given", "section"], Meaning("whether a bar keeps its mass, which has to fit, or gets its section's")
+]
 
 BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, in place of section and material")
 AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, in place of section and material")
-ELEMENTS = Quantity("1", minimum=1, maximum=64, help="elements along a bar, at least")
+ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, in place of modes")
 NODE = "node"
 """Point of a cross-section between the points of a bar."""
 
@@ -39,23 +41,24 @@ SAME_MASS = 0.05
 """Largest relative difference of a bar's mass and that of its section and material."""
 
 
+@documented
 @checked
 def with_bending(
     mechanism: Mechanism,
-    bodies: str | Iterable[str] = "all",
+    bodies: Annotated[str | Iterable[str], Meaning("which bars, by name or pattern")] = "all",
     *,
-    section: str | Section | None = None,
-    material: str | StructuralMaterial | None = None,
+    section: Annotated[str | Section | None, Meaning("tube, box, solid, angle or strip with its dimensions")] = None,
+    material: Annotated[str | StructuralMaterial | None, Meaning("steel, aluminium or titanium")] = None,
     bending_stiffness: Annotated[float | None, BENDING] = None,
     axial_stiffness: Annotated[float | None, AXIAL] = None,
-    modes: Annotated[int | Literal["auto"], Meaning("bending modes of a bar", "6")] = "auto",
+    modes: Annotated[int | Literal["auto"], Meaning("bending modes of a bar, its points held", "6")] = "auto",
     elements: Annotated[int | None, ELEMENTS] = None,
     mass: MassKind = "given",
     damping: Annotated[float, DAMPING] = 0.0,
     thermal_expansion: Annotated[float | None, EXPANSION] = None,
     temperature_rise: Annotated[float, WARMER] = 0.0,
     temperature_difference: Annotated[float, ACROSS] = 0.0,
-    time_function: TimeFunction | None = None,
+    time_function: Annotated[TimeFunction | None, OverTime("1", "a factor of temperatures over time")] = None,
 ) -> Mechanism:
     """The same mechanism with bars that bend.
 
@@ -66,34 +69,11 @@ def with_bending(
     is attached to the cross-section there. Drives, motors and all that acts on the bar's angle act on the cross-section that
     has its name.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    bodies : str or iterable of str
-        Names of bars or patterns; "all" are those whose mass is distributed uniformly along the line through their points,
-        straight or kinked.
-    section : str or Section, optional
-        Such as "tube 60x60x1.5 mm": a kind and its dimensions, of which the depth lies in the plane.
-    material : str or StructuralMaterial, optional
-        "steel", "aluminium" or "titanium".
-    bending_stiffness, axial_stiffness : float, optional
-        EI [N m^2] and EA [N] in place of section and material.
-    modes : int or "auto"
-        Bending modes of a bar with its points held; "auto" takes those up to the frequency of contacts.
-    elements : int, optional
-        Beam elements along a bar, at least, in place of modes; each span between two points has a whole number of them.
-    mass : {"given", "section"}
-        Whether a bar keeps its mass, which has to be that of section and material to within 5 %, or gets theirs.
-    damping : float
-        Damping time tau [s]: stress is E (strain + tau strain rate), the damping ratio at the angular frequency w is tau w/2.
-    thermal_expansion : float, optional
-        Coefficient [1/K]; that of the material if not given.
-    temperature_rise : float
-        Over the temperature of assembly [K].
-    temperature_difference : float
-        Of the side of a bar at -y over that at +y [K], linear over the depth of the section.
-    time_function : TimeFunction, optional
-        A factor of both temperatures over time; 1 if not given.
+    "all" bars are those whose mass is distributed uniformly along the line through their points, straight or kinked. The depth
+    of a section lies in the plane; EI and EA may take the place of section and material. Modes have the bar's points held;
+    "auto" takes those up to the frequency of contacts. Each span between two points has a whole number of elements. A bar
+    that keeps its mass has that of section and material to within 5 %. Stress is E (strain + tau strain rate): at the angular
+    frequency w the damping ratio is tau w/2. The time function is a factor of both temperatures.
 
     Returns
     -------

@@ -34,13 +34,11 @@ class Body:
     name: Annotated[str, Meaning("name, unique in the mechanism")]
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")]
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
-    points: Annotated[Mapping[str, Point], Meaning("points for joints, in its frame [m]")] = field(
-        default_factory=dict, hash=False
-    )
+    points: Annotated[Mapping[str, Point], Meaning("points that joints refer to")] = field(default_factory=dict, hash=False)
     centre: Annotated[Point, Quantity("m", help="mass centre in the body's frame")] = (0.0, 0.0)
-    position: Annotated[Point | None, Quantity("m", help="of the origin of the body's frame at the start")] = None
+    position: Annotated[Point | None, Quantity("m", help="of the frame's origin at the start, or it follows")] = None
     angle: Annotated[float | None, Quantity("rad", help="direction at the start")] = None
-    velocity: Annotated[Point | None, Quantity("m/s", help="of the origin at the start")] = None
+    velocity: Annotated[Point | None, Quantity("m/s", help="of the origin at the start, or it follows")] = None
     angular_velocity: Annotated[float | None, Quantity("rad/s", help="angular velocity at the start")] = None
 
     def __post_init__(self) -> None:

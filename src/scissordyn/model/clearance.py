@@ -33,12 +33,14 @@ class Clearance:
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance c = R_B - R_J")]
     journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius R_J of the journal")] = 10e-3
     bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length L_b of the bearing")] = 15e-3
-    material: Annotated[Material, Meaning("of the journal", "STEEL")] = STEEL
-    bearing_material: Annotated[Material | None, Meaning("of the bearing; that of the journal without it")] = None
+    material: Annotated[Material, Meaning("of the journal, and of the bearing unless that is given", "STEEL")] = STEEL
+    bearing_material: Annotated[Material | None, Meaning("of the bearing")] = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Liu()")] = field(default_factory=Liu)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
-    lubrication: Annotated[Lubrication | None, Meaning("a film of oil", "Lubrication(viscosity=0.05)")] = None
+    lubrication: Annotated[
+        Lubrication | None, Meaning("an oil, or a table with its viscosity", "Lubrication(viscosity=0.05)")
+    ] = None
     contact: ContactKind = "compliant"
     slip: SlipKind = "surfaces"
 

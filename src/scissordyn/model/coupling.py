@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.place import GROUND, BodyPoint, Name
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
@@ -87,7 +87,7 @@ class Coupling:
     beside its torque is not part of it.
     """
 
-    name: str
+    name: Name
     output: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     input: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("wheel")')]
     ratio: Annotated[float, Quantity("1", help="ratio of output over input, in SI units")]
@@ -111,7 +111,7 @@ class Coupling:
 class CoordinateDrive:
     """Prescribes a coordinate over time; the force or torque that does it follows."""
 
-    name: str
+    name: Name
     coordinate: Annotated[Coordinate, Meaning("a coordinate", 'RelativeAngle("forearm", "arm")')]
     motion: Annotated[TimeFunction, Meaning("the coordinate over time", "ConstantSpeed(rpm(150))")]
 

@@ -36,12 +36,12 @@ class GuideClearance:
     clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
     length: Annotated[float | None, Quantity("m", above=0.0, help="of the block, along the guide")] = None
     width: Annotated[float | None, Quantity("m", above=0.0, help="of the block, across the guide")] = None
-    corners: Annotated[tuple[Point, ...], Meaning("in place of length and width: centres of the rounded corners [m]")] = ()
+    corners: Annotated[tuple[Point, ...], Meaning("in place of length and width: centres of rounded corners")] = ()
     corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
     around: Annotated[bool, Meaning("whether the follower surrounds the guide, as a ring does a pole")] = False
     thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
-    material: Annotated[Material, Meaning("of the block", "STEEL")] = STEEL
-    guide_material: Annotated[Material | None, Meaning("of the guide; that of the block without it")] = None
+    material: Annotated[Material, Meaning("of the block, and of the guide unless that is given", "STEEL")] = STEEL
+    guide_material: Annotated[Material | None, Meaning("of the guide")] = None
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Hertz()")] = field(default_factory=Hertz)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)

@@ -31,7 +31,7 @@ class Lubrication:
         Without viscosity, or with oil and viscosity.
     """
 
-    oil: Annotated[Oil | None, Meaning("an oil", '"ISO VG 46"')] = None
+    oil: Annotated[Oil | None, Meaning("an oil by name, or its viscosities", '"ISO VG 46"')] = None
     viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity mu")] = None
     temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
     roughness: Annotated[float, THICK] = 1e-6

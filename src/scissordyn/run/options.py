@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities
 
 TIME_STEPPING = "moreau-jean"
 """Method of mechanisms with hard contacts."""
@@ -19,9 +19,17 @@ AUTO = "auto"
 EQUALLY_SPACED = 2001
 """Samples without a number of them."""
 
-StartKind = Literal["concentric", "in-contact", "static", "as-placed"]
+StartKind = Annotated[
+    Literal["concentric", "in-contact", "static", "as-placed"],
+    Meaning("journals concentric and moving as in the ideal mechanism, resting in contact, in equilibrium, or as placed"),
+]
 
-EventKind = Literal["auto", "located", "crossed"]
+EventKind = Annotated[
+    Literal["auto", "located", "crossed"],
+    Meaning("whether each step ends where a contact begins or ends, or goes across that as long as its error allows"),
+]
+
+Method = Annotated[str, Meaning('"auto", chosen by an estimate of stiffness, or dop853, dopri5, rodas5p, rodas4p, moreau-jean')]
 
 SampleCount = Annotated[
     int | Literal["auto"],
@@ -47,10 +55,10 @@ class Options:
     samples: SampleCount = EQUALLY_SPACED
     rtol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="relative tolerance")] = 1e-8
     atol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="tolerance as a fraction of the clearance")] = 1e-8
-    method: str = "auto"
+    method: Method = "auto"
     most_steps: Annotated[int, Quantity("1", minimum=1, maximum=10**15, help="most steps")] = 50_000_000
     events: EventKind = "auto"
-    trust: bool = False
+    trust: Annotated[bool, Meaning("repeat the run at a much tighter tolerance and report the predictability horizon")] = False
     step: Annotated[
         float | None,
         Quantity("s", minimum=1e-12, maximum=1e6, help="step of time stepping with hard contacts, or of every step"),

@@ -87,8 +87,9 @@ def _of_point(point: PointAnswer) -> Card:
 
 
 def _of_torque(actuator: ActuatorAnswer) -> Card:
-    title = f"{'driving torque on' if actuator.kind == 'drive' else 'force of' if actuator.unit == 'N' else 'torque of'} {actuator.name}"
-    value = short(actuator.torque, "N m")
+    quantity = "force" if actuator.unit == "N" else "torque"
+    title = f"{f'driving {quantity} on' if actuator.kind == 'drive' else f'{quantity} of'} {actuator.name}"
+    value = short(actuator.torque, actuator.unit)
     if actuator.saturated:
         return _card(title, value, f"at its limit for {short(actuator.time_at_limit, 's')}", met=False)
     when = f"at {short(actuator.when, 's')}" if math.isfinite(actuator.when) else ""

@@ -24,7 +24,7 @@ from scissordyn.component.time_function import (
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.code import Code, RecordedCode
 from scissordyn.config.coupling import ratio_unit
-from scissordyn.config.part import COMPONENT_SECTIONS, BodyTable
+from scissordyn.config.part import COMPONENT_SECTIONS
 from scissordyn.config.quantity import exact
 from scissordyn.config.shape import Context
 from scissordyn.config.table import instance
@@ -35,7 +35,7 @@ from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
 from scissordyn.model.backlash import closed
-from scissordyn.model.body import Body, bar
+from scissordyn.model.body import Body, bar_points, uniform_inertia
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, Slide
 from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
@@ -197,20 +197,17 @@ def _body(body: Body, code: Code) -> Entries:
     entries = _fields(body, code)
     if body.inertia is None or "end" not in body.points:
         return entries
-    length, shown = body.points["end"][0], dict(entries)
-    points = {name: place for name, place in body.points.items() if name not in ("start", "middle", "end")}
+    length, shown, straight = body.points["end"][0], dict(entries), bar_points(body.points["end"][0])
+    points = {name: place for name, place in body.points.items() if name not in straight}
+    # as texts: 0 and 0.0 are equal, and not the same to the last bit
+    if not length > 0.0 or repr((body.centre, dict(body.points))) != repr((straight["middle"], straight | points)):
+        return entries
     del shown["inertia"], shown["points"]
     shown.pop("centre", None)
-    if length > 0.0 and body.centre == (0.5 * length, 0.0):
-        inertia = None if bar("bar", length=length, mass=body.mass).inertia == body.inertia else body.inertia
-        fields = {field.name: getattr(body, field.name) for field in dataclasses.fields(Body)}
-        table = BodyTable(**fields | {"length": length, "inertia": inertia, "points": points, "centre": None})
-        if repr(table.body()) == repr(body):
-            more = {"length": _quantity((length,), "m")}
-            more |= {} if inertia is None else {"inertia": entries["inertia"]}
-            more |= {"points": _points(points, code)} if points else {}
-            return {"name": shown.pop("name"), "mass": shown.pop("mass"), **more, **shown}
-    return entries
+    more = {"length": _quantity((length,), "m")}
+    more |= {} if repr(body.inertia) == repr(uniform_inertia(length, body.mass)) else {"inertia": entries["inertia"]}
+    more |= {"points": _points(points, code)} if points else {}
+    return {"name": shown.pop("name"), "mass": shown.pop("mass"), **more, **shown}
 
 
 def _track(track: Track, code: Code) -> Entries:

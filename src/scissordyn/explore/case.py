@@ -73,11 +73,17 @@ class Case:
         tree = copy.deepcopy(self.tree)
         for key, text in texts.items():
             _put(tree, self.field(key), _value(text, self.field(key)))
-        return Case(self.name, self.source, self.code, tree)
+        return self._with(tree)
 
     def with_horizon(self, wanted: bool) -> Case:
         """The case with or without the predictability horizon, for which each run is computed twice."""
-        return Case(self.name, self.source, self.code, {**self.tree, "run": {**self.tree.get("run", {}), "trust": wanted}})
+        return self._with({**self.tree, "run": {**self.tree.get("run", {}), "trust": wanted}})
+
+    def _with(self, tree: dict[str, Any]) -> Case:
+        """The case with other tables; of a changed speed or clearance the plan is not made anew."""
+        case = Case(self.name, self.source, self.code, tree)
+        case.mechanism.borrow_plan(self.mechanism)
+        return case
 
     def text(self) -> str:
         """The case file with the changed values in it; its comments and its order stay."""

@@ -23,6 +23,7 @@ from scissordyn.plot.series import largest_forces
 from scissordyn.run.answer.advice import warnings_of
 from scissordyn.run.answer.joint_force import clearance_joints
 from scissordyn.run.answer.summary import summary_of
+from scissordyn.run.configuration import ATTRIBUTE, Configuration
 from scissordyn.units import short
 from scissordyn.warning import group, line
 
@@ -118,6 +119,7 @@ class Page:
     def _drawn(self, run: int) -> None:
         if self.shown is not None and self.shown.number == run:
             self._drawing = False
+            self.session.drawn(run)
             self._show_run()
             self._show_state()
 
@@ -127,7 +129,8 @@ class Page:
             return
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
         if self._summary is None or self._summary[0] is not self.shown:
-            self._summary = self.shown, summary_of(run)
+            of = self.shown.case
+            self._summary = self.shown, summary_of(run, Configuration(run.attrs[ATTRIBUTE], mechanism, of.options))
         summary, before = self._summary[1], [pin.run for pin in pinned if pin.run is not None]
         message: dict[str, Any] = {
             "type": "run",

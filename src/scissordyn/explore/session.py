@@ -164,6 +164,10 @@ class Session:
         """Stop the run that is going on."""
         self._worker.stop()
 
+    def drawn(self, number: int) -> None:
+        """The browser shows a run."""
+        self._worker.drawn(number)
+
     def close(self) -> None:
         """End the page."""
         self._worker.close()

@@ -26,6 +26,9 @@ COARSE, COARSE_SAMPLES = 1e-5, 201
 PREVIEW = 2.0
 """Longest time that the motion with ideal joints may take [s]; what it has reached by then is shown."""
 
+PICTURE = 0.5
+"""Longest time that the finer curves of a run wait for its first picture [s]."""
+
 JUDGED, LONG = 1.0, 5.0
 """When the length of an accurate run is estimated; a longer one than the second is preceded by a coarse one [s]."""
 
@@ -62,7 +65,7 @@ class Worker:
         self._changed = threading.Condition()
         self._order: tuple[int, Case, bool] | None = None
         self.number = earlier
-        self._stopped = 0
+        self._stopped = self._drawn = 0
         self._closed = False
         self._thread: threading.Thread | None = None
 
@@ -85,6 +88,12 @@ class Worker:
         """Stop the present run; what it has computed so far is its result."""
         self._stopped = self.number
 
+    def drawn(self, number: int) -> None:
+        """The browser shows a run: its finer curves can be computed."""
+        with self._changed:
+            self._drawn = number
+            self._changed.notify()
+
     def close(self) -> None:
         """End the thread, at the next look at it of a run that is going on."""
         with self._changed:
@@ -101,17 +110,20 @@ class Worker:
             for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
                 if number == self.number and not self._closed:
                     self._done(outcome)
-            if outcome.results is not None and number == self.number and not self._closed:
-                outcome.fine, outcome.results = self._fine(outcome), None
-                if outcome.fine is not None:
-                    self._done(outcome)
+            outcome.fine, outcome.results = self._fine(outcome), None
+            if outcome.fine is not None and number == self.number and not self._closed:
+                self._done(outcome)
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
-        """A run with the instants of its contacts, for curves; None if it has none."""
+        """A run with the instants of its contacts, for curves; None if it has none, or another one is wanted."""
         from scissordyn.run.configuration import write_configuration
 
         run, results = outcome.run, outcome.results
         if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
+            return None
+        with self._changed:  # a browser that draws has the processors for itself
+            self._changed.wait_for(lambda: self._closed or self._order is not None or self._drawn >= outcome.number, PICTURE)
+        if self._closed or outcome.number != self.number:
             return None
         try:
             fine = results.finer

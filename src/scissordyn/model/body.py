@@ -88,6 +88,16 @@ class Body:
         return ox + cos * x - sin * y, oy + sin * x + cos * y
 
 
+def bar_points(length: float) -> dict[str, Point]:
+    """The points of a straight bar in its frame [m]."""
+    return {"start": (0.0, 0.0), "middle": (0.5 * length, 0.0), "end": (length, 0.0)}
+
+
+def uniform_inertia(length: float, mass: float) -> float:
+    """Of a uniform bar about its middle [kg m^2]."""
+    return mass * length**2 / 12.0
+
+
 @documented
 @checked
 def bar(
@@ -105,14 +115,13 @@ def bar(
     -------
     Body
     """
-    middle = (0.5 * length, 0.0)
-    uniform = mass * length**2 / 12.0
+    points = bar_points(length)
     return Body(
         name=name,
         mass=mass,
-        inertia=uniform if inertia is None else inertia,
-        points={"start": (0.0, 0.0), "middle": middle, "end": (length, 0.0)},
-        centre=middle,
+        inertia=uniform_inertia(length, mass) if inertia is None else inertia,
+        points=points,
+        centre=points["middle"],
         position=position,
         angle=angle,
     )

@@ -471,10 +471,14 @@ class Mechanism:
         else:
             changed_mechanism = copy.copy(self)
             changed_mechanism.__dict__.update(parts)
-        plan = self.__dict__.get(PLAN) or self.__dict__.get(LENT)
-        if plan is not None:
-            changed_mechanism.__dict__[LENT] = plan
+        changed_mechanism.borrow_plan(self)
         return changed_mechanism
+
+    def borrow_plan(self, other: Mechanism) -> None:
+        """Use the tables of the plan of another mechanism where they fit; `plan` compares."""
+        plan = other.__dict__.get(PLAN) or other.__dict__.get(LENT)
+        if plan is not None:
+            self.__dict__[LENT] = plan
 
     def with_bending(self, bodies: str | Iterable[str] = "all", **options: Any) -> Mechanism:
         """The same mechanism with bars that bend; see `scissordyn.with_bending`."""

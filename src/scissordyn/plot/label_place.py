@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -60,15 +60,12 @@ def asides(
     chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
     scale = longer / float(np.max(region[1] - region[0]))
     places = scale * np.concatenate([joints, others], axis=1)[chosen]
-    ink = [
-        np.concatenate([np.empty((0, 2)), *(_sampled(scale * line[min(look, len(line) - 1)]) for line in lines)])
-        for look in chosen
-    ]
+    ink = [_sampled([scale * line[min(look, len(line) - 1)] for line in lines]) for look in chosen]
     edges = scale * np.stack(region)
     chosen_places = np.empty((len(chosen), len(names), 2))
     halves = np.array([(0.5 * LETTER * len(name) + ROUND, 0.5 * LINE + ROUND) for name in names]).reshape(-1, 2)
     for k, half in enumerate(halves):
-        tries, distance = _tried(half)
+        tries, distance = _tried(*half.tolist())
         cost = FAR * np.tile(distance, (len(chosen), 1))
         for here, points, before, paid in zip(places, ink, chosen_places, cost, strict=True):
             paid += _hidden(here, k, tries, half, points, edges)
@@ -78,8 +75,10 @@ def asides(
     return chosen_places
 
 
-def _tried(half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of a name of a size that are tried, and how far its edge is from the middle of the joint."""
+@lru_cache(256)
+def _tried(wide: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of a name of half a width and height that are tried, and how far its edge is from the middle of the joint."""
+    half = np.array([wide, high])
     turn = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
     ray = np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
     # the box touches the circle about the joint from outside
@@ -90,8 +89,13 @@ def _tried(half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _hidden(here: np.ndarray, k: int, tries: np.ndarray, half: np.ndarray, ink: np.ndarray, region: np.ndarray) -> np.ndarray:
     """What names hide of lines and joints at one instant, and how far they leave the region."""
     low, high = here[k] + tries - half, here[k] + tries + half
-    away = np.linalg.norm(np.clip(here, low[:, None], high[:, None]) - here, axis=2)
-    misled = np.any(np.delete(away, k, axis=1) < away[:, [k]] + CLEAR, axis=1)
+    reach = np.max(np.abs(tries), axis=0) + half
+    ink = ink[np.all(np.abs(ink - here[k]) < reach, axis=1)]
+    others = np.delete(here, k, axis=0)
+    others = others[np.all(np.abs(others - here[k]) < reach + DISTANCES[-1] + CLEAR, axis=1)]
+    here = np.concatenate([here[[k]], others])
+    away = np.hypot(*(np.maximum(np.maximum(low[:, [d]] - here[:, d], here[:, d] - high[:, [d]]), 0.0) for d in (0, 1)))
+    misled = np.any(away[:, 1:] < away[:, :1] + CLEAR, axis=1)
     outside = np.sum(np.maximum(region[0] - low, 0.0) + np.maximum(high - region[1], 0.0), axis=1)
     hidden = HIDDEN * _inside(ink, low, high).sum(axis=1) + TOUCHED * (away < RING).sum(axis=1)
     return np.asarray(hidden + MISLED * misled + BEYOND * outside)
@@ -129,10 +133,11 @@ def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray
     return within
 
 
-def _sampled(line: np.ndarray) -> np.ndarray:
-    """Points along a line, so far apart that no name stands between two of them."""
-    parts = [line[-1:]]
-    for start, end in itertools.pairwise(line):
-        count = max(1, int(math.dist(start, end) / STEP))
-        parts.append(start + np.arange(count)[:, None] / count * (end - start))
-    return np.concatenate(parts)
+def _sampled(lines: Sequence[np.ndarray]) -> np.ndarray:
+    """Points along lines, so far apart that no name stands between two of them."""
+    start = np.concatenate([np.empty((0, 2)), *(line[:-1] for line in lines)])
+    along = np.concatenate([start[:0], *(line[1:] for line in lines)]) - start
+    count = np.maximum(1, (np.hypot(*along.T) / STEP).astype(int))
+    segment = np.repeat(np.arange(len(start)), count)
+    part = (np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)) / count[segment]
+    return np.concatenate([start[segment] + part[:, None] * along[segment], *(line[-1:] for line in lines)])

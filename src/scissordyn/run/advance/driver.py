@@ -293,14 +293,14 @@ class Driver:
         """Double the store that is full."""
         content = self.integration.content
         if status == loop.LOG_FULL:
-            self._exchange(log=np.vstack([content.log, np.zeros_like(content.log)]))
+            self._exchange(log=_doubled(content.log))
         elif status == loop.RECORD_FULL:
             if len(content.steps.time) >= self._most and self._thin_out():
                 return
-            doubled = {name: np.concatenate([part, np.zeros_like(part)]) for name, part in _rows_of(content.steps)}
-            self._exchange(steps=content.steps._replace(**doubled))
+            longer = {name: _doubled(part) for name, part in _rows_of(content.steps)}
+            self._exchange(steps=content.steps._replace(**longer))
         else:
-            history = np.vstack([content.state.history, np.zeros_like(content.state.history)])
+            history = _doubled(content.state.history)
             self.system.exchange("state", history=history)
             self._exchange(state=content.state._replace(history=history))
 
@@ -379,6 +379,13 @@ class Driver:
         self.system = Handle(self.system.content._replace(parameters=parameters))
         self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0
+
+
+def _doubled(rows: np.ndarray) -> np.ndarray:
+    """Twice as many rows, of which those that are not written yet take no memory."""
+    longer = np.zeros((2 * len(rows), *rows.shape[1:]), rows.dtype)
+    longer[: len(rows)] = rows
+    return longer
 
 
 def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:

@@ -15,7 +15,8 @@ from scissordyn.errors import InputError, printable
 from scissordyn.run.answer.joint_force import Answer, ForceAnswer, JointSummary, force_after_start, joint_summaries
 from scissordyn.run.answer.placement import placed
 from scissordyn.run.answer.warn import AT_LIMIT
-from scissordyn.run.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.configuration import ATTRIBUTE, Configuration, read_configuration
+from scissordyn.run.options import Options
 from scissordyn.run.results import Run, along
 from scissordyn.run.start.ideal_path import PARTS
 from scissordyn.units import counted, short
@@ -207,17 +208,20 @@ class Summary(Answer):
         return "\n".join(self.lines)
 
 
-def summary_of(run: Run) -> Summary:
-    """What a designer asks of a run, from what it has recorded."""
+def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
+    """What a designer asks of a run, from what it has recorded; its configuration is read from it unless it is given."""
+    if configuration is None and ATTRIBUTE in run.attrs:
+        configuration = read_configuration(run)
     trusted = float(run.attrs.get("trusted_until", math.nan))
     is_known = math.isfinite(trusted)
     joints = joint_summaries(run) if "contact_joint" in run else []
     largest = max((joint for joint in joints if not math.isnan(joint.largest)), key=lambda joint: joint.largest, default=None)
-    described = _mechanism(run)
+    described = None if configuration is None else configuration.mechanism
+    options = None if configuration is None else configuration.options
     return Summary(
         points=tuple(_points(run, described)),
         actuators=tuple(_actuators(run, described)),
-        force=None if largest is None else _force(run, largest),
+        force=None if largest is None else _force(run, largest, options),
         span=_span(run, described),
         bars=_bars(run),
         work=_work(run),
@@ -227,18 +231,12 @@ def summary_of(run: Run) -> Summary:
     )
 
 
-def _force(run: Run, joint: JointSummary) -> ForceAnswer:
-    options = read_configuration(run).options if ATTRIBUTE in run.attrs else None
+def _force(run: Run, joint: JointSummary, options: Options | None) -> ForceAnswer:
     later = None if options is None else force_after_start(run, options.start, joint)
     start, after = later or (None, None)
     return ForceAnswer(
         joint.name, joint.largest, joint.when, joint.estimated, start, after, joint.metal, joint.film, joint.least
     )
-
-
-def _mechanism(run: Run) -> Any:
-    """What a run says of its mechanism, or None where it says nothing; nothing is executed."""
-    return read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None
 
 
 def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
@@ -263,7 +261,7 @@ def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
 
 def actuator_limits(run: Run) -> dict[str, float]:
     """The limits of actuators and motors that have one, by name [N m]."""
-    return _limits(_mechanism(run))
+    return _limits(read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None)
 
 
 def _limits(described: Any) -> dict[str, float]:

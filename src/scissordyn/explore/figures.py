@@ -14,6 +14,7 @@ from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
 from scissordyn.plot.source import TorqueSource, torque_sources
 from scissordyn.run.answer.joint_force import clearance_joints
+from scissordyn.run.results import along
 from scissordyn.units import short
 
 if TYPE_CHECKING:
@@ -105,31 +106,35 @@ class Chosen:
 
         Straight between samples, as a line is drawn. What a run does not have is left out.
         """
-        time, joint, point = run["time"].values, self.joint, self.words["point"]
+        variables, joint, point = run.variables, self.joint, self.words["point"]
+        time = variables["time"].values
+        labels = {dim: variables[dim].values.astype(str).tolist() for dim in ("joint", "body", "film", "track") if dim in run}
+
+        def of(name: str, dim: str, label: str) -> np.ndarray:
+            return along(variables[name], dim, "time")[labels[dim].index(label)]
+
         curves = {source.name: source.curve for source in (self._sources if run is self._run else torque_sources(run))}
         names = zip(TORQUES, (source.name for source in self.torques), strict=False)
         exact = {column: curves[name] for column, name in names if name in curves}
         sampled: Columns = {}
         if joint in clearance_joints(run):
             exact["force"] = force_curve(run, joint)
-            of_joint = run[["slip_speed", "friction_force", "normal_force"]].sel(joint=joint)
-            sampled["slip"] = of_joint["slip_speed"].values
-            if np.any(np.nan_to_num(of_joint["friction_force"].values)):
-                sampled["friction"] = of_joint["friction_force"].values
-            if "film" in run.dims and joint in run["film"].values:
-                sampled["metal"] = of_joint["normal_force"].values
-        moved = run["slider_position"] if "slider_position" in run else run["angle"].sel(body=self.output)
-        sampled["output"] = moved.values
+            sampled["slip"] = of("slip_speed", "joint", joint)
+            if np.any(np.nan_to_num(friction := of("friction_force", "joint", joint))):
+                sampled["friction"] = friction
+            if joint in labels.get("film", ()):
+                sampled["metal"] = of("normal_force", "joint", joint)
+        slides = "slider_position" in run
+        sampled["output"] = variables["slider_position"].values if slides else of("angle", "body", self.output)
         for name in (*LINES["energy"], *LINES["loss"]):
-            if name in ALWAYS or (name in run and np.any(np.nan_to_num(run[name].values))):
-                sampled[name] = run[name].values
-        if "film" in run.dims:
-            films = run["film"].values.astype(str).tolist()
-            sampled["film"] = run["film_thickness"].values[:, films.index(joint) if joint in films else 0]
-        if "beam_stress" in run and np.any(run["beam_stress"].values):
-            sampled["stress"] = run["beam_stress"].max(dim="beam").values
-        if "track_deviation" in run and point in run["track"].values:
-            sampled["track"] = run["track_deviation"].sel(track=point).values
+            if name in ALWAYS or (name in run and np.any(np.nan_to_num(variables[name].values))):
+                sampled[name] = variables[name].values
+        if films := labels.get("film"):
+            sampled["film"] = of("film_thickness", "film", joint if joint in films else films[0])
+        if "beam_stress" in run and np.any(variables["beam_stress"].values):
+            sampled["stress"] = along(variables["beam_stress"], "beam", "time").max(axis=0)
+        if "track_deviation" in run and point in labels["track"]:
+            sampled["track"] = of("track_deviation", "track", point)
         every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
         values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
         for name, column in sampled.items():
@@ -248,7 +253,8 @@ def _title(name: str, chosen: Chosen, run: xr.Dataset) -> str:
 
 def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
     """The journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
-    x, y = factor * run["eccentricity"].sel(joint=joint).transpose("axis", "time").values
+    k = run.variables["joint"].values.tolist().index(joint)
+    x, y = factor * along(run.variables["eccentricity"], "joint", "axis", "time")[k]
     kept = thinned(x.size, [x, y, np.hypot(x, y)])
     return {"x": x[kept].copy(), "y": y[kept].copy()}
 

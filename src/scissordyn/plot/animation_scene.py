@@ -188,7 +188,7 @@ def scene_of(
         raise InputError(f"{on_bars} of a run without bars that bend", "the run of this mechanism")
     placement = Placement.at(mechanism, run, frames, turns=upright(mechanism))
     bodies = outlines(placement)
-    low, high = corners_of(placement)
+    low, high = corners_of(placement, bodies)
     size = float(np.max(high - low))
     drawn_size = larger * size
     # blocks first, so that bars are drawn over them

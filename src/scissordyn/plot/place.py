@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -32,10 +33,12 @@ def outlines(placement: Placement) -> list[np.ndarray]:
     return [placement.points(body.name, outline(body)) for body in placement.mechanism.bodies]
 
 
-def corners_of(placement: Placement) -> Corners:
-    """The region of a mechanism and of the points of the ground at all samples, with a margin."""
+def corners_of(placement: Placement, bodies: Sequence[np.ndarray] | None = None) -> Corners:
+    """The region of a mechanism, whose outlines can be given, and of the points of the ground at all samples, with a margin."""
     fixed = placement.vectors(np.array([place for _, place in placement.mechanism.ground], float).reshape(-1, 2))
-    everything = np.concatenate([*(part.reshape(-1, 2) for part in outlines(placement)), fixed, coupling_points(placement)])
+    everything = np.concatenate(
+        [*(part.reshape(-1, 2) for part in bodies or outlines(placement)), fixed, coupling_points(placement)]
+    )
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = MARGIN * (float(np.max(high - low)) or 1.0)
     return low - margin, high + margin

@@ -32,14 +32,14 @@ def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
     for k in range(drives):
         sampled = run["drive_torques"].isel(drive=k) if "drive_torques" in run else run["drive_torque"]
         name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
-        peak = _peak(run, sampled.values, "peak_drive_torque", "drive", k)
+        peak = _peak(run, sampled.values, "peak_drive_torque", k)
         sources.append(TorqueSource(name, "drive_torque", k, _with_peak(sampled, peak), peak))
     limits = actuator_limits(run) if any(variable in run for variable, _, _ in OF_COMPONENTS) else {}
     for variable, along, largest in OF_COMPONENTS:
         if variable in run and along in run[variable].dims:
             for k, name in enumerate(run[along].values.astype(str).tolist()):
                 sampled = run[variable].isel({along: k})
-                peak = _peak(run, sampled.values, largest, along, k)
+                peak = _peak(run, sampled.values, largest, k)
                 curve = _with_peak(sampled, peak)
                 sources.append(TorqueSource(f"torque of {name}", variable, k, curve, peak, limits.get(name)))
     return sources
@@ -51,11 +51,11 @@ def _with_peak(sampled: xr.DataArray, peak: tuple[float, float] | None) -> xr.Da
     return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
 
 
-def _peak(run: xr.Dataset, values: np.ndarray, largest: str, along: str, source: int) -> tuple[float, float] | None:
+def _peak(run: xr.Dataset, values: np.ndarray, largest: str, source: int) -> tuple[float, float] | None:
     """When the torque of a source is largest [s], and the torque [N m]; None if that is not in this part of the run."""
     if largest not in run or f"{largest}_time" not in run:
         return None
-    when, size = (float(run[name].isel({along: source})) for name in (f"{largest}_time", largest))
+    when, size = (float(run.variables[name].values[source]) for name in (f"{largest}_time", largest))
     time = run["time"].values
     if not (time.size and time[0] <= when <= time[-1] and math.isfinite(size)):
         return None

@@ -52,12 +52,14 @@ def clearance_joints(run: Run) -> list[str]:
     """Names of the joints with clearance, in order."""
     if "clearance" not in run:
         return []
-    return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+    names: list[str] = run.variables["joint"].values[np.isfinite(run.variables["clearance"].values)].astype(str).tolist()
+    return names
 
 
 def joint_force(run: Run, joint: str) -> np.ndarray:
     """Size of all that a joint transmits, at the samples [N]."""
-    return np.asarray(np.hypot(*along(run["reaction"], "joint", "axis", "time")[run["joint"].values.tolist().index(joint)]))
+    k = run.variables["joint"].values.tolist().index(joint)
+    return np.asarray(np.hypot(*along(run.variables["reaction"], "joint", "axis", "time")[k]))
 
 
 def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: float = math.inf) -> float:

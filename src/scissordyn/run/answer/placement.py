@@ -11,6 +11,7 @@ import numpy as np
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.results import along
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,10 +47,10 @@ class Placement:
     ) -> Placement:
         """The placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
         names = [body.name for body in mechanism.bodies]
-        index = run.get_index("body")
-        order = np.array([index.get_loc(name) for name in names], int)
-        position = run["position"].transpose("time", "body", "axis").isel(time=samples).values[:, order]
-        angle = run["angle"].transpose("time", "body").isel(time=samples).values[:, order]
+        place = {name: k for k, name in enumerate(run.variables["body"].values.tolist())}
+        order = [place[name] for name in names]
+        position = along(run.variables["position"], "time", "body", "axis")[samples][:, order]
+        angle = along(run.variables["angle"], "time", "body")[samples][:, order]
         return cls(mechanism, {name: k for k, name in enumerate(names)}, position, angle, turns)
 
     @property

@@ -111,7 +111,7 @@ class Chosen:
         labels = {dim: variables[dim].values.astype(str).tolist() for dim in ("joint", "body", "film", "track") if dim in run}
 
         def of(name: str, dim: str, label: str) -> np.ndarray:
-            return along(variables[name], dim, "time")[labels[dim].index(label)]
+            return np.asarray(along(variables[name], dim, "time")[labels[dim].index(label)])
 
         curves = {source.name: source.curve for source in (self._sources if run is self._run else torque_sources(run))}
         names = zip(TORQUES, (source.name for source in self.torques), strict=False)

@@ -3,8 +3,6 @@
 ``pytest -p tests.altered`` takes the file `ALTERED` of the environment from `ALTERED_FROM`.
 """
 
-from __future__ import annotations
-
 import os
 from importlib.machinery import SourceFileLoader
 from pathlib import Path

@@ -11,8 +11,6 @@ Every change of a number has to be noticed or to stand in
 its part of the page in docs/decisions/measured. A run that was stopped goes on where it was, as far as sources are the same.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import hashlib
@@ -174,7 +172,6 @@ def by_name(file: str) -> bool:
 
 
 def mutations_of(file: str) -> list[Mutation]:
-    """All of one file."""
     everything = Mutator(named=by_name(file))
     everything.visit(ast.parse((PACKAGE / file).read_text()))
     texts = [found[1:] for found in everything.found]
@@ -182,7 +179,6 @@ def mutations_of(file: str) -> list[Mutation]:
 
 
 def mutated(mutation: Mutation | Change) -> str:
-    """The file with one change."""
     if isinstance(mutation, Change):
         return changed(PACKAGE, mutation)
     tree = Mutator(mutation.index, by_name(mutation.file)).visit(ast.parse((PACKAGE / mutation.file).read_text()))
@@ -360,7 +356,6 @@ def page(found: list[tuple[Mutation, str]]) -> str:
 
 
 def kept(file: Path) -> dict[str, bool]:
-    """What earlier runs found."""
     file.parent.mkdir(parents=True, exist_ok=True)
     lines = file.read_text().split("\n") if file.exists() else []
     # the last line may be half-written
@@ -387,7 +382,6 @@ def try_drawn(
 
 
 def named() -> list[Change]:
-    """The changes of `NAMED`."""
     return [
         next(each for each in changes_of(PACKAGE, file) if (each.function, each.kind, each.text) == (function, kind, text))
         for file, function, kind, text in NAMED
@@ -423,7 +417,6 @@ def write(part: str, text: str) -> None:
 
 
 def main() -> int:
-    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="*", help="files below the package, e.g. laws/friction/lugre.py; or rooms with --drawn")
     parser.add_argument("--tests", nargs="+", help="test files below tests/ for the files, if they are in no target")

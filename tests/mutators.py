@@ -1,7 +1,5 @@
 """Changes of a source file that a test has to notice: a number, a sign, a term, a bound, a comparison."""
 
-from __future__ import annotations
-
 import ast
 import random
 from dataclasses import dataclass
@@ -97,7 +95,6 @@ class _Changer(ast.NodeTransformer):
         return node
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        """Sums and products of numbers."""
         texts = [part for part in ast.walk(node) if isinstance(part, ast.JoinedStr | ast.List | ast.Tuple)]
         texts += [part for part in ast.walk(node) if isinstance(part, ast.Constant) and isinstance(part.value, str)]
         if not texts and isinstance(node.op, ast.Add | ast.Sub):
@@ -125,7 +122,6 @@ class _Changer(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """Bounds."""
         name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
         if name in BOUNDS and self._wanted("bound", node):
             if isinstance(node.func, ast.Attribute):
@@ -151,14 +147,12 @@ class _Changer(ast.NodeTransformer):
 
 
 def changes_of(root: Path, file: str) -> list[Change]:
-    """All changes of one file below a folder."""
     changer = _Changer()
     changer.visit(ast.parse((root / file).read_text()))
     return [Change(file, line, function, kind, index, text) for line, function, kind, index, text in changer.found]
 
 
 def changed(root: Path, change: Change) -> str:
-    """The file with one change."""
     tree = _Changer(change.kind, change.index).visit(ast.parse((root / change.file).read_text()))
     return ast.unparse(ast.fix_missing_locations(tree))
 
@@ -223,7 +217,6 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node):
-        """Units and bounds are declarations, and a count of table entries is no measure."""
         if not isinstance(node.func, ast.Name) or not (self.named or node.func.id == "Quantity"):
             return self.generic_visit(node)
         if node.func.id not in ("Quantity", "component", "int"):
@@ -250,7 +243,6 @@ class Mutator(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Return(self, node):
-        """Each number of a row."""
         rows = self.function in ("parameters", "row") or self.function.endswith("_numbers")
         if rows and isinstance(node.value, ast.Tuple):
             # a literal is one number, not two
@@ -262,7 +254,6 @@ class Mutator(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_BinOp(self, node):
-        """An exponent."""
         node = self.generic_visit(node)
         if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and isinstance(node.right.value, int):
             node.right = self.number(node.right)

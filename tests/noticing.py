@@ -1,7 +1,5 @@
 """Which rooms `mutate` draws changes from, which tests have to notice a change of a file, and which changes change nothing."""
 
-from __future__ import annotations
-
 from fnmatch import fnmatch
 
 __all__ = ["ALIVE", "EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SEED", "tests_of"]

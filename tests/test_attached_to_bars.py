@@ -1,7 +1,5 @@
 """All that a rigid bar can have, on a bar that bends: the limit of rigid bars, and the energy of both formulations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Bars that bend: closed forms, a second formulation, limits and identities."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

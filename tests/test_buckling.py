@@ -1,7 +1,5 @@
 """Linear buckling of bars that bend: closed forms, an independent frame program, and loads raised to the limit."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

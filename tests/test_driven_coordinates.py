@@ -1,7 +1,5 @@
 """Backlash of couplings, and inputs of a prescribed output."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

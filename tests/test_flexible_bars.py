@@ -1,7 +1,5 @@
 """Bars that bend as one part: closed forms, a second formulation (beam elements), derivatives, and all that can be attached."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Bars that are heated and damped: closed forms, the balance of energy, refusals, and the same from a case file."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

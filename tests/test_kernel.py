@@ -1,7 +1,5 @@
 """Kernels: what runs where."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import NamedTuple

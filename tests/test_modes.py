@@ -1,7 +1,5 @@
 """Natural frequencies along the motion of the drive: the same as those of a mechanism built there, and closed forms."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

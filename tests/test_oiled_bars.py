@@ -1,7 +1,5 @@
 """Oil in the joints of bars that bend: energy, the limit of rigid bars, and which integrator is chosen."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The reference models against closed forms, against each other and against the reference events."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

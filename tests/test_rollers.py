@@ -1,7 +1,5 @@
 """What runs along a bar that bends: static and moving loads against their closed forms, derivatives, energy, clearance."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

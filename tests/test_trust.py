@@ -1,7 +1,5 @@
 """The page on what is refused and what is warned of: every row is run, and says what the page says."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Messages about the files of Python that a user names."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a user reads is in the words of multibody dynamics."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The mechanisms of the zoo: each runs, and gives the numbers that it declares."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import math
 import subprocess

@@ -1,7 +1,5 @@
 """Slopes written by hand against dual numbers: energies, rates of gaps, gradients and forces of ports, time functions."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 

@@ -32,7 +32,6 @@ samples = 11
 
 
 def case(tmp_path, control):
-    """A case with some control."""
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace("CONTROL", control))
     return read_case(path, [])

@@ -1,7 +1,5 @@
 """Feedback of the filtered rate: its kernel, and a loop whose linear equations are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import expm

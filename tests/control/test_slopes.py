@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from reference.kernels import accepted, at_start
+from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
 from scissordyn.component.time_function import Harmonic, Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.history import NODES, TRANSFORM, make_history
-from scissordyn.mechanics import functions
 
 REFERENCE = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)
 TIME = 0.3
@@ -61,41 +60,13 @@ LAWS = {
 def test_step_matrix_is_the_derivative(name, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
     handle, state, _ = controlled_state(LAWS[name])
-    size = state.size
-
-    def slope(y):
-        out = np.zeros(size)
-        functions.rate(TIME, y, handle.address, out)
-        return out
-
-    jacobian = np.empty((size, size))
-    for i in range(size):
-        h = 1e-5 * (1.0 + abs(state[i]))
-        up, down = state.copy(), state.copy()
-        up[i] += h
-        down[i] -= h
-        jacobian[:, i] = (slope(up) - slope(down)) / (2.0 * h)
-    out, by_time = np.zeros(size), np.zeros(size)
-    functions.linearise(TIME, state, handle.address, out, by_time)
-    assert functions.factorize(step, handle.address) == -1
-    right = np.random.default_rng(1).normal(size=size)
-    found = right.copy()
-    functions.solve(found, handle.address)
-    missing = found / step - jacobian @ found - right
-    scale = np.abs(found) / step + np.abs(jacobian) @ np.abs(found) + np.abs(right)
-    assert np.all(np.abs(missing) < 3e-6 * scale)
+    check_step_matrix(handle, state, step, 1e-5 * (1.0 + np.abs(state)), TIME)
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_time_derivative(name):
     """Cross-check: the partial derivative by time equals a central difference at fixed state."""
     handle, state, _ = controlled_state(LAWS[name])
-    out, found = np.zeros(state.size), np.zeros(state.size)
-    functions.linearise(TIME, state, handle.address, out, found)
-    h = 1e-6
-    up, down = np.zeros(state.size), np.zeros(state.size)
-    functions.rate(TIME + h, state, handle.address, up)
-    functions.rate(TIME - h, state, handle.address, down)
-    assert np.max(np.abs(found)) > 0.1
-    assert np.allclose(found, (up - down) / (2.0 * h), rtol=1e-6, atol=1e-7 * np.max(np.abs(found)))
-    assert math.isfinite(float(np.sum(found)))
+    by_time = check_time_derivative(handle, state, 1e-6, time=TIME, rtol=1e-6)
+    assert np.max(np.abs(by_time)) > 0.1
+    assert math.isfinite(float(np.sum(by_time)))

@@ -1,7 +1,5 @@
 """The kernels of the controllers at single instants, against plain Python; they run without the compiler."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

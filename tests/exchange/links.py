@@ -1,7 +1,5 @@
 """Links of PMKS+ as its public source writes them, made from joints and links; nothing of the package is used."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"

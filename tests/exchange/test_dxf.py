@@ -1,7 +1,5 @@
 """Drawings in DXF."""
 
-from __future__ import annotations
-
 import io
 import math
 

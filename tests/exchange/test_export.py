@@ -1,7 +1,5 @@
 """Mechanisms and runs for other programs: drawings, cut lists, MJCF, and the commands."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

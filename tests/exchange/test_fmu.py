@@ -90,7 +90,6 @@ def reference(name):
 
 
 def apart(found, exact):
-    """Largest difference."""
     return float(np.max(abs(np.asarray(found) - np.asarray(exact))))
 
 

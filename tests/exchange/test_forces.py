@@ -1,7 +1,5 @@
 """Pin forces, their envelopes, and the worst load of a bar as beams."""
 
-from __future__ import annotations
-
 import io
 import json
 import math

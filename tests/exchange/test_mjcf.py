@@ -1,7 +1,5 @@
 """Models in MJCF and URDF that are planar mechanisms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -185,7 +183,6 @@ SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" times
 
 
 def followed(text: str) -> tuple[np.ndarray, np.ndarray]:
-    """Mass centres every 0.1 s, here and by MuJoCo."""
     run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6, rtol=1e-10, atol=1e-12)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)

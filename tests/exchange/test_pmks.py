@@ -1,7 +1,5 @@
 """Links of PMKS+: ten linkages against closed forms, and links that are damaged or of a later version."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

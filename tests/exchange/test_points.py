@@ -1,7 +1,5 @@
 """Mechanisms from a table of points."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

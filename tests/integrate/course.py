@@ -63,7 +63,6 @@ def value_of(c, x):
 
 @kernel
 def slope_of(c, x):
-    """Its derivative."""
     found = WAVES * (c[TERMS - 2] * math.cos(WAVES * x) - c[TERMS - 1] * math.sin(WAVES * x))
     for k in range(1, TERMS - 2):
         found += k * c[k] * x ** (k - 1)
@@ -72,38 +71,32 @@ def slope_of(c, x):
 
 @kernel
 def rate(t, y, address, dy):
-    """Time goes by."""
     dy[0] = 1.0
 
 
 @kernel
 def linearise(t, y, address, dy, dt):
-    """And depends on nothing."""
     dy[0], dt[0] = 1.0, 0.0
 
 
 @kernel
 def factorize(hg, address):
-    """W = 1/hg."""
     open_numbers(address).hg[0] = hg
     return -1
 
 
 @kernel
 def solve(r, address):
-    """Its inverse."""
     r[0] *= open_numbers(address).hg[0]
 
 
 @kernel
 def accept(t, y, address, answer):
-    """Nothing to return to."""
     answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
 
 
 @kernel
 def guards(t, y, address, value, rate):
-    """All polynomials."""
     c = open_numbers(address).guards
     for k in range(value.size):
         value[k], rate[k] = value_of(c[k], y[0]), slope_of(c[k], y[0])
@@ -111,7 +104,6 @@ def guards(t, y, address, value, rate):
 
 @kernel
 def guard(t, y, k, address, value, rate):
-    """One of them."""
     c = open_numbers(address).guards
     value[k], rate[k] = value_of(c[k], y[0]), slope_of(c[k], y[0])
 
@@ -130,7 +122,6 @@ def monitor(t, y, address, power, rows):
 
 @kernel
 def probe(t, y, row, address, dy, out):
-    """One row."""
     numbers = open_numbers(address)
     numbers.looks[0] += 1
     out[0] = value_of(numbers.rows[row], y[0])

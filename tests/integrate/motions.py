@@ -21,11 +21,23 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.tableau import tableau
 from scissordyn.kernel import F1, F2, I1, Handle, kernel, opener
 
-__all__ = ["COMPLIANT", "DELAYED", "GROWTH", "OSCILLATOR", "POWER", "RELAXING", "STAGGERED", "Result", "solve_problem"]
+__all__ = [
+    "COMPLIANT",
+    "DELAYED",
+    "GROWTH",
+    "OSCILLATOR",
+    "PENDULUM",
+    "POWER",
+    "RELAXING",
+    "STAGGERED",
+    "Result",
+    "solve_problem",
+]
 
-OSCILLATOR, COMPLIANT, DELAYED, GROWTH, POWER, RELAXING, STAGGERED = range(7)
+OSCILLATOR, COMPLIANT, DELAYED, GROWTH, POWER, RELAXING, STAGGERED, PENDULUM = range(8)
 """y'' = -w^2 y; m y'' = -k d^e on a floor below y = 0; y' = -y(t - T); y' = r y; y' = k t^(k-1); y' = r (y - cos t) - sin t;
-y' = -r (y - y_2), y_2' = 1."""
+y' = -r (y - y_2), y_2' = 1; y'' = -sin y + 0.3 sin 2t, which has no closed form, and beside it, where there is a third state,
+y_3' = -r (y_3 - cos t) - sin t."""
 
 
 class Numbers(NamedTuple):
@@ -65,7 +77,6 @@ def earlier(when, S):
 
 @kernel
 def rate(t, y, address, dy):
-    """The right-hand sides."""
     S = open_numbers(address)
     kind, p = S.kind[0], S.parameters
     S.calls[0] += 1
@@ -74,7 +85,7 @@ def rate(t, y, address, dy):
     elif kind == 1:
         depth = max(0.0, -y[0])
         dy[0], dy[1] = y[1], -p[2]
-        if S.mode[0] == 1 and depth > 0.0:
+        if depth > 0.0 and S.mode[0] == 1:
             dy[1] += p[0] * depth ** p[1]
     elif kind == 2:
         dy[0] = -earlier(t - p[0], S)
@@ -84,8 +95,12 @@ def rate(t, y, address, dy):
         dy[0] = p[0] * t ** (p[0] - 1.0)
     elif kind == 5:
         dy[0] = p[0] * (y[0] - math.cos(t)) - math.sin(t)
-    else:
+    elif kind == 6:
         dy[0], dy[1] = -p[0] * (y[0] - y[1]), 1.0
+    else:
+        dy[0], dy[1] = y[1], -math.sin(y[0]) + 0.3 * math.sin(2.0 * t)
+        if y.size == 3:
+            dy[2] = -p[0] * (y[2] - math.cos(t)) - math.sin(t)
 
 
 @kernel
@@ -101,7 +116,7 @@ def linearise(t, y, address, dy, dt):
     elif kind == 1:
         J[0, 1] = 1.0
         depth = max(0.0, -y[0])
-        if S.mode[0] == 1 and depth > 0.0:
+        if depth > 0.0 and S.mode[0] == 1:
             J[1, 0] = -p[0] * p[1] * depth ** (p[1] - 1.0)
     elif kind == 2:
         dt[0] = -(earlier(t - p[0] + 1e-6, S) - earlier(t - p[0] - 1e-6, S)) / 2e-6 if t > p[0] + 1e-6 else 0.0
@@ -111,13 +126,16 @@ def linearise(t, y, address, dy, dt):
         dt[0] = p[0] * (p[0] - 1.0) * t ** (p[0] - 2.0) if p[0] > 1.0 else 0.0
     elif kind == 5:
         J[0, 0], dt[0] = p[0], p[0] * math.sin(t) - math.cos(t)
-    else:
+    elif kind == 6:
         J[0, 0], J[0, 1] = -p[0], p[0]
+    else:
+        J[0, 1], J[1, 0], dt[1] = 1.0, -math.cos(y[0]), 0.6 * math.cos(2.0 * t)
+        if y.size == 3:
+            J[2, 2], dt[2] = -p[0], -p[0] * math.sin(t) - math.cos(t)
 
 
 @kernel
 def factorize(hg, address):
-    """W = 1/hg - J."""
     S = open_numbers(address)
     n = S.matrix.shape[0]
     for i in range(n):
@@ -128,11 +146,13 @@ def factorize(hg, address):
 
 @kernel
 def solve(r, address):
-    """One or two unknowns."""
+    """One or two unknowns; a third one is alone."""
     m = open_numbers(address).matrix
     if r.size == 1:
         r[0] /= m[0, 0]
         return
+    if r.size == 3:
+        r[2] /= m[2, 2]
     determinant = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
     first = (m[1, 1] * r[0] - m[0, 1] * r[1]) / determinant
     r[1] = (m[0, 0] * r[1] - m[1, 0] * r[0]) / determinant
@@ -155,7 +175,6 @@ def guards(t, y, address, value, slope):
 
 @kernel
 def guard(t, y, k, address, value, slope):
-    """One of them."""
     S = open_numbers(address)
     value[k], slope[k] = S.sense[k] * (y[0] - S.level[k]), S.sense[k] * y[1]
 
@@ -174,21 +193,19 @@ def reset(t, y, k, address, data):
 
 @kernel
 def monitor(t, y, address, power, rows):
-    """Integrands y and y^2; rows: y of each guard and of the whole time, with its square."""
-    power[0], power[1] = y[0], y[0] * y[0]
+    """Integrands y, y^2 and the square of the rate; rows: y of each guard and of the whole time, with its square."""
+    power[0], power[1], power[2] = y[0], y[0] * y[0], y[1] * y[1] if y.size > 1 else 0.0
     for row in range(rows.shape[0]):
         rows[row, 0], rows[row, 1], rows[row, 2] = y[0], y[0] * y[0], 1.0
 
 
 @kernel
 def probe(t, y, row, address, dy, out):
-    """One row."""
     out[0], out[1], out[2] = y[0], y[0] * y[0], 1.0
 
 
 @kernel
 def record(t, y, address, signals):
-    """The first state."""
     signals[0] = y[0]
 
 
@@ -248,7 +265,6 @@ def solve_problem(
     most_steps: int = 100000,
     group: tuple[int, ...] = (),
 ) -> Result:
-    """Solve one of the problems with a method."""
     n, count = len(start), len(levels)
     mode = np.array(above or (0,) * count, np.int64)
     history, length = make_history(1 if delays else 0, history_rows if delays else 0), np.zeros(1, np.int64)
@@ -272,7 +288,7 @@ def solve_problem(
         mode=mode,
         memory=np.zeros(count),
         reference=np.zeros(0),
-        quadratures=2,
+        quadratures=3,
         monitors=1,
         band=np.array([band]),
         history=history,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from problems import fall, fall_slopes, oscillation, oscillation_slopes, pendulum, pendulum_slopes, run
+from motions import COMPLIANT, PENDULUM, solve_problem
 
 from scissordyn.integrate.tableau import METHODS
 
@@ -12,10 +12,11 @@ from scissordyn.integrate.tableau import METHODS
 @pytest.mark.parametrize("name", METHODS)
 def test_error_follows_tolerance(name):
     """Order of convergence: the end error falls in proportion to the tolerance, within a factor of ten over four decades."""
-    reference = run("dop853", oscillation, oscillation_slopes, [1.0, 0.5, 1.0], 4.0, 1e-13, 2, floor=False)[0].state[-1]
+    problem, stiff = (PENDULUM, (1.0, 0.5, 1.0), 4.0), {"parameters": (1e3,)}
+    reference = solve_problem("dop853", *problem, **stiff, rtol=1e-13, atol=1e-13).state[-1]
     errors = []
     for tolerance in (1e-6, 1e-8, 1e-10):
-        end = run(name, oscillation, oscillation_slopes, [1.0, 0.5, 1.0], 4.0, tolerance, 2, floor=False)[0].state[-1]
+        end = solve_problem(name, *problem, **stiff, rtol=tolerance, atol=tolerance).state[-1]
         errors.append(np.max(np.abs(end - reference)))
     assert errors[-1] < 3e-9
     assert 10.0 < errors[0] / errors[1] < 1e4
@@ -35,12 +36,12 @@ def test_order(name, order, counts):
     """Order of convergence: fitted from end errors with steps of equal length, the median over nine starts."""
     fitted = []
     for angle in np.linspace(0.5, 1.5, 9):
-        start, errors = [float(angle), 0.5, 0.0], []
-        exact = run("dop853", pendulum, pendulum_slopes, start, 6.0, 1e-14, 2, floor=False)[0].state[-1]
+        problem, errors = (PENDULUM, (float(angle), 0.5), 6.0), []
+        exact = solve_problem("dop853", *problem, rtol=1e-14, atol=1e-14).state[-1]
         for count in counts:
-            out, _, state = run(name, pendulum, pendulum_slopes, start, 6.0, 1e6, 2, floor=False, step=6.0 / count)
-            assert state.counts["steps"][0] == count
-            errors.append(float(np.max(np.abs(out.state[-1] - exact))))
+            fixed = solve_problem(name, *problem, rtol=1e6, atol=1e6, step=6.0 / count, first=6.0 / count)
+            assert fixed.end.counts["steps"][0] == count
+            errors.append(float(np.max(np.abs(fixed.state[-1] - exact))))
         fitted.append(-np.polyfit(np.log(counts), np.log(errors), 1)[0])
     assert order - 0.2 < float(np.median(fitted)) < order + 0.5
 
@@ -48,7 +49,9 @@ def test_order(name, order, counts):
 @pytest.mark.parametrize("name", METHODS)
 def test_bouncing_ball(name):
     """Closed form: impacts of a ball that bounces with restitution 0.8, its arcs, and the integral of its speed squared."""
-    out, log, state = run(name, fall, fall_slopes, [1.0, 0.0, 0.0], 7.0, 1e-10, 701, floor=True)
+    floor = {"parameters": (0.0, 1.0, 1.0), "levels": (0.0,), "senses": (-1.0,), "restitution": 0.8}
+    ball = solve_problem(name, COMPLIANT, (1.0, 0.0), 7.0, **floor, samples=701)
+    log = ball.log
     first = math.sqrt(2.0)
     speeds = first * 0.8 ** np.arange(log.shape[0])
     times = first + np.cumsum(np.concatenate([[0.0], 2.0 * 0.8 * speeds[:-1]]))
@@ -59,22 +62,22 @@ def test_bouncing_ball(name):
     arcs = np.array([2.0 * (0.8 * v) ** 3 / 3.0 for v in speeds[: last - 1]])
     rest, up = 7.0 - times[last - 1], 0.8 * speeds[last - 1]
     exact = first**3 / 3.0 + np.sum(arcs) + (up**3 - (up - rest) ** 3) / 3.0
-    assert float(state.total[0]) == pytest.approx(exact, rel=1e-9)
+    assert float(ball.end.total[2]) == pytest.approx(exact, rel=1e-9)
     for at in (50, 120, 320, 500):
-        t = out.time[at]
+        t = ball.time[at]
         k = int(np.sum(times < t))
         since = t - (times[k - 1] if k else 0.0)
         expected = 1.0 - 0.5 * t * t if k == 0 else 0.8 * speeds[k - 1] * since - 0.5 * since * since
-        assert out.state[at, 0] == pytest.approx(expected, abs=1e-8)
+        assert ball.state[at, 0] == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_monitored_throughout(name):
     """Closed form: a ball thrown upwards is highest at v/g; its height is last above a limit at a root, to 1e-8."""
-    _, _, state = run(name, fall, fall_slopes, [0.0, 1.0, 0.0], 1.9, 1e-9, 2, floor=False, band=0.32)
+    state = solve_problem(name, COMPLIANT, (0.0, 1.0), 1.9, parameters=(0.0, 1.0, 1.0), band=0.32, rtol=1e-9, atol=1e-9).end
     highest, when, square = state.peak[0, 0], state.peak[0, 1], state.peak[0, 3]
     assert highest == pytest.approx(0.5, abs=1e-12)
     assert when == pytest.approx(1.0, abs=1e-5)
-    assert square == pytest.approx((1.0 + 0.9**3) / 3.0, rel=1e-9)
+    assert square == pytest.approx(1.9**3 / 3.0 - 1.9**4 / 4.0 + 1.9**5 / 20.0, rel=1e-9)
     assert state.band[0, 1] == pytest.approx(1.6, abs=1e-8)
     assert state.band[0, 2] == 0.0

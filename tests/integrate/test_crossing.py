@@ -1,7 +1,5 @@
 """Steps across the rises and falls of guards: the same motion and the same events as with steps that end on them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

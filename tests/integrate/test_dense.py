@@ -1,7 +1,5 @@
 """Dense output: its order, and integrals up to points inside a step."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Roots of guards inside steps against closed forms: courses of known polynomials, followed in steps of any length."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The arrays of an integration: going on, beginning anew, and stores that are full."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motions import DELAYED, OSCILLATOR, solve_problem

@@ -1,7 +1,5 @@
 """Largest values, integrals and limits of monitored numbers against closed forms: courses of known polynomials and waves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

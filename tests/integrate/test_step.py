@@ -1,7 +1,5 @@
 """One step of each method, and what its error is measured by."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The coefficients of the methods against the order conditions, which rooted trees say (Butcher)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from functools import cache

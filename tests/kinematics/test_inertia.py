@@ -1,7 +1,5 @@
 """The inertia that a drive feels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -37,7 +35,6 @@ def test_inertia_is_that_of_the_kinetic_energy(name: str) -> None:
     ideal = mechanism.ideal().driven(speed=speed)
     until = 0.3 / abs(speed)
     found = path_of(plan(ideal), until)
-    assert found is not None
     run = simulate(ideal, until=until, samples=2)
     ends = drive_inertia(found)[[0, -1] if speed > 0.0 else [-1, 0]]
     np.testing.assert_allclose(ends, 2.0 * run["kinetic_energy"].values / speed**2, rtol=1e-9)
@@ -56,7 +53,6 @@ def test_a_driven_length_has_a_mass() -> None:
         gravity=0.0,
     )
     path = path_of(plan(ladder), 1.0)
-    assert path is not None
     assert path.parameter == "length"
     turning = np.arccos(path.place / length)
     np.testing.assert_allclose(drive_inertia(path), mass * length**2 / 3.0 / (length * np.sin(turning)) ** 2, rtol=1e-9)
@@ -71,5 +67,4 @@ def test_a_bar_about_its_pin() -> None:
         input_body="arm",
     ).driven(speed=1.0)
     path = path_of(plan(arm), 1.0)
-    assert path is not None
     np.testing.assert_allclose(drive_inertia(path), 1.3 * 0.7**2 / 3.0, rtol=1e-13)

@@ -1,7 +1,5 @@
 """Bristle laws: the fading of their damping, friction's own limit, passivity, the start of a contact."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """The catalogue: every law by name, each with its kernels, its facts and its source."""
 
-from __future__ import annotations
-
 import math
 import re
 
@@ -127,8 +125,6 @@ def test_parameters_are_bounded(kind, name, parameter):
     quantity = parameter.quantity
     low = quantity.minimum if quantity.above is None else quantity.above
     high = quantity.maximum if quantity.below is None else quantity.below
-    assert low is not None
-    assert high is not None
     assert low < high
     law = catalogue.law(kind, name)
     for value in (1e308, -1e308, math.inf, math.nan, -5e-324, *((5e-324,) if low > 0.0 else ())):

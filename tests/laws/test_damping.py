@@ -1,7 +1,5 @@
 """Damping factors, and what comes out of them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

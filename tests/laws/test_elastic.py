@@ -1,7 +1,5 @@
 """Elastic parts: figures, inverses, shapes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

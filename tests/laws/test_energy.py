@@ -1,7 +1,5 @@
 """The work that presses an elastic part in, against quadrature of its force."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Friction laws: steady sliding, sticking, stick-slip, passivity."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two elements of friction side by side."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Oils: the viscosity index against worked examples, grades against their definition."""
 
-from __future__ import annotations
-
 import pytest
 
 import scissordyn as sd

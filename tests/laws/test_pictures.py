@@ -1,7 +1,5 @@
 """The small experiments that show a law, and their pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from bouncing import JOINT

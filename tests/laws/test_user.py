@@ -26,7 +26,6 @@ NOTHING = np.zeros(0)
 
 @element(slot="stiffness")
 def spring(indentation, stiffness, exponent=1.5):
-    """A power law of the user's."""
     return stiffness * indentation**exponent
 
 
@@ -168,7 +167,6 @@ def test_unfit_files_are_named(tmp_path: Path, text, reference, says):
 
 
 def pulls(indentation):
-    """Pushes up to 0.2 mm and pulls beyond."""
     return 1e9 * indentation * (2e-4 - indentation)
 
 

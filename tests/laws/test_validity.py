@@ -1,7 +1,5 @@
 """Warnings about laws outside what they were made for."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -14,13 +12,11 @@ from scissordyn.plugin.element import element
 
 
 def warnings(stiffness="liu", damping="exact", joint=JOINT, speed=0.01, indentation=1e-6):
-    """The warnings for one contact."""
     laws = ELASTIC[stiffness](), DAMPING[damping]()
     return texts("A", joint, *laws, approach_speed=[speed], indentation=indentation)
 
 
 def texts(*given, **named):
-    """The warnings about some laws as sentences."""
     return [str(warning) for warning in contact_warnings(*given, **named)]
 
 

@@ -1,7 +1,5 @@
 """Banded equations against the dense solution, with and without row exchanges."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Which unknowns linear constraints are solved for, and whose constraints determine an expression."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Which entries of the state the rows of guards and monitored numbers read, against differences of the guards."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reference.kernels import at_start

@@ -119,7 +119,6 @@ def test_latches_in_random_driven_chains(seed: int) -> None:
 
 
 def vars_of(mechanism: sd.Mechanism) -> dict[str, object]:
-    """The fields of a mechanism."""
     import dataclasses
 
     return {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}

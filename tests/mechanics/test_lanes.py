@@ -11,7 +11,6 @@ from scissordyn.mechanics.lanes import LANES, combine, padded, pull, stretch
 
 
 def loops(table: F1, first: int, rows: int, width: int, source: F2, target: F2) -> None:
-    """All three, as kernels call them."""
     combine(table, first, rows, width, source[0], source[1], target[0], target[1])
     stretch(target[0], target[1], 0.1, target[2], target[3], width)
     pull(-2.0, target[3], target[2], target[0], target[1], target[4][3:], target[5][3:], width)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reference.kernels import accepted, at_start
+from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
 from scissordyn.component.clutch import Clutch
 from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.friction.lugre import LuGre
@@ -14,6 +14,11 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
 
 EDGE = 2e-5
+
+
+def increments(state, n):
+    """Of coordinates, velocities and internal states."""
+    return np.repeat([2e-9, 1e-5, 1e-11], [n, n, state.size - 2 * n])
 
 
 def touching_state(joint, units, rng, slip="surfaces"):
@@ -40,14 +45,14 @@ def touching_state(joint, units, rng, slip="surfaces"):
 def test_step_matrix_is_the_derivative(joint, units, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
     handle, state, n = touching_state(joint, units, np.random.default_rng(7))
-    check_step_matrix(handle, state, n, step)
+    check_step_matrix(handle, state, step, increments(state, n))
 
 
 @pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
 def test_step_matrix_with_the_slip_of_contact_points(joint):
     """Cross-check: the same where the slip speed is e'.t delta/|e|."""
     handle, state, n = touching_state(joint, 2, np.random.default_rng(7), "contact-points")
-    check_step_matrix(handle, state, n, 1e-5)
+    check_step_matrix(handle, state, 1e-5, increments(state, n))
 
 
 @pytest.mark.parametrize("units", [2, 3])
@@ -75,45 +80,11 @@ def test_step_matrix_with_eliminated_unknowns(units, damped, step):
     touching = np.arange(guards) % 4 > 0  # one joint in four stays open
     handle.content.parameters.contact["clearance"][touching] += gap[touching] - EDGE
     handle.content.state.mode[touching], handle.content.state.memory[touching] = 1, 0.5
-    check_step_matrix(handle, state, n, step)
-
-
-def check_step_matrix(handle, state, n, step):
-    """W^-1 r of the structured solve against a differenced Jacobian."""
-    size, time = state.size, 0.0
-
-    def slope(y):
-        out = np.zeros(size)
-        functions.rate(time, y, handle.address, out)
-        return out
-
-    # along the constraint manifold and off it alike; central differences of two sizes give the error
-    jacobian = np.empty((size, size))
-    for i in range(size):
-        h = 2e-9 if i < n else (1e-5 if i < 2 * n else 1e-11)
-        up, down = state.copy(), state.copy()
-        up[i] += h
-        down[i] -= h
-        jacobian[:, i] = (slope(up) - slope(down)) / (2.0 * h)
-    out, by_time = np.zeros(size), np.zeros(size)
-    functions.linearise(time, state, handle.address, out, by_time)
-    assert functions.factorize(step, handle.address) == -1
-    right = np.random.default_rng(1).normal(size=size)
-    found = right.copy()
-    functions.solve(found, handle.address)
-    missing = found / step - jacobian @ found - right
-    scale = np.abs(found) / step + np.abs(jacobian) @ np.abs(found) + np.abs(right)
-    assert np.all(np.abs(missing) < 3e-6 * scale)
+    check_step_matrix(handle, state, step, increments(state, n))
 
 
 @pytest.mark.parametrize(("joint", "units"), [("A", 2), ("unit 1/pivot", 2), ("unit 1/upper", 3)])
 def test_time_derivative(joint, units):
     """Cross-check: the partial derivative by time equals a central difference at fixed state."""
     handle, state, _ = touching_state(joint, units, np.random.default_rng(3))
-    out, found = np.zeros(state.size), np.zeros(state.size)
-    functions.linearise(0.0, state, handle.address, out, found)
-    h = 1e-9
-    up, down = np.zeros(state.size), np.zeros(state.size)
-    functions.rate(h, state, handle.address, up)
-    functions.rate(-h, state, handle.address, down)
-    assert np.allclose(found, (up - down) / (2.0 * h), rtol=1e-5, atol=1e-7 * np.max(np.abs(found)))
+    check_time_derivative(handle, state, 1e-9)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from reference.kernels import accepted, at_start
+from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
 from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.lugre import LuGre
@@ -61,42 +61,13 @@ BLOCK = GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3, fricti
 def test_step_matrix_is_the_derivative(describe, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
     handle, state, n = touching_state(describe(BLOCK), np.random.default_rng(7))
-    size = state.size
-
-    def slope(y):
-        out = np.zeros(size)
-        functions.rate(0.0, y, handle.address, out)
-        return out
-
-    jacobian = np.empty((size, size))
-    for i in range(size):
-        h = 2e-9 if i < n else (1e-5 if i < 2 * n else 1e-11)
-        up, down = state.copy(), state.copy()
-        up[i] += h
-        down[i] -= h
-        jacobian[:, i] = (slope(up) - slope(down)) / (2.0 * h)
-    out, by_time = np.zeros(size), np.zeros(size)
-    functions.linearise(0.0, state, handle.address, out, by_time)
-    assert functions.factorize(step, handle.address) == -1
-    right = np.random.default_rng(1).normal(size=size)
-    found = right.copy()
-    functions.solve(found, handle.address)
-    missing = found / step - jacobian @ found - right
-    scale = np.abs(found) / step + np.abs(jacobian) @ np.abs(found) + np.abs(right)
-    assert np.all(np.abs(missing) < 3e-6 * scale)
+    check_step_matrix(handle, state, step, np.repeat([2e-9, 1e-5, 1e-11], [n, n, state.size - 2 * n]))
 
 
 def test_time_derivative():
     """Cross-check: the partial derivative by time equals a central difference at fixed state."""
     handle, state, _ = touching_state(crank_and_block(BLOCK), np.random.default_rng(3))
-    out, found = np.zeros(state.size), np.zeros(state.size)
-    functions.linearise(0.0, state, handle.address, out, found)
-    h = 1e-9
-    up, down = np.zeros(state.size), np.zeros(state.size)
-    functions.rate(h, state, handle.address, up)
-    functions.rate(-h, state, handle.address, down)
-    assert np.any(found)
-    assert np.allclose(found, (up - down) / (2.0 * h), rtol=1e-5, atol=1e-7 * np.max(np.abs(found)))
+    assert np.any(check_time_derivative(handle, state, 1e-9))
 
 
 def test_rate_of_the_gap_is_its_derivative():

@@ -1,7 +1,5 @@
 """Each port by itself: rates, gradients, curvature, and the work of its forces, against differences of what it senses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

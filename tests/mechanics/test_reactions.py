@@ -1,7 +1,5 @@
 """Normal equations of the reactions, side by side and one by one, against numpy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

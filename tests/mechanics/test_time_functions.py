@@ -1,7 +1,5 @@
 """Values and derivatives of time functions as kernels see them, against closed forms."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """The page of claims: its commands exist, and its figures are those of the pages that they write."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Constants of modules are bound once."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The documentation: links, numbered equations, public names, and tutorials that run."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import importlib.util
@@ -27,7 +25,6 @@ NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")
 
 
 def name(path: Path) -> str:
-    """For the names of tests."""
     return str(path.relative_to(DOCS))
 
 
@@ -102,9 +99,7 @@ def executed() -> list[Path]:
 
 
 def generator() -> Any:
-    """The module that makes pages from declarations."""
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
-    assert spec is not None
     assert spec.loader is not None
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)

@@ -1,7 +1,5 @@
 """What a user is shown of the package: `dir`, tab completion, and the function that has the name of a room."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What a release takes: the sdist, the conda recipe, forms, and workflows that cannot be changed under it."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -39,7 +37,6 @@ def test_conda_recipe_needs_what_the_package_needs() -> None:
 def test_changelog_has_the_version() -> None:
     """Contract: the first section is that of the version, with its date or unreleased."""
     heading = re.search(r"^## (\S+) \((.+)\)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert heading is not None
     assert heading[1] == sd.__version__
     assert heading[2] == "unreleased" or re.fullmatch(r"\d{4}-\d{2}-\d{2}", heading[2])
 

@@ -1,7 +1,5 @@
 """What public CI installs is what the tests import."""
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

@@ -1,7 +1,5 @@
 """The equations of the site, as a browser without a network shows them."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shutil

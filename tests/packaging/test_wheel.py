@@ -1,7 +1,5 @@
 """What is installed: the wheel, and the program in an environment that has nothing else."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The workflow of the public checks: systems, versions of Python, and commands that exist."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path
@@ -31,7 +29,6 @@ def test_commands_exist() -> None:
                 assert target in targets
             case ["python", "-m", "pip", "install", "--editable", what]:
                 extras = re.search(r"\[([\w,]+)\]", what)
-                assert extras is not None
                 assert set(extras[1].split(",")) <= set(PROJECT["optional-dependencies"])
             case ["python", "-m", "pytest", *rest]:
                 assert all((ROOT / word).exists() for word in rest if word.startswith("tests"))

@@ -1,7 +1,5 @@
 """The paper's runs, computed once."""
 
-from __future__ import annotations
-
 import pytest
 
 from scissordyn_paper.cases import DEFAULT, every_case
@@ -16,5 +14,4 @@ def runs_folder(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def runs(runs_folder):
-    """Every run of the default choice."""
     return fetch_runs(every_case(DEFAULT), runs_folder, engine=1)

@@ -1,7 +1,5 @@
 """The best reading by a second formulation: Lagrange's equations in minimal coordinates, laws in plain Python."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -53,7 +51,6 @@ def damping(choice: Choice) -> float:
 def contacts(case: PaperCase, until: float) -> list[Contact]:
     """Contacts of a run without friction up to a time."""
     choice, c = case.choice, case.clearance
-    assert c is not None
     joint = ClearanceJoint(c, choice.journal_radius, elastic(choice, c), damping(choice))
     speed = case.speed if choice.travel == "rising" else -case.speed
     array = Array(joint, constant_speed(choice.angle, speed), driven_bar=choice.driven_bar, gravity=choice.gravity)

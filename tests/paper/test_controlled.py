@@ -38,7 +38,6 @@ def test_the_deployment_lands_within_its_limit():
 
 
 def made(change):
-    """A run in which the journal moves by `change` clearances from one period to the next."""
     time = np.linspace(0.0, 5.0 * PERIOD, 501)
     place = np.stack([ARRAY * np.sin(2.0 * np.pi * time / PERIOD), change * ARRAY * time / PERIOD], axis=1)
     return xr.Dataset(

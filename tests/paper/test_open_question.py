@@ -1,7 +1,5 @@
 """Bars that bend and oil in the paper's case: its case files, what is compared, and the page."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -45,7 +43,6 @@ def test_a_tube_that_bends_hits_less_hard_and_a_stiffer_one_like_a_rigid_bar():
 
 
 def measured(**values: float) -> xr.Dataset:
-    """Measures of a made-up run."""
     return xr.Dataset({name: values.get(name, 1.0) for name in MEASURES})
 
 

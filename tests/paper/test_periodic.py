@@ -42,7 +42,6 @@ def test_a_large_clearance_does_not_and_neighbours_part():
 
 @pytest.fixture
 def short(monkeypatch):
-    """Few periods."""
     for name, count in {
         "CYCLES": 10,
         "SKIP": 4,

@@ -1,7 +1,5 @@
 """Readings of the paper: drawn, judged, kept, weighed."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from typing import Any

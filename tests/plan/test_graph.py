@@ -1,7 +1,5 @@
 """Orders of unknowns in which coupled ones are near each other."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import sparse

@@ -45,7 +45,6 @@ OTHERS = {
 
 
 def run(made: Plan) -> Trajectory:
-    """A run of a plan."""
     return compute(made, OPTIONS)
 
 

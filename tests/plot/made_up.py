@@ -19,7 +19,6 @@ CLEARANCE_JOINTS = {"A": 0.0, "unit 1/pivot": 1.3e-3}
 
 
 def mechanism_with(joints: tuple[str, ...]) -> Mechanism:
-    """Build a scissor array of two units with clearance at these joints."""
     arm = scissor(units=2)
     for name in joints:
         arm = arm.with_clearance(name, Clearance(CLEARANCE))

@@ -1,7 +1,5 @@
 """Films show where the bodies of a run are, miss no contact, and are files that players take."""
 
-from __future__ import annotations
-
 import base64
 import dataclasses
 import itertools
@@ -163,9 +161,7 @@ def test_an_ffmpeg_that_fails_is_reported(run: xr.Dataset, arm: Mechanism, tmp_p
 
 
 def data_of(text: str) -> dict:
-    """The scene in a page."""
     found = re.search(r'<script type="application/json" id="scene">(.*?)</script>', text, re.DOTALL)
-    assert found is not None
     return json.loads(found[1])
 
 

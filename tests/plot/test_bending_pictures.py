@@ -1,7 +1,5 @@
 """Pictures of bars that bend: magnified deflections, diagrams, modes as motions and as curves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -44,14 +42,12 @@ until = "1 ms"
 
 @pytest.fixture(scope="module")
 def unit() -> sd.Mechanism:
-    """A driven unit whose bars bend."""
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     return rigid.with_bending(section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
 
 @pytest.fixture(scope="module")
 def run(unit):
-    """Of a few samples, from equilibrium."""
     return sd.simulate(unit, until=2e-3, samples=4, start="static")
 
 

@@ -40,7 +40,6 @@ def linkage() -> Mechanism:
 
 @pytest.fixture(scope="module")
 def fallen(linkage: Mechanism) -> xr.Dataset:
-    """Its run."""
     return simulate(linkage, until=0.05, samples=501)
 
 
@@ -91,7 +90,6 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     assert view.force[2] == max(float(fallen["normal_force"].sel(joint=names)[151:].max()), *peaks.tolist())
     text = animate(fallen, linkage, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
     found = re.search('<script type="application/json" id="scene">(.*?)</script>', text, re.DOTALL)
-    assert found is not None
     (drawn,) = json.loads(found[1])["channels"]
     assert drawn["name"] == "guide"
     assert len(drawn["surfaces"]) == 2

@@ -1,7 +1,5 @@
 """Curves of contact forces have the located instants of the contacts, and every source of work has its curve."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +35,6 @@ def servo() -> xr.Dataset:
 
 
 def line(axes: Axes, label: str) -> np.ndarray:
-    """A drawn line, by its label."""
     return np.asarray(next(each for each in axes.lines if each.get_label() == label).get_xydata())
 
 

@@ -1,7 +1,5 @@
 """Names in a drawing that stands still."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A run in a notebook: the page of a film in a frame."""
 
-from __future__ import annotations
-
 import html
 import json
 import re
@@ -18,11 +16,8 @@ def test_notebook_shows_the_scene_of_a_run() -> None:
     other = sd.simulate(linkage, until=1e-2, samples=5)
     shown = sd.view(run, ghost=other)
     frame = re.fullmatch(r'<iframe srcdoc="([^"]*)" style="[^"]*"></iframe>', shown._repr_html_())
-    assert frame is not None
     assert html.unescape(frame[1]) == shown.html
     scene, ghost = (re.search(rf'id="{name}">(.*?)</script>', shown.html) for name in ("scene", "ghost"))
-    assert scene is not None
-    assert ghost is not None
     assert [joint["name"] for joint in json.loads(scene[1])["joints"]] == ["slider pin"]
     assert json.loads(ghost[1])["joints"] == []
     assert "http" not in shown.html.replace("http://www.w3.org", "")

@@ -34,13 +34,11 @@ ALL = ["response", "force", "torque", "orbit", "energy", "structure"]
 
 
 def curve(axes: Axes, label: str) -> Line2D:
-    """Find the one line of that label."""
     (found,) = [line for line in axes.lines if line.get_label() == label]
     return found
 
 
 def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> dict[str, list[Axes]]:
-    """Draw every picture."""
     return {
         "response": response(run, ideal),
         "force": force(run, ideal),
@@ -438,7 +436,6 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
     )
     assert chosen_joints(many, None) == ["joint 0", *names[3:]]
     figure = force(many)[0].get_figure(root=True)
-    assert figure is not None
     assert figure.get_supxlabel() == "2 more clearance joints with smaller forces"
     assert force(many, joint="joint 1")[0].get_figure(root=True).get_supxlabel() == ""
 

@@ -1,7 +1,5 @@
 """The preview of a mechanism and of its ideal kinematics: names, text, pictures."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math
@@ -36,7 +34,6 @@ def written(texts: list[Text]) -> list[str]:
 def on_rings(axes: Axes) -> list[str]:
     """Names that touch the circle of a clearance joint."""
     figure = axes.get_figure(root=True)
-    assert figure is not None
     renderer, found = FigureCanvasAgg(figure).get_renderer(), []
     for ring in (line for line in axes.lines if line.get_markersize() == 7.0 and line.get_marker() == "o"):
         (x, y), reach = axes.transData.transform(ring.get_xydata()[0]), 3.5 * figure.dpi / 72.0
@@ -77,7 +74,6 @@ def test_names_are_all_there_and_apart(case: Path) -> None:
     assert sum("(clearance" in text for text in shown) == (0 if once else len(loose))
     assert once == (len(loose) > 3 and len({joint.clearance.clearance for joint in loose}) == 1)
     figure = axes.get_figure(root=True)
-    assert figure is not None
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
     assert not [pair for pair in itertools.combinations(boxes, 2) if pair[0].overlaps(pair[1])]
@@ -107,7 +103,6 @@ def test_names_are_text() -> None:
     assert not [each for each in tree.iter() if str(each.tag).endswith("script")]
     assert "<script" not in drawn
     figure = kinematics(ideal_kinematics(hostile(), until=1.0))[0].get_figure(root=True)
-    assert figure is not None
     figure.draw_without_rendering()
 
 

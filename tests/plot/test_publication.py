@@ -1,20 +1,18 @@
 """Pictures for journals and slides: sizes, letters, legends, LaTeX."""
 
-from __future__ import annotations
-
 import inspect
 from pathlib import Path
 
 import matplotlib as mpl
 import pytest
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.pictures import Pictures
 from scissordyn.plot.publication import STYLES
 from scissordyn.plot.style import in_lines, literal
@@ -29,13 +27,6 @@ def run() -> xr.Dataset:
     """Of an array with a tracked point."""
     arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(-150.0))
     return sd.simulate(arm.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.02, samples=201)
-
-
-def figure_of(axes: Axes) -> Figure:
-    """The figure of Axes."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    return figure
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -115,7 +106,6 @@ def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
     first, second, third = figure.subplots(1, 3)
     sd.plot.torque(run, axes=second)
     inside = second.get_legend()
-    assert inside is not None
     figure.draw_without_rendering()
     renderer = FigureCanvasAgg(figure).get_renderer()
     box = inside.get_window_extent(renderer)
@@ -123,7 +113,6 @@ def test_a_legend_keeps_off_the_neighbours(run: xr.Dataset) -> None:
     wide = Figure(figsize=(9.0, 3.0)).subplots()
     sd.plot.torque(run, axes=wide)
     beside = wide.get_legend()
-    assert beside is not None
     assert beside.get_window_extent(renderer).x0 >= wide.get_window_extent(renderer).x1 - 1.0
 
 

@@ -50,7 +50,6 @@ def diagram() -> xr.Dataset:
 
 
 def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
-    """Draw every picture."""
     strobe = stroboscopic(run, period=1e-3)
     return {
         "map": stroboscopic_map(strobe),
@@ -144,7 +143,6 @@ def test_large_recurrence_plot_is_averaged() -> None:
     found = recurrence(np.tile([0.0, 1.0, 2.0, 3.0], 600), threshold=0.5)
     (axes,) = recurrence_plot(found)
     shown = axes.images[0].get_array()
-    assert shown is not None
     assert shown.shape == (800, 800)
     assert float(shown[0, 0]) == pytest.approx(3.0 / 9.0, rel=1e-14)
     assert float(np.mean(shown)) == pytest.approx(0.25, rel=1e-12)

@@ -1,7 +1,5 @@
 """Pictures, films, comparisons and exports of saved runs, in Python and as commands."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import math
@@ -48,7 +46,6 @@ def columns(path: Path) -> pd.DataFrame:
 
 @pytest.fixture(scope="module")
 def saved(stored: tuple[Path, Path]) -> xr.Dataset:
-    """The first of them as it is read back."""
     return sd.load(stored[0])
 
 

@@ -100,7 +100,6 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
     assert len(titles) == MOST_JOINTS
     assert shown & set(names) == set(titles)
     figure = drawn[0].get_figure(root=True)
-    assert figure is not None
     assert figure.get_supxlabel() == f"{len(names) - MOST_JOINTS} more clearance joints with smaller forces"
 
 
@@ -111,7 +110,6 @@ def test_wide_structure_has_room_beside_its_joints() -> None:
         arm = arm.with_clearance("all", Clearance(5e-4))
         drawn = structure(simulate(arm, until=1e-4, samples=2), arm, times=2)
         figure = drawn[0].get_figure(root=True)
-        assert figure is not None
         figure.draw_without_rendering()
         assert drawn[0].bbox.height > 0.7 * figure.dpi
         assert max(axes.title.get_window_extent().y1 for axes in drawn) <= figure.bbox.y1 + 1.0

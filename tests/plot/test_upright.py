@@ -1,7 +1,5 @@
 """Pictures, films and drags of a mechanism that stands: gravity points downwards whatever its direction in the case."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path
@@ -31,7 +29,6 @@ def lift() -> Mechanism:
 
 @pytest.fixture(scope="module")
 def start(lift: Mechanism) -> xr.Dataset:
-    """Its assembled position."""
     return sd.simulate(lift, until=1e-9, samples=2)
 
 

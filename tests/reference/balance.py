@@ -1,7 +1,5 @@
 """Newton's law on each body at each sample, from what a run reports: joints, films, drives, components, bars that bend."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A rigid block between two plane surfaces, in x, y and angle, by scipy: an independent formulation of a clearance guide."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Positions of linkages point by point: each point is where two circles meet. No equation of the package is used."""
 
-from __future__ import annotations
-
 import cmath
 import math
 

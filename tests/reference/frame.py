@@ -1,7 +1,5 @@
 """Linear buckling of plane frames: cubic Euler-Bernoulli elements between nodes, pins as rotations of their own."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

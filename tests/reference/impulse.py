@@ -8,8 +8,6 @@ are linear in the velocities after the impact and the impulses p. The impulse of
 same throughout.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +28,6 @@ class Chain:
 
     @property
     def masses(self) -> np.ndarray:
-        """M."""
         return np.diag(np.concatenate([[m, m, m * l * l / 12.0] for m, l in zip(self.mass, self.length, strict=True)]))
 
     def turned(self, bar: int) -> np.ndarray:

@@ -1,7 +1,5 @@
 """A mechanism's kernels at a state of choice, for tests of the mechanics."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from scissordyn.kernel import Handle
@@ -11,14 +9,42 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.system import make_system
 from scissordyn.run.start.start import prepare_start
 
-__all__ = ["accepted", "at_start"]
-
 
 def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
     """The system of a mechanism and its concentric start."""
     made = plan(mechanism)
     system = make_system(made)
     return system, prepare_start(made, system, "concentric").y
+
+
+def check_step_matrix(system: Handle, state: np.ndarray, step: float, increments: np.ndarray, time: float = 0.0) -> None:
+    """W^-1 r of the structured solve against a Jacobian by central differences of these sizes."""
+    jacobian = np.empty((state.size, state.size))
+    for i, h in enumerate(increments):
+        rates = np.zeros((2, state.size))
+        for rate, sign in zip(rates, (1.0, -1.0), strict=True):
+            moved = state.copy()
+            moved[i] += sign * h
+            functions.rate(time, moved, system.address, rate)
+        jacobian[:, i] = (rates[0] - rates[1]) / (2.0 * h)
+    functions.linearise(time, state, system.address, np.zeros(state.size), np.zeros(state.size))
+    assert functions.factorize(step, system.address) == -1
+    right = np.random.default_rng(1).normal(size=state.size)
+    solution = right.copy()
+    functions.solve(solution, system.address)
+    missing = solution / step - jacobian @ solution - right
+    scale = np.abs(solution) / step + np.abs(jacobian) @ np.abs(solution) + np.abs(right)
+    assert np.all(np.abs(missing) < 3e-6 * scale)
+
+
+def check_time_derivative(system: Handle, state: np.ndarray, h: float, *, time: float = 0.0, rtol: float = 1e-5) -> np.ndarray:
+    """The partial derivative by time against a central difference at fixed state; returns it."""
+    by_time, up, down = np.zeros((3, state.size))
+    functions.linearise(time, state, system.address, np.zeros(state.size), by_time)
+    functions.rate(time + h, state, system.address, up)
+    functions.rate(time - h, state, system.address, down)
+    assert np.allclose(by_time, (up - down) / (2.0 * h), rtol=rtol, atol=1e-7 * np.max(np.abs(by_time)))
+    return by_time
 
 
 def accepted(system: Handle, y: np.ndarray, time: float = 0.0) -> np.ndarray:

@@ -65,7 +65,6 @@ class Array:
 
     @property
     def joints(self) -> tuple[ClearanceJoint, ...]:
-        """The clearance joint."""
         return (self.joint,)
 
     def inertias(self) -> tuple[float, float, float]:
@@ -124,12 +123,10 @@ class Array:
         return np.array([a_p + a_k, journal - slider]), torque, torque * speed
 
     def slider_position(self, t: float, q: np.ndarray) -> float:
-        """The slider's y [m]."""
         p, k, _, _ = self.angles(t, float(q[0]), 0.0)
         return 0.5 * self.length * (math.sin(p) - math.sin(k)) - float(q[1])
 
     def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic and potential energy [J]."""
         p, k, w_p, w_k = self.angles(t, float(q[0]), float(v[0]))
         j_p, j_k, j_pk = self.inertias()
         g_p, g_k = self.weights()

@@ -190,7 +190,6 @@ class March:
         ]
 
     def rates(self, t: float, y: np.ndarray, open_: Sequence[Contact | None]) -> np.ndarray:
-        """Right-hand side."""
         q, v, _ = self.parts(y)
         found = self.touches(t, y, open_)
         a, _, power = self.model.accelerate(t, q, v, [NO_LOAD if one is None else one.load for one in found])
@@ -307,7 +306,6 @@ class March:
                 contact.peak_force, contact.peak_time = float(-best.fun), float(best.x) - contact.start
 
     def at(self, times: Sequence[float] | np.ndarray) -> Samples:
-        """The run at given times."""
         rows = []
         for t in np.asarray(times, float).tolist():
             piece = next(piece for piece in self.pieces if t <= piece.end)

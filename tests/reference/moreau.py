@@ -5,8 +5,6 @@ unilateral constraints with Newton's impact law and Coulomb friction on the velo
 First order in the step. Formulation of Flores, Leine and Glocker 2010, doi:10.1007/s11044-009-9178-y.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

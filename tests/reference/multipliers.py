@@ -212,12 +212,10 @@ class Multipliers:
         return found[:n], -found[n:]
 
     def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic and potential energy [J]."""
         moved, rates, mass = self.spread(q), self.spread(v), self.mass.reshape(-1, 3)
         height = (self.centre + moved[:, :2]) @ self.weight[:2]
         return float(0.5 * np.sum(mass * rates**2) - mass[:, 0] @ height)
 
     def position(self, q: np.ndarray, body: str) -> np.ndarray:
-        """Mass centre of a body [m]."""
         i = self.index[body]
         return self.centre[i] + self.spread(q)[i, :2]

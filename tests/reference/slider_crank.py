@@ -44,7 +44,6 @@ class SliderCrank:
 
     @property
     def joints(self) -> tuple[ClearanceJoint, ...]:
-        """The clearance joint."""
         return (self.joint,)
 
     def rod_motion(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:
@@ -80,7 +79,6 @@ class SliderCrank:
         return np.array([end_x + load.fx / self.slider_mass, end_y]), torque, torque * w
 
     def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Kinetic energy [J]."""
         r, rod, w = self.crank, self.rod, self.speed
         a, b, turn = self.rod_motion(t, q, v)
         middle_x = -r * w * math.sin(a) - 0.5 * rod * turn * math.sin(b)

@@ -6,8 +6,6 @@ and Coulomb's law on the velocities of the active contacts. Which contacts are a
 variants: Acary 2013, doi:10.1016/j.cma.2012.12.012. Nothing of the package is used.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Energy, momentum and closure of a run, from the motion of its bodies and the description of its mechanism alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -1,7 +1,5 @@
 """Random valid mechanisms: chains, trees and loops of bodies, placed so that every joint is closed at the start."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 

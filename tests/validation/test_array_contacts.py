@@ -1,7 +1,5 @@
 """Scissor arrays of one to eight units, clearance in five places each, against other equations and another integrator."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Mechanisms that cannot be: each is refused in one line that names its bodies and joints, and none is computed wrongly."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import combinations

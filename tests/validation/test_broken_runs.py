@@ -1,7 +1,5 @@
 """Runs that cannot go on, or cannot say all: they end with the names of those who stopped them, never with NaN."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """Change points: a mechanism that moves goes on along its own smooth branch, at any speed; a lock stops it."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Other codes in the comparisons: each model alone against an exact solution, and what is shown of a code that is missing."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 The number of mechanisms drawn by each test is MECHANISMS; set it in the environment for a longer search.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path

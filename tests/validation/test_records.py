@@ -1,7 +1,5 @@
 """Published records of rigid contact, repeated by their own schemes over their first impacts; whole in validation/records."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

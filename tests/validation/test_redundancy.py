@@ -1,7 +1,5 @@
 """Reactions where more joints hold the bodies than needed, and where just enough do."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Singular positions: passed correctly, or named as the cause."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Mechanisms of very many bodies, and very small ones."""
 
-from __future__ import annotations
-
 import json
 import math
 import tracemalloc

@@ -1,7 +1,5 @@
 """The validation cases: every check of every case, and what their pages have to say."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The tests of two samples find what differs, and only that as often as they say."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -17,11 +17,12 @@ __all__ = ["checks_table", "codes_table", "models_table", "parts", "published_ta
 
 
 def checks_table(checks: Sequence[Check]) -> str:
-    """Every quantity against its reference."""
+    """Every quantity against its reference; what kind this is, where there are several."""
+    mixed = len({check.kind for check in checks}) > 1
     rows = [
         [
             check.quantity,
-            check.kind,
+            *([check.kind] if mixed else []),
             f"{check.reference:.12g}",
             f"{check.found:.12g}",
             f"{check.error:.1e}",
@@ -29,7 +30,7 @@ def checks_table(checks: Sequence[Check]) -> str:
         ]
         for check in checks
     ]
-    return table(["quantity", "reference by", "reference", "scissordyn", "error", "allowed"], rows)
+    return table(["quantity", *(["reference by"] if mixed else []), "reference", "scissordyn", "error", "allowed"], rows)
 
 
 def _bound(allowed: float) -> str:
@@ -65,11 +66,7 @@ def models_table(models: Sequence[Model]) -> tuple[str, int]:
                 verdict = ": missed"
                 missed += 1
         rows.append([model.name, model.solution, found, f"{_bound(model.allowed)}{verdict}"])
-    head = (
-        "Each model of another code is first compared with an exact solution, alone, at tight settings, in a motion in which\n"
-        "errors do not grow:\n\n"
-    )
-    return head + table(["model", "exact solution; settings", "error", "allowed"], rows), missed
+    return table(["model", "exact solution; settings", "error", "allowed"], rows), missed
 
 
 def codes_table(case: Case, picture: Path | None = None) -> str:
@@ -77,10 +74,7 @@ def codes_table(case: Case, picture: Path | None = None) -> str:
     assert case.codes is not None
     scans = [scan(code) for code in case.codes()]
     fastest = min((took for one in scans for _, miss, took in one.points if miss <= case.goal), default=math.nan)
-    head = (
-        f"Error: {case.error}; goal: {case.goal:g}.\n"
-        "The fastest setting that reaches the goal, or else the most accurate one; ratio to the fastest of all:\n\n"
-    )
+    head = f"Error: {case.error}; goal: {case.goal:g}:\n\n"
     made = table(
         ["code", "setting", "value", "error", "time [ms]", "ratio"], [_code_row(one, case.goal, fastest) for one in scans]
     )
@@ -90,7 +84,7 @@ def codes_table(case: Case, picture: Path | None = None) -> str:
         draw(curves, case.goal, case.error, picture)
         shown = f"\n![Error over time of all codes and settings]({picture.name})\n"
     listed = "\n".join(_listed(one) for one in scans)
-    return f"{head}{made}{shown}\nThe scan, as setting: error, time.\n\n{listed}\n"
+    return f"{head}{made}{shown}\n{listed}\n"
 
 
 def _code_row(scanned: Scan, goal: float, fastest: float) -> list[str]:
@@ -169,8 +163,10 @@ HEADINGS = ("case", "reference by", "checks met", "error nearest to what is allo
 OTHERS = """Other codes: scipy, numbalsoda 0.3 (built by a Fortran compiler) and Exudyn 1.13 (its variant without range checks)
 install with pip and take part where they have a model of the case; one that was not installed when a case was run is
 called so. Chrono and Siconos do not install (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
-`projectchrono` on PyPI are other packages. A model of another code is compared with an exact solution, alone, before its
-errors and times are compared.
+`projectchrono` on PyPI are other packages. Each model of another code is first compared with an exact solution, alone, at
+tight settings, in a motion in which errors do not grow. A table of codes has the fastest setting of each that reaches the
+goal, or else the most accurate one, with its ratio to the fastest of all; the list below it has the whole scan, as setting:
+error, time.
 
 Published computations are compared where a source gives parameters and results as numbers: problems A01 to A03, the
 mass on the belt, the slider-crank with a clearance guide, the controlled four-bar linkage with three clearance joints, and the

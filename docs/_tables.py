@@ -59,13 +59,22 @@ def _keys(table: type[Table]) -> list[str]:
     return lines
 
 
+SHARED = (
+    "| `name` |  | required |  | name, unique among its kind |",
+    *(f'| `{key}` |  | required |  | a point, as "BODY.POINT" or "ground.POINT" |' for key in ("start", "end", "point")),
+    "| `body` |  | required |  | the body that it acts on |",
+    '| `base` |  | "ground" |  | the body that it acts against |',
+)
+"""Rows that stand in most tables of components: the page says them once."""
+
+
 def component_keys(section: str) -> list[str]:
-    """The table of a component's keys."""
-    return _keys(PARTS[section].table)
+    """The table of a component's keys without those of its name and its place that all share."""
+    return [line for line in _keys(PARTS[section].table) if line not in SHARED]
 
 
 def component_outputs(section: str) -> str:
-    """The variables of a run that a component makes."""
+    """The variables of a run that a component makes, without the instants of largest values."""
     declared = COMPONENTS[section].declaration
     if declared.force is None:  # a constraint, whose force is a reaction
         if declared.port is AXIS:  # in words: its parts are those of beams
@@ -75,7 +84,7 @@ def component_outputs(section: str) -> str:
     kind, unit = ("torque", "N m") if declared.port.forces == ("torque",) else ("force", "N")
     found = {f"{section}_{each.name}": each.unit for each in (*declared.reported, *declared.states)}
     peaks = ((kind, unit), *((each.name, each.unit) for each in declared.outputs_monitored))
-    peak = {f"{section}_peak_{name}{more}": u for name, of in peaks for more, u in (("", of), ("_time", "s"))}
+    peak = {f"{section}_peak_{name}": unit for name, unit in peaks}
     return "Outputs: " + ", ".join(f"`{n}` [{u}]" for n, u in (found | peak).items()) + "."
 
 

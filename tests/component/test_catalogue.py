@@ -91,6 +91,7 @@ def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.
     assert f"{declared.label.capitalize()} example." in checked(tmp_path, text, capsys)
     run = run_of(mechanism)
     names = dict(re.findall(r"`(\w+)` \[([^]]+)\]", outputs(section)))
+    names |= {f"{name}_time": "s" for name in names if "_peak_" in name}
     assert_documented(run, names)
     made = {name for name in run.variables if str(name) == section or str(name).startswith(f"{section}_")}
     assert made - {"motor_work"} == {section, *names}  # the work of all motors belongs to the energy balance

@@ -100,11 +100,11 @@ class ActuatorAnswer(Answer):
 
     def __str__(self) -> str:
         when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
+        name = f"{self.kind.capitalize().replace('_', ' ')} {printable(self.name)}"
         if math.isinf(self.torque):
-            name = f"{self.kind.capitalize().replace('_', ' ')} {printable(self.name)}"
             return f"{name}: the torque grows without limit towards the locking position{when}."
         quantity = "torque" if self.unit == "N m" else "force"
-        text = f"{self.kind.capitalize().replace('_', ' ')} {printable(self.name)}: largest {quantity} {short(self.torque, self.unit)}{when}"
+        text = f"{name}: largest {quantity} {short(self.torque, self.unit)}{when}"
         if self.limit is None:
             return f"{text}."
         if not self.saturated:

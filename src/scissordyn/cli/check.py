@@ -17,7 +17,7 @@ from scissordyn.cli.output import check_picture, print_json
 from scissordyn.cli.terminal import say
 from scissordyn.config.quantity import written
 from scissordyn.errors import InputError, command
-from scissordyn.units import counted, quantities, short
+from scissordyn.units import counted, short
 
 if TYPE_CHECKING:  # the help of a command loads no libraries
     import xarray as xr
@@ -222,14 +222,15 @@ def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
 
 def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
     from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated
+    from scissordyn.config.time_function import units_of
 
     if isinstance(motion, Tabulated):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
     if isinstance(motion, Polynomial):
         return f"a polynomial of degree {len(motion.coefficients) - 1}"
     kind: type = type(motion)
-    units = {name: unit if of.unit == "rad" and name != "phase" else of.unit for name, of in quantities(kind).items()}
-    numbers = ", ".join(f"{name} {written(getattr(motion, name), its_unit)}" for name, its_unit in units.items())
+    values = {name: (getattr(motion, name), of) for name, of in units_of(kind, unit).items()}
+    numbers = ", ".join(f"{name} {written(value, of)}" for name, (value, of) in values.items() if value or name != "begin")
     return numbers if kind is ConstantSpeed else f"{kind.__name__.lower()}, {numbers}"
 
 

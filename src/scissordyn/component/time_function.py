@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
@@ -155,6 +156,8 @@ class Trapezoidal:
         Fraction of the duration that each of the two ramps takes [1].
     strokes : int
         Strokes to and fro, each of which reverses the one before; it rests after the last.
+    begin : float
+        Time of the first stroke that is over at t = 0 [s].
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
@@ -162,9 +165,21 @@ class Trapezoidal:
     duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
     ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of each ramp")] = 0.25
     strokes: Annotated[int, Quantity("1", minimum=1, maximum=10_000, help="strokes to and fro before it rests")] = 1
+    begin: Annotated[float, Quantity("s", minimum=0.0, help="time of the first stroke that is over at t = 0")] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self)
+        if self.begin >= self.duration:
+            raise InputError(
+                f"a stroke of {self.duration:g} s that begins after {self.begin:g} s", "a beginning within the first stroke"
+            )
+
+    def after(self, value: float) -> float:
+        """Time of a stroke after which it is at a value between start and end [s]."""
+        part, speed = (value - self.start) / (self.end - self.start), 1.0 / (1.0 - self.ramp)
+        near = min(part, 1.0 - part)
+        time = math.sqrt(2.0 * self.ramp * near / speed) if near < 0.5 * speed * self.ramp else near / speed + 0.5 * self.ramp
+        return self.duration * (time if part < 0.5 else 1.0 - time)
 
 
 TimeFunction = ConstantSpeed | Harmonic | Tabulated | Polynomial | Cycloidal | Trapezoidal

@@ -280,11 +280,12 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
             return {"speed": _quantity((speed,), powers(unit)[1])}
         case Harmonic() | Cycloidal() | Trapezoidal():
             kind: Any = type(function)
-            entries = {name: _quantity((getattr(function, name),), of) for name, of in units_of(kind, unit).items()}
+            values = {name: (getattr(function, name), of) for name, of in units_of(kind, unit).items()}
+            entries = {name: _quantity((value,), of) for name, (value, of) in values.items() if value or name != "begin"}
             return {kind.__name__.lower(): _inline(entries)}
         case Polynomial(coefficients):
-            values = (_quantity((number,), power) for number, power in zip(coefficients, powers(unit), strict=False))
-            return {"polynomial": "[" + ", ".join(values) + "]"}
+            powered = (_quantity((number,), power) for number, power in zip(coefficients, powers(unit), strict=False))
+            return {"polynomial": "[" + ", ".join(powered) + "]"}
         case Tabulated(times, values):
             numbers = "[" + ", ".join(_quantity((value,), "1") for value in values) + "]"
             column = numbers if unit == "1" else _quantity(values, unit)

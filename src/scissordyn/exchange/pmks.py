@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from urllib.parse import unquote
 
 from scissordyn.component.place import GROUND, Point
-from scissordyn.component.time_function import ConstantSpeed, Harmonic
+from scissordyn.component.time_function import ConstantSpeed, Trapezoidal
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import (
     LINEAR_DENSITY,
@@ -49,6 +49,9 @@ LENGTHS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), 
 
 SWING = 0.98
 """Part of the way between two locking positions that an input takes."""
+
+RAMP, STROKES = 0.05, 10_000
+"""Part of a stroke in which an input that reverses slows down, and as many strokes as a motion can have."""
 
 LINKS = {"Y": True, "A": True, "M": True, "G": True, "N": False, "a": False, "m": False, "g": False} | {
     str(digit): digit < 4 for digit in range(8)
@@ -352,7 +355,7 @@ def _drives(joints: dict[str, _Joint], bars: dict[str, DrawnBar], speed: float, 
 
 
 def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
-    """The mechanism with an input that oscillates between the positions at which it locks, where PMKS+ reverses it."""
+    """The mechanism with an input that goes to and fro between the positions at which it locks, where PMKS+ reverses it."""
     from scissordyn.plan.plan import plan
     from scissordyn.run.ideal import motion_range
 
@@ -366,14 +369,15 @@ def _reversing(mechanism: Mechanism, notes: list[str]) -> Mechanism:
     if not speed or not (math.isfinite(low) and math.isfinite(high)):
         return mechanism
     mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
-    amplitude = max(SWING * 0.5 * (high - low), abs(first - mean))
-    phase = math.asin((first - mean) / amplitude)
-    swing = Harmonic(mean, amplitude, abs(speed) / amplitude, phase if speed > 0.0 else math.pi - phase)
+    amplitude = math.copysign(max(SWING * 0.5 * (high - low), abs(first - mean)), speed)
+    duration = 2.0 * amplitude / speed / (1.0 - RAMP)
+    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP, STROKES)
     notes.append(
         f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
-        "it oscillates harmonically, with the speed of the link in the middle, and turns a hundredth of the way before each"
+        f"it turns a hundredth of the way before each, within {2.0 * RAMP * duration:.3g} s from the speed of the link to the "
+        f"opposite one, {STROKES} times"
     )
-    return replace(mechanism, drives=(Drive(body, swing),))
+    return replace(mechanism, drives=(Drive(body, replace(strokes, begin=min(strokes.after(first), 0.999999 * duration))),))
 
 
 def _with_loads(drawing: Drawing, forces: list[list[str]], names: dict[str, str], scale: float, unit: float) -> Drawing:

@@ -44,19 +44,19 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
             rise, turn = (after - before) / duration, 2.0 * math.pi / duration
             sine = (-(after - before) / (2.0 * math.pi), turn, 0.0)
             return _pieces((-math.inf, (before,)), (0.0, (before, rise), sine), (duration, (after,)))
-        case Trapezoidal(before, after, duration, ramp, strokes):
+        case Trapezoidal(before, after, duration, ramp, strokes, begin):
             ramps = ramp * duration
             speed = (after - before) / (duration - ramps)
             bend, moved = 0.5 * speed / ramps, 0.5 * speed * ramps
             pieces: list[tuple[float | tuple[float, ...], ...]] = [(-math.inf, (before,))]
             for stroke in range(strokes):
                 pieces += [
-                    (stroke * duration, (before, 0.0, bend)),
-                    (stroke * duration + ramps, (before + moved, speed)),
-                    ((stroke + 1) * duration - ramps, (after - moved, speed, -bend)),
+                    (stroke * duration - begin, (before, 0.0, bend)),
+                    (stroke * duration + ramps - begin, (before + moved, speed)),
+                    ((stroke + 1) * duration - ramps - begin, (after - moved, speed, -bend)),
                 ]
                 before, after, speed, bend, moved = after, before, -speed, -bend, -moved
-            return _pieces(*pieces, (strokes * duration, (before,)))
+            return _pieces(*pieces, (strokes * duration - begin, (before,)))
         case Tabulated():
             from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that others need not wait for
 
@@ -77,7 +77,8 @@ def breaks_of(motion: TimeFunction) -> tuple[float, ...]:
             ramps = motion.ramp * motion.duration
             strokes = range(motion.strokes)  # a reversal itself is smooth: one parabola leads to it and away from it
             starts, ends = (k * motion.duration + ramps for k in strokes), ((k + 1) * motion.duration - ramps for k in strokes)
-            return *starts, *ends, motion.strokes * motion.duration
+            instants = (*starts, *ends, motion.strokes * motion.duration)
+            return tuple(instant - motion.begin for instant in instants if instant > motion.begin)
         case _:
             return ()
 

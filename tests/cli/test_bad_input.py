@@ -25,13 +25,6 @@ LEAST = '[structure]\nkind = "scissor"\n[drive]\nspeed = "1 rpm"\n[run]\nuntil =
 JOINT = '[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder to work in."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def said(capfd: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
     """Status and stderr of a command, which writes one line there if it fails, and nothing otherwise."""
     status = status_of(arguments)

@@ -18,22 +18,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from cli.test_files import PAPER, SHORT, refused
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.run.store import load
-
-PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
-SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")
-"""The first contact of the paper's case, without friction: a few milliseconds of computing."""
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder to work in."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
 
 LOOP = """\
 [structure]
@@ -81,17 +70,6 @@ start = "as-placed"
 samples = 11
 """
 """Two bars between two grounded pins that are 1 mm too far apart; the clearance of 2 mm bridges that."""
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr of a command that is refused with status 2 and prints nothing else."""
-    assert status_of(arguments) == 2
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err.startswith("scissordyn: ")
-    assert shown.err.count("\n") == 1
-    assert "Traceback" not in shown.err
-    return shown.err
 
 
 def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -379,8 +357,8 @@ def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
 
 
 def test_heavy_libraries_are_imported_when_needed() -> None:
-    """Contract: what the entry point alone loads."""
-    code = "import sys, scissordyn.cli.main; print(*sys.modules)"
+    """Contract: what the entry point and the helps of all commands load."""
+    code = "import sys; from scissordyn.cli.main import *; [load_command(name) for name in COMMANDS]; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
     assert main.__name__ in loaded
     assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib"} & set(loaded)

@@ -14,13 +14,7 @@ from scissordyn.run.store import load
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder to work in."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+"""The first contact of the paper's case, without friction: a few milliseconds of computing."""
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

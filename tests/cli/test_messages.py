@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import inspect
 import pickle
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -85,15 +83,6 @@ def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
         assert example.startswith(f"scissordyn {name}")
         assert status_of([name, "--help"]) == 0
         assert f"Example: {example}" in " ".join(capsys.readouterr().out.split())
-
-
-def test_no_help_loads_a_library() -> None:
-    """Contract: what a command parses and shows as its help needs neither numpy nor what is built on it."""
-    loads = (
-        "import sys\nfrom scissordyn.cli.main import COMMANDS, load_command\nfor name in COMMANDS:\n    load_command(name)\n"
-    )
-    heavy = "print({'numpy', 'scipy', 'xarray', 'matplotlib'} & sys.modules.keys())"
-    assert subprocess.run([sys.executable, "-c", loads + heavy], capture_output=True, text=True, check=True).stdout == "set()\n"
 
 
 def test_a_store_in_place_of_a_case_file_is_named(tmp_path, capsys):

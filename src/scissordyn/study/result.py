@@ -170,8 +170,7 @@ class StudyResult:
     @property
     def confirmed(self) -> pd.DataFrame:
         """The points of a search by cheap runs that were run accurately: see `study.fidelity.confirmed`."""
-        if self.study.optimisation is None:
-            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.db')")
+        self._need_goals()
         return confirmed(self.study, self._verified().dataset, self.dataset)
 
     def _verified(self) -> StudyResult:
@@ -182,6 +181,10 @@ class StudyResult:
     def _need_requirements(self) -> None:
         if not self.study.requirements:
             raise InputError("a study without requirements", "bounds on measures", "requirements={'peak_force': 500.0}")
+
+    def _need_goals(self) -> None:
+        if self.study.optimisation is None:
+            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.db')")
 
     def sensitivity(self, response: str = "") -> xr.Dataset | dict[str, xr.Dataset]:
         """What responses depend on: Sobol indices of a Saltelli design, elementary effects of a Morris design.
@@ -210,8 +213,7 @@ class StudyResult:
     @property
     def optimum(self) -> Optimum:
         """All points that an optimisation has tried; see `study.optimise.candidates`."""
-        if self.study.optimisation is None:
-            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.db')")
+        self._need_goals()
         return candidates(self.study, self.dataset)
 
     @property

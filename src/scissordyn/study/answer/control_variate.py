@@ -127,9 +127,10 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     """
     accurate, paired, cheap = (np.asarray(values, float) for values in (accurate, paired, cheap))
     m, n = accurate.size, cheap.size
-    correlated, alone = correlation(accurate, paired), _beta_interval(float(accurate.sum()), m)
+    correlated = correlation(accurate, paired)
     if not m:
-        return Estimate(math.nan, 0.0, 1.0, _mean(cheap), *alone, correlated, n, m)
+        return Estimate(math.nan, 0.0, 1.0, _mean(cheap), math.nan, 0.0, 1.0, correlated, n, m)
+    alone = float(accurate.mean()), *fraction_interval(float(accurate.sum()), m, JEFFREYS)
     if not all(np.all((values == 0.0) | (values == 1.0)) for values in (accurate, paired, cheap)):
         by_mean = mean_estimate(accurate, paired, cheap)
         if m >= FEWEST and by_mean.high > by_mean.low:
@@ -220,11 +221,12 @@ def _student(values: np.ndarray) -> tuple[float, float, float]:
     return value, value - half, value + half
 
 
-def _beta_interval(successes: float, trials: int) -> tuple[float, float, float]:
-    """A fraction and its interval of Jeffreys."""
-    if not trials:
-        return math.nan, 0.0, 1.0
+def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tuple[float, float]:
+    """The interval of a fraction by Clopper and Pearson, or with a prior of `JEFFREYS` by Jeffreys.
+
+    That of Clopper and Pearson is conservative where successes are fractions, and for stratified samples.
+    """
     tail, failures = 0.5 * (1.0 - CONFIDENCE), trials - successes
-    low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes + JEFFREYS, failures + JEFFREYS))
-    high = 1.0 if failures <= 0.0 else float(stats.beta.ppf(1.0 - tail, successes + JEFFREYS, failures + JEFFREYS))
-    return successes / trials, low, high
+    low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes + prior, failures + 1.0 - prior))
+    high = 1.0 if failures <= 0.0 else float(stats.beta.ppf(1.0 - tail, successes + 1.0 - prior, failures + prior))
+    return low, high

@@ -127,11 +127,10 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     import pandas as pd
 
     assert study.optimisation is not None
-    count = accurate.sizes["case"] // study.per_point
     names = [factor.path for factor in study.factors]
     tried = candidates(study, cheap).points
     numbers = np.stack([tried[name].values for name in names], axis=1)
-    here = np.stack([accurate[column(name)].values[:: study.per_point][:count] for name in names], axis=1)
+    here = np.stack([study.cells(accurate[column(name)].values)[:, 0, 0] for name in names], axis=1)
     places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
     table = {name: here[:, k] for k, name in enumerate(names)}
     goals, violation = judged(study, accurate)
@@ -139,7 +138,7 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
         table[goal.label] = tried[goal.label].values[places]
         table[f"accurate {goal.label}"] = values
     table["violation"], table["accurate violation"] = tried["violation"].values[places], violation
-    front, usable = np.zeros(count, bool), violation <= 0.0
+    front, usable = np.zeros(len(here), bool), violation <= 0.0
     front[usable] = nondominated(goals[usable])
     return pd.DataFrame({**table, "front": front}, index=pd.Index(places, name="point"))
 

@@ -42,7 +42,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
         yield conclusion.margins
     yield Section(title="What the responses go with", lines=conclusion.trends)
     yield Section(("", "command"), [(str(why), what) for why, what in conclusion.next], "What to try next")
-    cases = ", ".join(f"{count} cases {status}" for status, count in result.counts.items())
+    cases = "{complete} cases complete, {failed} failed, {pending} pending".format(**result.counts)
     lines = (f"{design_size(study)}: {cases}.", *filter(None, [agreement(study, points)]))
     yield replace(varied_numbers(study, results), title="What was computed", lines=lines)
     yield response_ranges(study, results, points)

@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from scissordyn.study.answer.control_variate import CONFIDENCE
 from scissordyn.study.answer.summary import Section
 from scissordyn.study.answer.trend import trends
-from scissordyn.study.answer.verdict import CONFIDENCE, answered, case_values
+from scissordyn.study.answer.verdict import answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.table import column
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
-from scissordyn.study.answer.verdict import CONFIDENCE, meets_all
+from scissordyn.study.answer.control_variate import fraction_interval
+from scissordyn.study.answer.verdict import meets_all
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import response_values, value_text
 from scissordyn.study.compute.optimise import candidates
@@ -60,8 +60,8 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     trials = done.all(axis=1)
     successes = int((meets_all(study, here).reshape(-1, study.members) & done).all(axis=1)[trials].sum())
     count = int(trials.sum())
-    sampled = bool(study.uncertain) and count > 0
-    interval = stats.binomtest(successes, count).proportion_ci(CONFIDENCE, method="exact") if sampled else None
+    probability = successes / count if count else float("nan")
+    low, high = fraction_interval(successes, count) if study.uncertain and count else (float("nan"), float("nan"))
     margins = []
     for requirement in study.requirements:
         values = response_values(here, requirement.response)[done.ravel()]
@@ -71,12 +71,12 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
         margins.append(Margin(requirement.label, float(values[worst]), text, float(margin[worst])))
     return Recommendation(
         place,
-        numbers_of(study, results, place),
+        {factor.path: float(here[column(factor.path)][0]) for factor in study.factors},
         bool(count) and successes == count,
         tuple(sorted(margins, key=lambda requirement: requirement.margin)),
-        successes / count if count else float("nan"),
-        float(interval.low) if interval else float("nan"),
-        float(interval.high) if interval else float("nan"),
+        probability,
+        low,
+        high,
         count,
     )
 
@@ -87,11 +87,6 @@ def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
     return np.asarray(np.min(margins, axis=0))
 
 
-def numbers_of(study: Study, results: xr.Dataset, point: int) -> dict[str, float]:
-    """The numbers that are chosen at a point, in SI."""
-    return {factor.path: float(results[column(factor.path)][point * study.per_point]) for factor in study.factors}
-
-
 def recommended_point(study: Study, results: xr.Dataset) -> int:
     """The point most of whose cases meet the requirements, of several that whose worst case has the largest margin.
 
@@ -99,15 +94,12 @@ def recommended_point(study: Study, results: xr.Dataset) -> int:
     """
     if study.optimisation is not None and len(study.optimisation.goals) == 1:
         return candidates(study, results).best
-    count = results.sizes["case"] // study.per_point
-    rows, shape = slice(0, count * study.per_point), (count, study.per_point)
-    status = results["status"].values[rows].reshape(shape)
-    done = (status != PENDING).sum(axis=1)
+    status = study.cells(results["status"].values)
+    done = (status != PENDING).sum(axis=(1, 2))
     if not (status == COMPLETE).any():
         return -1
-    met = meets_all(study, results)[rows].reshape(shape).sum(axis=1) / np.maximum(done, 1)
-    margin = np.where(status == PENDING, np.inf, least_margins(study, results)[rows].reshape(shape))
-    least = margin.min(axis=1)
-    least = np.where((status == COMPLETE).any(axis=1), least, -np.inf)
+    met = study.cells(meets_all(study, results)).sum(axis=(1, 2)) / np.maximum(done, 1)
+    least = np.where(status == PENDING, np.inf, study.cells(least_margins(study, results))).min(axis=(1, 2))
+    least = np.where((status == COMPLETE).any(axis=(1, 2)), least, -np.inf)
     first = np.flatnonzero((met == met.max()) & (done > 0))
     return int(first[np.argmax(least[first])])

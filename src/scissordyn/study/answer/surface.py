@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import xarray as xr
 from scipy.stats import qmc
@@ -9,7 +11,6 @@ from scipy.stats import qmc
 from scissordyn.plot.study_field import Bound, Field
 from scissordyn.study.answer.trend import CLEAR
 from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.compute.kriging import LEAST, MOST, Kriging
 
 CELLS = 48
@@ -28,7 +29,7 @@ class Surfaces:
     def __init__(self, study: Study, points: xr.Dataset) -> None:
         self._study, self._points = study, points
         self._names: list[str] = [factor.path for factor in study.factors]
-        self._known: dict[str, Kriging | None] = {}
+        self.model = cache(self._model)  # By response
 
     def field(self, response: str, x: str, y: str) -> Field | None:
         """The mean of a response over the numbers other than x and y; None where points do not predict each other."""
@@ -47,16 +48,8 @@ class Surfaces:
             mean, deviation = model.predict(at)
             total += mean
             squared += deviation**2
-        values = self._points[response].values
-        shape = (CELLS, CELLS)
-        return Field(
-            across,
-            up,
-            (total / len(rows)).reshape(shape),
-            np.sqrt(squared / len(rows)).reshape(shape),
-            float(np.nanstd(values)),
-            model.error,
-        )
+        mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
+        return Field(across, up, mean, deviation, float(np.nanstd(self._points[response].values)), model.error)
 
     def bounds(self, x: str, y: str) -> list[Bound]:
         """The requirements whose responses have a field."""
@@ -70,22 +63,13 @@ class Surfaces:
     def _table(self) -> np.ndarray:
         return np.stack([self._points[name].values for name in self._names], axis=1)
 
-    def _logarithmic(self, place: int) -> bool:
-        variation = self._study.factors[place].variation
-        return isinstance(variation, Interval) and variation.logarithmic
-
     def _steps(self, place: int, values: np.ndarray) -> np.ndarray:
         """Within the data: nothing is extrapolated along an axis."""
-        space = np.geomspace if self._logarithmic(place) else np.linspace
+        space = np.geomspace if self._study.factors[place].logarithmic else np.linspace
         return np.asarray(space(float(values.min()), float(values.max()), CELLS))
 
-    def model(self, response: str) -> Kriging | None:
+    def _model(self, response: str) -> Kriging | None:
         """The interpolation of a response; None where points do not predict each other."""
-        if response not in self._known:
-            self._known[response] = self._fitted(response)
-        return self._known[response]
-
-    def _fitted(self, response: str) -> Kriging | None:
         if any(factor.labels for factor in self._study.factors):  # between names there is nothing
             return None
         table, values = self._table(), self._points[response].values
@@ -95,8 +79,7 @@ class Surfaces:
         sizes = [np.unique(table[there, place]).size for place in range(table.shape[1])]
         if not max(LEAST, 2 * len(self._names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
             return None
-        logarithmic = np.array([self._logarithmic(place) for place in range(len(self._names))])
-        model = Kriging(table[there], values[there], logarithmic)
+        model = Kriging(table[there], values[there], np.array([factor.logarithmic for factor in self._study.factors]))
         return model if model.predicted >= CLEAR else None
 
     def of_map(self, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:

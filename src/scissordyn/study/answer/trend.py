@@ -11,7 +11,8 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from scissordyn.study.answer.verdict import CONFIDENCE, answered, case_values
+from scissordyn.study.answer.control_variate import CONFIDENCE
+from scissordyn.study.answer.verdict import answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.requirement import Requirement, response_unit, response_values
 from scissordyn.study.compute.store import COMPLETE
@@ -108,16 +109,14 @@ class Need:
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     """Both forms of trend of each response as `fitted` orders them; not of too few points, nor of shares that are 0 or 1."""
-    per_point, members = study.per_point, study.members
-    rows = (results.sizes["case"] // per_point) * per_point
     numbers = with_indicators(
-        study, {name: results[column(name)].values[:rows].reshape(-1, members)[:, 0] for name in study.factor_names}
+        study, {name: study.cells(results[column(name)].values)[..., 0].ravel() for name in study.factor_names}
     )
     x = np.stack(list(numbers.values()), axis=1)
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
     by_response = {}
     for response in answered(study, results):
-        cells = case_values(study, results, response)[:rows].reshape(-1, members)
+        cells = study.cells(case_values(study, results, response)).reshape(-1, study.members)
         there = np.isfinite(cells)
         if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
             continue

@@ -7,20 +7,17 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
+from scissordyn.study.answer.control_variate import fraction_interval
 from scissordyn.study.answer.grouped import grouped, grouped_lines
 from scissordyn.study.ask.description import Study
-from scissordyn.study.ask.part_unit import whole_responses
-from scissordyn.study.ask.requirement import Response, response_unit, response_values, value_text
+from scissordyn.study.ask.requirement import Response, response_unit, response_values, value_text, whole_responses
 from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING
-from scissordyn.study.compute.table import column
+from scissordyn.study.compute.table import chosen_numbers, column
 
 AGREEMENT = 1e-3
 """Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
 far above."""
-
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -84,32 +81,22 @@ def case_values(study: Study, results: xr.Dataset, response: Response) -> np.nda
 
 def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     """What is known of each point of the design."""
-    count = results.sizes["case"] // study.per_point
-    rows = slice(0, count * study.per_point)
-    shape = (count, study.sampling.samples, study.members)
-    complete = (results["status"].values[rows] == COMPLETE).reshape(shape)
-    variables: dict[str, object] = {}
-    for factor in study.factors:
-        variable = results[column(factor.path)]
-        values = variable.values[rows].reshape(count, -1)[:, 0]
-        variables[factor.path] = ("point", values, {**variable.attrs, **factor.shown, "role": "factor"})
+    complete = study.cells(results["status"].values == COMPLETE)
+    count = len(complete)
+    variables = chosen_numbers(study, results)
     differs = np.zeros(count, bool)
     for response in answered(study, results):
         name = response.name
-        cells = case_values(study, results, response)[rows].reshape(shape)
-        about = {"units": response_unit(results, response), "role": "response"}
-        variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
-        variables[f"worst {name}"] = (
-            "point",
-            _extreme(cells.reshape(count, -1), response.smallest),
-            {**about, "role": "worst"},
-        )
+        cells = study.cells(case_values(study, results, response))
+        together, about = cells.reshape(count, -1), {"units": response_unit(results, response), "role": "response"}
+        variables[name] = ("point", _mean(together), {**about, "long_name": f"mean {name}"})
+        variables[f"worst {name}"] = ("point", _extreme(together, response.smallest), {**about, "role": "worst"})
         spread = _spread(cells)
         variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
         differs |= spread > AGREEMENT
     for response in (response for name in study.measure_names for response in whole_responses(results, name)):
-        differs |= _spread(np.where(complete, response_values(results, response)[rows].reshape(shape), np.nan)) > AGREEMENT
-    met = meets_all(study, results)[rows].reshape(shape)
+        differs |= _spread(np.where(complete, study.cells(response_values(results, response)), np.nan)) > AGREEMENT
+    met = study.cells(meets_all(study, results))
     with np.errstate(invalid="ignore"):
         fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
     mixed = np.any((met & complete).any(axis=2) & (~met & complete).any(axis=2), axis=1)
@@ -153,25 +140,20 @@ def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
 
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
     """Fractions of the range that meet each requirement, and all of them; cases that failed are left out."""
-    complete = results["status"].values == COMPLETE
     labelled = [
         (requirement.label, requirement.met(response_values(results, requirement.response)))
         for requirement in study.requirements
     ]
     every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
-    count = complete.size // study.per_point
-    rows = slice(0, count * study.per_point)
-    by_samples = count == 1
-    shape = (count, study.sampling.samples, study.members)
-    weight = complete[rows].reshape(shape)
-    fractions_met = []
+    complete, fractions_met = study.cells(results["status"].values == COMPLETE), []
+    by_samples = len(complete) == 1
+    axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
+    completed = complete.sum(axis=axis)
     for label, met in every:
-        cells = (met[rows] & complete[rows]).reshape(shape)
-        axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
-        completed = weight.sum(axis=axis)
-        fractions = cells.sum(axis=axis)[completed > 0] / completed[completed > 0]
+        fractions = (study.cells(met) & complete).sum(axis=axis)[completed > 0] / completed[completed > 0]
         fraction = float(np.mean(fractions)) if fractions.size else float("nan")
-        low, high = _interval(fraction, fractions.size) if _is_sample(study, by_samples) else (np.nan, np.nan)
+        sampled = fractions.size and _is_sample(study, by_samples)
+        low, high = fraction_interval(fraction * fractions.size, fractions.size) if sampled else (np.nan, np.nan)
         fractions_met.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
     return fractions_met
 
@@ -179,16 +161,6 @@ def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFractio
 def _is_sample(study: Study, by_samples: bool) -> bool:
     kind = study.sampling.kind if by_samples else study.design.kind
     return kind in ("random", "latin-hypercube", "sobol") and (by_samples or bool(study.factors))
-
-
-def _interval(fraction: float, trials: int) -> tuple[float, float]:
-    """Clopper and Pearson's interval; conservative where trials are fractions, and for stratified samples."""
-    if not trials or np.isnan(fraction):
-        return float("nan"), float("nan")
-    successes, tail = fraction * trials, 0.5 * (1.0 - CONFIDENCE)
-    low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes, trials - successes + 1.0))
-    high = 1.0 if successes >= trials else float(stats.beta.ppf(1.0 - tail, successes + 1.0, trials - successes))
-    return low, high
 
 
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:

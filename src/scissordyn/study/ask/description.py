@@ -29,9 +29,8 @@ from scissordyn.study.ask.distribution import from_plain as read_variation
 from scissordyn.study.ask.factor import Factor as Factor
 from scissordyn.study.ask.factor import Sampling as Sampling
 from scissordyn.study.ask.goal import Optimisation
-from scissordyn.study.ask.part_unit import check_unit
 from scissordyn.study.ask.plain import from_plain, to_plain
-from scissordyn.study.ask.requirement import Requirement, Response
+from scissordyn.study.ask.requirement import Requirement, Response, check_unit
 from scissordyn.study.ask.variant import check_variants, own_values
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")
@@ -217,6 +216,10 @@ class Study:
     def apart(self) -> tuple[Factor, ...]:
         """The factors each of whose names or levels makes a mechanism of its own, chosen and uncertain."""
         return tuple(factor for factor in (*self.factors, *self.uncertain) if factor.texts)
+
+    def cells(self, values: np.ndarray) -> np.ndarray:
+        """Values of all cases by point, sample and member; a point that is not whole is left out."""
+        return values[: len(values) // self.per_point * self.per_point].reshape(-1, self.sampling.samples, self.members)
 
     def base(self) -> np.ndarray:
         """The numbers of the mechanism at the parameters of the factors, and of its case file; places of its names."""

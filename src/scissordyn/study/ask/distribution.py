@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy import special
@@ -20,40 +20,20 @@ LEAST, MOST = np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg
 """Probabilities that keep the quantiles of unbounded distributions finite."""
 
 
-@runtime_checkable
-class Variation(Protocol):
+class Variation:
     """A set of values with a measure of probability on it."""
 
     kind: ClassVar[str]
+    count: int = LEVELS  # Of values of a grid
 
-    def quantile(self, u: np.ndarray) -> np.ndarray:
-        """Values at probabilities u in [0, 1)."""
+    def _check_finite(self, *numbers: float) -> None:
+        if not all(map(math.isfinite, numbers)):
+            raise InputError(f"{self.kind} of {', '.join(f'{number:g}' for number in numbers)}", "finite numbers")
 
-    def levels(self) -> np.ndarray:
-        """Values to take in a grid, ascending or as given."""
-
-    @property
-    def count(self) -> int:
-        """Number of these values."""
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest value; infinite where there is none."""
-
-
-def _finite(kind: str, *numbers: float) -> None:
-    if not all(map(math.isfinite, numbers)):
-        raise InputError(f"{kind} of {', '.join(f'{number:g}' for number in numbers)}", "finite numbers")
-
-
-def _ascending(kind: str, low: float, high: float) -> None:
-    _finite(kind, low, high)
-    if not low < high:
-        raise InputError(f"{kind} from {low:g} to {high:g} is empty", "a smaller number, then a larger one")
-
-
-class _Variation:
-    count: int = LEVELS
+    def _check_ends(self, low: float, high: float) -> None:
+        self._check_finite(low, high)
+        if not low < high:
+            raise InputError(f"a range from {low:g} to {high:g} is empty", "a smaller number, then a larger one")
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Values at probabilities u in [0, 1)."""
@@ -70,7 +50,7 @@ class _Variation:
 
 
 @dataclass(frozen=True)
-class Levels(_Variation):
+class Levels(Variation):
     """Given values, equally probable.
 
     Parameters
@@ -85,7 +65,7 @@ class Levels(_Variation):
         object.__setattr__(self, "values", tuple(map(float, self.values)))
         if not self.values:
             raise InputError("an empty list of levels", "at least one value")
-        _finite(self.kind, *self.values)
+        self._check_finite(*self.values)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         return np.asarray(np.asarray(self.values)[np.minimum((u * len(self.values)).astype(int), len(self.values) - 1)])
@@ -103,7 +83,7 @@ class Levels(_Variation):
 
 
 @dataclass(frozen=True)
-class Names(_Variation):
+class Names(Variation):
     """Names, such as those of materials, of which a study holds the places 0, 1, ... in the order given.
 
     Parameters
@@ -145,7 +125,7 @@ class Names(_Variation):
 
 
 @dataclass(frozen=True)
-class Interval(_Variation):
+class Interval(Variation):
     """A range: equally spaced levels in a grid, uniform in a sample; both in the logarithm if asked for.
 
     Parameters
@@ -163,7 +143,7 @@ class Interval(_Variation):
     logarithmic: bool = False
 
     def __post_init__(self) -> None:
-        _ascending("a range", self.low, self.high)
+        self._check_ends(self.low, self.high)
         if self.count < 2:
             raise InputError(f"{self.count} levels of a range", "a whole number >= 2")
         if self.logarithmic and self.low <= 0.0:
@@ -180,7 +160,7 @@ class Interval(_Variation):
 
 
 @dataclass(frozen=True)
-class Uniform(_Variation):
+class Uniform(Variation):
     """Uniform distribution.
 
     Parameters
@@ -193,14 +173,14 @@ class Uniform(_Variation):
     high: float
 
     def __post_init__(self) -> None:
-        _ascending("a uniform distribution", self.low, self.high)
+        self._check_ends(self.low, self.high)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         return np.asarray(self.low + u * (self.high - self.low))
 
 
 @dataclass(frozen=True)
-class Normal(_Variation):
+class Normal(Variation):
     """Normal distribution, truncated if ends are given.
 
     Parameters
@@ -217,7 +197,7 @@ class Normal(_Variation):
     high: float = math.inf
 
     def __post_init__(self) -> None:
-        _finite("a normal distribution", self.mean, self.deviation)
+        self._check_finite(self.mean, self.deviation)
         if not self.deviation > 0.0:
             raise InputError(f"a standard deviation of {self.deviation:g}", "a number > 0")
         if not self.low < self.high:
@@ -238,7 +218,7 @@ class Normal(_Variation):
 
 
 @dataclass(frozen=True)
-class LogNormal(_Variation):
+class LogNormal(Variation):
     """Distribution of a number whose logarithm is normal.
 
     Parameters
@@ -253,7 +233,7 @@ class LogNormal(_Variation):
     deviation: float
 
     def __post_init__(self) -> None:
-        _finite("a lognormal distribution", self.median, self.deviation)
+        self._check_finite(self.median, self.deviation)
         if not (self.median > 0.0 and self.deviation > 0.0):
             raise InputError(f"lognormal of {self.median:g}, {self.deviation:g}", "a median > 0 and a deviation > 0")
 
@@ -266,7 +246,7 @@ class LogNormal(_Variation):
 
 
 @dataclass(frozen=True)
-class Trapezoid(_Variation):
+class Trapezoid(Variation):
     """Trapezoid distribution: that of the sum or difference of two uniform numbers.
 
     Parameters
@@ -282,8 +262,8 @@ class Trapezoid(_Variation):
     high: float
 
     def __post_init__(self) -> None:
-        _ascending(f"a {self.kind} distribution", self.low, self.high)
-        _finite(f"a {self.kind} distribution", self.first, self.last)
+        self._check_ends(self.low, self.high)
+        self._check_finite(self.first, self.last)
         if not self.low <= self.first <= self.last <= self.high:
             shares = ", ".join(f"{number:g}" for number in (self.low, self.first, self.last, self.high))
             raise InputError(f"a trapezoidal distribution of {shares}", "four ascending numbers")
@@ -293,7 +273,7 @@ class Trapezoid(_Variation):
 
 
 @dataclass(frozen=True)
-class Triangular(_Variation):
+class Triangular(Variation):
     """Triangular distribution.
 
     Parameters
@@ -307,7 +287,7 @@ class Triangular(_Variation):
     high: float
 
     def __post_init__(self) -> None:
-        _ascending("a triangular distribution", self.low, self.high)
+        self._check_ends(self.low, self.high)
         if not self.low <= self.mode <= self.high:
             raise InputError(f"a triangular distribution of {self.low:g}, {self.mode:g}, {self.high:g}", "low <= mode <= high")
 
@@ -324,7 +304,7 @@ def _trapezoid(u: np.ndarray, low: float, first: float, last: float, high: float
 
 
 @dataclass(frozen=True)
-class Beta(_Variation):
+class Beta(Variation):
     """Beta distribution on a range.
 
     Parameters
@@ -341,8 +321,8 @@ class Beta(_Variation):
     high: float = 1.0
 
     def __post_init__(self) -> None:
-        _ascending("a beta distribution", self.low, self.high)
-        _finite("a beta distribution", self.alpha, self.beta)
+        self._check_ends(self.low, self.high)
+        self._check_finite(self.alpha, self.beta)
         if not (self.alpha > 0.0 and self.beta > 0.0):
             raise InputError(f"a beta distribution of shapes {self.alpha:g}, {self.beta:g}", "two numbers > 0")
 
@@ -351,7 +331,7 @@ class Beta(_Variation):
 
 
 @dataclass(frozen=True)
-class Weibull(_Variation):
+class Weibull(Variation):
     """Weibull distribution.
 
     Parameters
@@ -367,7 +347,7 @@ class Weibull(_Variation):
     location: float = 0.0
 
     def __post_init__(self) -> None:
-        _finite("a Weibull distribution", self.shape, self.scale, self.location)
+        self._check_finite(self.shape, self.scale, self.location)
         if not (self.shape > 0.0 and self.scale > 0.0):
             raise InputError(f"a Weibull distribution of shape {self.shape:g}, scale {self.scale:g}", "two numbers > 0")
 
@@ -381,7 +361,7 @@ class Weibull(_Variation):
 
 
 @dataclass(frozen=True)
-class Empirical(_Variation):
+class Empirical(Variation):
     """Empirical distribution of measured values: their quantile function, linear between the sorted values.
 
     Parameters
@@ -397,7 +377,7 @@ class Empirical(_Variation):
         object.__setattr__(self, "values", tuple(sorted(map(float, self.values))))
         if len(self.values) < 2:
             raise InputError(f"a table of {len(self.values)} values", "at least two values")
-        _finite("a table", *self.values)
+        self._check_finite(*self.values)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         return np.asarray(np.interp(u, np.linspace(0.0, 1.0, len(self.values)), self.values))
@@ -409,7 +389,7 @@ class Empirical(_Variation):
 
 KINDS = (Levels, Names, Interval, Uniform, Normal, LogNormal, Trapezoid, Triangular, Beta, Weibull, Empirical)
 
-VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({each.kind: each for each in KINDS})
+VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: variation for variation in KINDS})
 """Variations by kind."""
 
 

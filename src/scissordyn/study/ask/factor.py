@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.study.ask.design import check_seed
-from scissordyn.study.ask.distribution import Names, Variation
+from scissordyn.study.ask.distribution import Interval, Names, Variation
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,11 @@ class Factor:
     def places(self, values: Any) -> np.ndarray:
         """Places of values in the list of names or levels."""
         return np.asarray(np.abs(np.subtract.outer(values, self.variation.levels())).argmin(axis=-1))
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the range is one of the logarithm."""
+        return isinstance(self.variation, Interval) and self.variation.logarithmic
 
     @property
     def shown(self) -> dict[str, Any]:

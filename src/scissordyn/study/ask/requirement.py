@@ -12,8 +12,9 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.scale import engineering, scale_of
-from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES
+from scissordyn.run.answer.measure import COMPONENT_UNIT, MEASURES, component_units
 
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
@@ -160,3 +161,24 @@ def response_unit(results: xr.Dataset, response: Response) -> str:
     if response.part and COMPONENT_UNIT in variable.coords:
         return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())
     return response.unit or str(variable.attrs.get("units", "1"))
+
+
+def check_unit(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` for a response that no component has, or that would compare forces with torques."""
+    if response.measure not in BY_COMPONENT:
+        return
+    units = component_units(mechanism)
+    possible = {units[response.part]} if response.part in units else set(units.values())
+    allowed = ", ".join(f"{name}.{response.measure} [{unit}]" for name, unit in units.items()) or "a case with a component"
+    if response.unit and response.unit not in possible:
+        raise InputError(f"'{response.name}' in {response.unit}: no such component", allowed)
+    if not possible:
+        raise InputError(f"'{response.name}': the case has no component", allowed)
+    if not response.unit and len(possible) > 1:
+        raise InputError(f"'{response.name}' of forces and of torques", allowed)
+
+
+def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:
+    """The responses of a measure without a part: one, or one of the forces and one of the torques."""
+    units = list(dict.fromkeys(units_of_parts(results, measure)))
+    return [Response(measure, unit=unit) for unit in units] if len(units) > 1 else [Response(measure)]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import xarray as xr
@@ -17,7 +18,6 @@ import xarray as xr
 from scissordyn.study.answer.control_variate import Predicted
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import Design
-from scissordyn.study.ask.distribution import Interval
 from scissordyn.study.ask.requirement import Response, response_values
 from scissordyn.study.compute.kriging import Kriging
 from scissordyn.study.compute.table import column
@@ -42,13 +42,7 @@ class Interpolation:
 
     def __init__(self, x: np.ndarray, further: np.ndarray, logarithmic: np.ndarray, runs: xr.Dataset) -> None:
         self._x, self._further, self._logarithmic, self._runs = x, further, logarithmic, runs
-        self._known: dict[Response, Predicted | None] = {}
-
-    def response(self, wanted: Response) -> Predicted | None:
-        """A response at the runs and at the further cases; None where it is not finite, or does not vary."""
-        if wanted not in self._known:
-            self._known[wanted] = self._fitted(response_values(self._runs, wanted))
-        return self._known[wanted]
+        self.response = cache(self._response)
 
     def unpredicted(self, wanted: Response) -> float:
         """Part of the variance of a response that the other runs do not predict; 1 where nothing is interpolated."""
@@ -58,7 +52,9 @@ class Interpolation:
         values = response_values(self._runs, wanted)
         return min(1.0, float(np.mean((values - predicted.own) ** 2) / np.var(values)))
 
-    def _fitted(self, values: np.ndarray) -> Predicted | None:
+    def _response(self, wanted: Response) -> Predicted | None:
+        """A response at the runs and at the further cases; None where it is not finite, or does not vary."""
+        values = response_values(self._runs, wanted)
         if not np.all(np.isfinite(values)) or np.ptp(values) == 0.0:
             return None
         of_runs, others = [], []
@@ -82,7 +78,7 @@ def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.n
     return Interpolation(
         np.stack([runs[column(name)].values for name in study.factor_names], axis=1),
         np.stack([numbers[name] for name in study.factor_names], axis=1),
-        np.array([isinstance(factor.variation, Interval) and factor.variation.logarithmic for factor in varied]),
+        np.array([factor.logarithmic for factor in varied]),
         runs,
     )
 

@@ -18,7 +18,7 @@ from scissordyn.study.ask.goal import Goal, Optimisation, risk_value
 from scissordyn.study.ask.requirement import response_unit, response_values
 from scissordyn.study.compute.execute import How, Progress, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
-from scissordyn.study.compute.table import column
+from scissordyn.study.compute.table import chosen_numbers, column
 
 STEP = 0.3
 """First step size of CMA-ES in the unit cube, as its author recommends for ranges."""
@@ -176,32 +176,19 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     """Goals and violation of every point that was tried."""
     plan = study.optimisation
     assert plan is not None
-    per_point = study.per_point
-    count = results.sizes["case"] // per_point
-    rows = slice(0, count * per_point)
-    width = plan.size(len(study.factors))
-    variables: dict[str, Any] = {}
-    for factor in study.factors:
-        variable = results[column(factor.path)]
-        variables[factor.path] = (
-            "point",
-            variable.values[rows].reshape(count, per_point)[:, 0],
-            {**variable.attrs, **factor.shown},
-        )
+    variables = chosen_numbers(study, results)
     matrix, violation = judged(study, results)
     for goal, values in zip(plan.goals, matrix.T, strict=True):
         about = {**_about(study, results, goal), "long_name": f"{plan.risk} of {goal.response.name}"}
         variables[goal.label] = ("point", values, about)
-    complete = (results["status"].values[rows].reshape(count, per_point) == COMPLETE).all(axis=1)
-    front, usable = np.zeros(count, bool), complete & (violation <= 0.0)
+    complete: np.ndarray = study.cells(results["status"].values == COMPLETE).all(axis=(1, 2))
+    front, usable = np.zeros(len(complete), bool), complete & (violation <= 0.0)
     front[usable] = nondominated(matrix[usable])
-    variables["violation"] = (
-        "point",
-        violation,
-        {"units": "1", "long_name": "violation of the requirements, as a fraction of the bounds"},
-    )
+    about = {"units": "1", "long_name": "violation of the requirements, as a fraction of the bounds"}
+    variables["violation"] = ("point", violation, about)
     variables["front"] = ("point", front, {"long_name": "no other point is better in all goals"})
-    variables["generation"] = ("point", np.arange(count) // width, {"long_name": "generation"})
+    generation = np.arange(len(complete)) // plan.size(len(study.factors))
+    variables["generation"] = ("point", generation, {"long_name": "generation"})
     best = -1
     if len(plan.goals) == 1 and np.isfinite(violation).any():
         least = violation <= max(0.0, float(np.min(violation)))
@@ -216,17 +203,16 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """
     plan = study.optimisation
     assert plan is not None
-    count = results.sizes["case"] // study.per_point
 
     def risk(values: np.ndarray) -> np.ndarray:
-        return risk_value(values[: count * study.per_point].reshape(count, study.per_point), plan.risk)
+        return risk_value(study.cells(values).reshape(-1, study.per_point), plan.risk)
 
     goals = []
     for goal in plan.goals:
         chosen = goal.measure in study.factor_names
         values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
         goals.append(risk((-1.0 if goal.maximise else 1.0) * values))
-    violation = np.zeros(count)
+    violation = np.zeros(results.sizes["case"] // study.per_point)
     for requirement in study.requirements:
         beyond = risk(-requirement.margin(response_values(results, requirement.response)))
         violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))

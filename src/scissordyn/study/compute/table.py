@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import sqlite3
-import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
-from itertools import product
+from itertools import pairwise, product
+from struct import Struct, error, pack
 from typing import Any
 
 import numpy as np
@@ -26,9 +26,13 @@ PART = 100_000
 FIRST = ("number", "status", "cause", "warnings", "digest")
 """Columns of the table of cases before those of its numbers."""
 
-
 BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)
 """What reading a file may raise in which bytes are changed."""
+
+ROW = Struct("<qb")
+"""Number and status of a case, as they enter its digest."""
+
+NAN = float("nan")
 
 CHANGED = "not what was written"
 UNREADABLE = "cannot be read"
@@ -100,6 +104,15 @@ def column(parameter: str) -> str:
     return parameter.replace("/", "_")
 
 
+def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:
+    """The numbers that are chosen at each point, as variables along `point`."""
+    variables: dict[str, Any] = {}
+    for factor in study.factors:
+        variable = results[column(factor.path)]
+        variables[factor.path] = ("point", study.cells(variable.values)[:, 0, 0], {**variable.attrs, **factor.shown})
+    return variables
+
+
 def columns_of(study: Study, pilot: xr.Dataset) -> Columns:
     """The columns of a study, by the dimensions and units of a few of its cases."""
     chosen, arrays, taken = {factor.path for factor in study.factors}, list[Array](), set[str]()
@@ -139,13 +152,8 @@ def digest(*parts: object) -> bytes:
     return blake2b(json.dumps(parts).encode(), digest_size=8).digest()
 
 
-def _row_digests(numbers: Sequence[int], status: Sequence[int], texts: Sequence[bytes], matrix: np.ndarray) -> list[bytes]:
-    content, width = matrix.tobytes(), 8 * matrix.shape[1]
-    pack = struct.Struct("<qb").pack
-    return [
-        blake2b(pack(number, code) + content[k * width : (k + 1) * width] + text, digest_size=8).digest()
-        for k, (number, code, text) in enumerate(zip(numbers, status, texts, strict=True))
-    ]
+def _row_digest(number: int, status: int, numbers: bytes, cause: bytes, warned: bytes) -> bytes:
+    return blake2b(ROW.pack(number, status) + numbers + cause + b"\0" + warned, digest_size=8).digest()
 
 
 def insert(
@@ -157,11 +165,11 @@ def insert(
     matrix: np.ndarray,
 ) -> None:
     """Write rows of the table of cases; texts are cause and warnings."""
-    numbers, codes = cases.tolist(), status.tolist()
-    digests = _row_digests(numbers, codes, [f"{cause}\0{warned}".encode() for cause, warned in texts], matrix)
-    wide = columns.width > MOST_COLUMNS
-    values: Any = [(row.tobytes(),) for row in matrix] if wide else matrix.tolist()
-    rows = ((n, s, *t, d, *v) for n, s, t, d, v in zip(numbers, codes, texts, digests, values, strict=True))
+    wide, rows = columns.width > MOST_COLUMNS, []
+    for number, code, text, numbers in zip(cases.tolist(), status.tolist(), texts, matrix, strict=True):
+        content = numbers.tobytes()
+        digest = _row_digest(number, code, content, *(part.encode() for part in text))
+        rows.append((number, code, *text, digest, *([content] if wide else numbers.tolist())))
     names = ", ".join(map(quoted, columns.names))
     places = ", ".join("?" * len(columns.names))
     connection.executemany(f"INSERT OR REPLACE INTO cases ({names}) VALUES ({places})", rows)
@@ -180,71 +188,48 @@ class Rows:
 
 def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
     """All rows, each checked by its digest."""
-    parts = [_part(connection, columns, first, min(first + PART, cases) - 1) for first in range(0, cases, PART)]
-    if len(parts) == 1:
-        return parts[0]
-    numbers, status = np.concatenate([part.cases for part in parts]), np.concatenate([part.status for part in parts])
-    texts = [pair for part in parts for pair in part.texts]
-    matrix = np.concatenate([part.matrix for part in parts])
-    return Rows(numbers, status, texts, matrix, {case: why for part in parts for case, why in part.damaged.items()})
+    query = f"SELECT {', '.join(map(quoted, columns.names))} FROM cases WHERE number BETWEEN ? AND ?"
+    numbers, status, texts = list[int](), list[int](), list[tuple[str, str]]()
+    content, damaged = bytearray(), dict[int, str]()
+    for first in range(0, cases, PART):
+        rows, unreadable = _readable(connection, query, first, min(first + PART, cases) - 1)
+        damaged |= dict.fromkeys(unreadable, UNREADABLE)
+        for row in rows:
+            if (whole := _whole_numbers(row, columns.width)) is None:
+                damaged[row[0]] = CHANGED
+                continue
+            numbers.append(row[0])
+            status.append(row[1])
+            texts.append((row[2].decode(), row[3].decode()))
+            content += whole
+    matrix = np.frombuffer(bytes(content)).reshape(len(numbers), columns.width)
+    return Rows(np.array(numbers, int), np.array(status, np.int8), texts, matrix, damaged)
 
 
-def _part(connection: sqlite3.Connection, columns: Columns, first: int, last: int) -> Rows:
-    names = ", ".join(map(quoted, columns.names))
-    raw, damaged = _readable(connection, f"SELECT {names} FROM cases WHERE number BETWEEN ? AND ?", first, last)
+def _whole_numbers(row: Sequence[Any], width: int) -> bytes | None:
+    """The numbers of a row as bytes, in which NULL is NaN; None unless all of the row is what was written."""
+    number, status, cause, warned, right, *values = row
     try:
-        matrix = _numbers(raw, columns)
-    except (TypeError, ValueError):  # a row that has no numbers where they belong
-        raw, matrix = _with_numbers(raw, columns, damaged)
-    usable = [_has_types(row) for row in raw]
-    damaged |= {row[0]: CHANGED for row, fits in zip(raw, usable, strict=True) if not fits}
-    raw, matrix = [row for row, fits in zip(raw, usable, strict=True) if fits], matrix[usable]
-    numbers, codes = [row[0] for row in raw], [row[1] for row in raw]
-    expected = _row_digests(numbers, codes, [row[2] + b"\0" + row[3] for row in raw], matrix)
-    same = np.array([row[4] == right for row, right in zip(raw, expected, strict=True)], bool)
-    damaged |= {number: CHANGED for number, fits in zip(numbers, same, strict=True) if not fits}
-    texts = [(row[2].decode(), row[3].decode()) for row, fits in zip(raw, same, strict=True) if fits]
-    return Rows(np.array(numbers, int)[same], np.array(codes, np.int8)[same], texts, matrix[same], damaged)
+        content = values[0] if width > MOST_COLUMNS else pack(f"{width}d", *(NAN if v is None else v for v in values))
+        same = len(content) == 8 * width and right == _row_digest(number, status, content, cause, warned)
+    except (TypeError, error):
+        return None
+    return content if same else None
 
 
-def _has_types(row: Sequence[Any]) -> bool:
-    return isinstance(row[1], int) and -128 <= row[1] < 128 and isinstance(row[2], bytes) and isinstance(row[3], bytes)
-
-
-def _with_numbers(raw: list[Any], columns: Columns, damaged: dict[int, str]) -> tuple[list[Any], np.ndarray]:
-    """The rows that have numbers where they belong; the others are noted as damaged."""
-    rows, parts = list[Any](), [np.empty((0, columns.width))]
-    for row in raw:
-        try:
-            parts.append(_numbers([row], columns))
-            rows.append(row)
-        except (TypeError, ValueError):
-            damaged[row[0]] = CHANGED
-    return rows, np.concatenate(parts)
-
-
-def _numbers(raw: Sequence[tuple[Any, ...]], columns: Columns) -> np.ndarray:
-    """The numbers of rows; NULL is NaN."""
-    if not raw:
-        return np.empty((0, columns.width))
-    if columns.width > MOST_COLUMNS:
-        return np.stack([np.frombuffer(row[5], float, columns.width) for row in raw])
-    return np.array([row[5:] for row in raw], float).reshape(len(raw), columns.width)
-
-
-def _readable(connection: sqlite3.Connection, query: str, first: int, last: int) -> tuple[list[Any], dict[int, str]]:
-    """Rows between two numbers, without those on pages of the file that cannot be read."""
+def _readable(connection: sqlite3.Connection, query: str, first: int, last: int) -> tuple[list[Any], list[int]]:
+    """Rows between two numbers, and the numbers of those on pages of the file that cannot be read."""
     try:
         rows = connection.execute(query, (first, last)).fetchall()
-        if all(isinstance(row[0], int) for row in rows):
-            numbers = np.array([row[0] for row in rows], int)
-            if not numbers.size or (np.all(np.diff(numbers) > 0) and numbers[0] >= first and numbers[-1] <= last):
-                return rows, {}
-    except BROKEN as error:
-        if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+        numbers = [row[0] for row in rows]
+        whole = all(isinstance(number, int) and first <= number <= last for number in numbers)
+        if whole and all(below < above for below, above in pairwise(numbers)):
+            return rows, []
+    except BROKEN as failure:
+        if isinstance(failure, sqlite3.OperationalError) and "locked" in str(failure):
             raise
     if first == last:
-        return [], {first: UNREADABLE}
+        return [], [first]
     middle = (first + last) // 2
     below, above = _readable(connection, query, first, middle), _readable(connection, query, middle + 1, last)
-    return [*below[0], *above[0]], {**below[1], **above[1]}
+    return [*below[0], *above[0]], [*below[1], *above[1]]

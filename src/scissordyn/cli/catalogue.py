@@ -20,8 +20,7 @@ from scissordyn.units import short
 if TYPE_CHECKING:
     from scissordyn.collection.entry import Entry
 
-NARROW = 90
-"""On narrower terminals what is allowed stands in the column of what a parameter means."""
+NARROW = 90  # On narrower terminals what is allowed stands in the column of what a parameter means
 
 CATALOGUE = {"name": "name", "what it is": "text", "source": "text"}
 

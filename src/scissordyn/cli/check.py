@@ -31,20 +31,11 @@ if TYPE_CHECKING:  # the help of a command loads no libraries
     from scissordyn.run.results import Results, Run
     from scissordyn.study.compute.convergence import Convergence
 
-MOST_NAMES = 20
-"""All joints of a mechanism that has more than these are not named one by one."""
-
-PATIENCE = 2.0
-"""Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown."""
-
-TRIED = 0.3
-"""Time that is spent on the beginning of a run [s]."""
-
-LONG = 20.0
-"""Time from which a run is long enough to say so [s]."""
-
-SAMPLES = 501
-"""Instants of the motion with ideal joints at which torques are compared with limits."""
+MOST_NAMES = 20  # All joints of a mechanism that has more than these are not named one by one
+PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
+TRIED = 0.3  # Time that is spent on the beginning of a run [s]
+LONG = 20.0  # Time from which a run is long enough to say so [s]
+SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
 
 UNMOVED = 1e-6
 """Assembly is said to move nothing if it moves bodies by less than this fraction of the mechanism's size, or angle [rad]."""

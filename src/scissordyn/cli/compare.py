@@ -20,11 +20,8 @@ from scissordyn.units import cell
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 20
-"""Differing entries of the configurations that are listed."""
-
-MULTIPLE = 10.0
-"""From this ratio on a change is written as a multiple."""
+MOST = 20  # Differing entries of the configurations that are listed
+MULTIPLE = 10.0  # From this ratio on a change is written as a multiple
 
 LAST = {
     "slider_position": ("displacement at the end", "m"),
@@ -35,8 +32,7 @@ LAST = {
 }
 """Variables whose last values are compared, with their names and units."""
 
-SELDOM = ("motor_work", "load_work")
-"""Shown only where there is any."""
+SELDOM = ("motor_work", "load_work")  # Shown only where there is any
 
 
 def compare(

@@ -17,11 +17,8 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     from scissordyn.run.engine import Engine
 
-MOST_THREADS = 4096
-"""More than any machine has processors."""
-
-WORKER_BYTES = 100_000_000
-"""Memory of a process with the libraries alone."""
+MOST_THREADS = 4096  # More than any machine has processors
+WORKER_BYTES = 100_000_000  # Memory of a process with the libraries alone
 
 CaseFile = Annotated[Path, Argument(help="A case file.")]
 SavedRun = Annotated[Path, Argument(help="A saved run.")]

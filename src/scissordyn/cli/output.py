@@ -20,8 +20,7 @@ STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 
-DESCRIPTION = "{task.description}"
-"""A column of a progress bar."""
+DESCRIPTION = "{task.description}"  # A column of a progress bar
 
 
 def check_file(path: Path, case: Path, sample: str) -> None:

@@ -13,8 +13,7 @@ from scissordyn.cli.read import mechanism_of, read_run, typed
 from scissordyn.cli.terminal import say
 from scissordyn.errors import InputError
 
-LONGEST = 3600.0
-"""Of a film [s]."""
+LONGEST = 3600.0  # Of a film [s]
 
 Begin = Annotated[str | None, Option("--from", metavar="TIME", help="From this instant on, as in '10 ms'.")]
 End = Annotated[str | None, Option("--to", metavar="TIME", help="Up to this instant.")]

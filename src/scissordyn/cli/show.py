@@ -22,14 +22,9 @@ from scissordyn.run.answer.warn import energy_turned_over
 from scissordyn.run.results import Run
 from scissordyn.units import counted, short
 
-MANY = 3
-"""The contacts of more joints than these are a table."""
-
-MOST_JOINTS = 20
-"""Rows of this table."""
-
-NARROWEST = 10
-"""Letters of a name in a row, at least; longer ones are broken where there is no room."""
+MANY = 3  # The contacts of more joints than these are a table
+MOST_JOINTS = 20  # Rows of this table
+NARROWEST = 10  # Letters of a name in a row, at least; longer ones are broken where there is no room
 
 HEADINGS = (
     ("start", "contact_start", "s", 1.0),

@@ -8,8 +8,7 @@ import os
 import sys
 import unicodedata
 
-WRITTEN = "scissordyn"
-"""Name of the error handler of encodings."""
+WRITTEN = "scissordyn"  # Name of the error handler of encodings
 
 IN_ASCII = {"\u00b5": "u", "\u03bc": "u", "\u00b0": "deg", "\u00b7": "*", "\u00d7": "x", "\u2026": "...", "\u2019": "'"}
 """Letters of units and signs as they are typed; of others the letter without its accent, or else the code."""

@@ -38,14 +38,9 @@ ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", 
 
 UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 
-EVENTS = 20
-"""Contacts of a replayed case that are shown."""
-
-ROWS = 12
-"""Points of a front or of a table that are shown."""
-
-EVERY = 30.0
-"""Seconds between two lines of progress where there is no terminal."""
+EVENTS = 20  # Contacts of a replayed case that are shown
+ROWS = 12  # Points of a front or of a table that are shown
+EVERY = 30.0  # Seconds between two lines of progress where there is no terminal
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 

@@ -12,8 +12,7 @@ from rich.text import Text
 
 from scissordyn.errors import printable
 
-WIDTH = 100
-"""Columns of the output without a terminal."""
+WIDTH = 100  # Columns of the output without a terminal
 
 
 class TextConsole(Console):

@@ -21,14 +21,9 @@ from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.table import column
 from scissordyn.units import counted
 
-NEGLIGIBLE = 0.05
-"""Change of a response over the whole range of a number, as a fraction, that is not worth a word."""
-
-MOST_NUMBERS = 6
-"""Numbers of a case, or names in a sentence, that are written."""
-
-NAMED = (1.0, 2.0, -1.0, 0.5)
-"""Exponents that have words of their own."""
+NEGLIGIBLE = 0.05  # Change of a response over the whole range of a number, as a fraction, that is not worth a word
+MOST_NUMBERS = 6  # Numbers of a case, or names in a sentence, that are written
+NAMED = (1.0, 2.0, -1.0, 0.5)  # Exponents that have words of their own
 
 
 @dataclass(frozen=True)

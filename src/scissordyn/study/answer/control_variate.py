@@ -19,14 +19,9 @@ from scipy import stats
 
 CONFIDENCE = 0.95
 
-DRAWS = 4000
-"""Of the three fractions whose sum is wanted; the ends of an interval are then known to about 0.02 of its width."""
-
-JEFFREYS = 0.5
-"""Successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))."""
-
-FEWEST = 4
-"""Pairs with which a regression is made."""
+DRAWS = 4000  # Of the three fractions whose sum is wanted; the ends of an interval are then known to about 0.02 of its width
+JEFFREYS = 0.5  # Successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001)).
+FEWEST = 4  # Pairs with which a regression is made
 
 
 @dataclass(frozen=True)

@@ -26,11 +26,8 @@ from scissordyn.study.compute.table import column
 if TYPE_CHECKING:
     import pandas as pd
 
-LEVELS = (0.5, 0.95)
-"""Of the quantiles."""
-
-TINY = 1e-9
-"""Margin of a case that stands at the bound."""
+LEVELS = (0.5, 0.95)  # Of the quantiles
+TINY = 1e-9  # Margin of a case that stands at the bound
 
 
 @dataclass(frozen=True)

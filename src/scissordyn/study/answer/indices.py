@@ -13,11 +13,8 @@ from scissordyn.study.answer.verdict import by_point, responses
 from scissordyn.study.ask.description import Study
 from scissordyn.study.ask.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numbers
 
-RESAMPLES = 500
-"""Resamples of the bootstrap."""
-
-SEED = 1
-"""Of the resamples for indices of Sobol; with 0 the library draws others in each call."""
+RESAMPLES = 500  # Resamples of the bootstrap
+SEED = 1  # Of the resamples for indices of Sobol; with 0 the library draws others in each call
 
 
 def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:

@@ -26,20 +26,11 @@ from scissordyn.study.answer.control_variate import (
     strangers,
 )
 
-FEWEST = 16
-"""Pairs with which margins are used."""
-
-CORRELATED = 0.8
-"""Of the margins, from which they say more than yes and no."""
-
-NEAREST = 8
-"""The fewest pairs of a straight line."""
-
-GROUPS = 32
-"""Of the jackknife."""
-
-PLACES = 1000
-"""Quantiles of the cheap margins that stand for all of them in the jackknife."""
+FEWEST = 16  # Pairs with which margins are used
+CORRELATED = 0.8  # Of the margins, from which they say more than yes and no
+NEAREST = 8  # The fewest pairs of a straight line
+GROUPS = 32  # Of the jackknife
+PLACES = 1000  # Quantiles of the cheap margins that stand for all of them in the jackknife
 
 CONTRADICTED = 2.0
 """Standard deviations between the pairs that meet the bound and as many as margins predict, from which margins are not used."""

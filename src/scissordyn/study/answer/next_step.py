@@ -18,20 +18,11 @@ from scissordyn.study.answer.verdict import by_point, counts, feasible_fraction
 from scissordyn.study.ask.description import Factor, Study
 from scissordyn.study.compute.table import column
 
-Step = tuple[Fact, str]
-"""Why, and a command."""
-
-CHECKED = 64
-"""Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %."""
-
-TOLERANCE = "+- 10 %"
-"""Tolerance that is proposed where the study has no uncertain number."""
-
-WIDE = 0.2
-"""Width of the interval of a fraction above which more points are proposed."""
-
-PAST = 0.7
-"""The moved range ends at this fraction of what a requirement needs, or its inverse: an extrapolation is rough."""
+Step = tuple[Fact, str]  # Why, and a command
+CHECKED = 64  # Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %
+TOLERANCE = "+- 10 %"  # Tolerance that is proposed where the study has no uncertain number
+WIDE = 0.2  # Width of the interval of a fraction above which more points are proposed
+PAST = 0.7  # The moved range ends at this fraction of what a requirement needs, or its inverse: an extrapolation is rough
 
 
 def next_steps(

@@ -15,14 +15,9 @@ from scissordyn.study.answer.verdict import answered, case_values
 from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.table import column
 
-FEWEST = 6
-"""Values of a response below which nothing is ranked."""
-
-SHOWN = 6
-"""Numbers that a table has."""
-
-RESAMPLES = 400
-"""Of the bootstrap that says how often a number is the first."""
+FEWEST = 6  # Values of a response below which nothing is ranked
+SHOWN = 6  # Numbers that a table has
+RESAMPLES = 400  # Of the bootstrap that says how often a number is the first
 
 
 def rankings(study: Study, results: xr.Dataset) -> list[Section]:

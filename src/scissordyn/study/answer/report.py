@@ -43,27 +43,21 @@ h1, h2 { overflow-wrap: anywhere; }
 """
 
 HTML, PDF = b"<!doctype html>", b"%pdf-"
-KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}
-"""How a report begins, in lower case, by the end of its name."""
+KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # How a report begins, in lower case, by the end of its name
 
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 """Without it a telephone shows the page as wide as a desk screen, and small."""
 
-LONG = 48
-"""Characters from which the text of a cell is broken into lines."""
+LONG = 48  # Characters from which the text of a cell is broken into lines
 
 DPI = 130
 
-SHRUNK = 0.5
-"""A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it."""
-
-MOST_RESPONSES = 8
-"""With more responses there are no maps and curves of them."""
+SHRUNK = 0.5  # A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it
+MOST_RESPONSES = 8  # With more responses there are no maps and curves of them
 
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
-MOST_ROWS = 40
-"""Points of a front, causes and warnings that are listed."""
+MOST_ROWS = 40  # Points of a front, causes and warnings that are listed
 
 
 def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:

@@ -20,8 +20,7 @@ from scissordyn.study.compute.optimise import candidates
 from scissordyn.study.compute.table import column
 from scissordyn.units import counted
 
-SHOWN = 6
-"""Levels of a factor that are listed."""
+SHOWN = 6  # Levels of a factor that are listed
 
 
 @dataclass(frozen=True)

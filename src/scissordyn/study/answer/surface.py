@@ -13,14 +13,9 @@ from scissordyn.study.answer.trend import CLEAR
 from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.kriging import LEAST, MOST, Kriging
 
-CELLS = 48
-"""Cells of a field along each number."""
-
-TRIED = 4096
-"""Points at which the interpolation is searched."""
-
-OTHERS = 16
-"""Points whose other numbers a field is averaged over."""
+CELLS = 48  # Cells of a field along each number
+TRIED = 4096  # Points at which the interpolation is searched
+OTHERS = 16  # Points whose other numbers a field is averaged over
 
 
 class Surfaces:

@@ -18,14 +18,9 @@ from scissordyn.study.ask.requirement import Requirement, response_unit, respons
 from scissordyn.study.compute.store import COMPLETE
 from scissordyn.study.compute.table import column
 
-CLEAR = 0.5
-"""Predicted share of the variance, each point left out in turn, from which a trend is stated."""
-
-EXTRA = 2
-"""Points more than coefficients from which one is fitted."""
-
-ALIKE = 0.05
-"""Difference of the predicted shares of two forms that fit equally well."""
+CLEAR = 0.5  # Predicted share of the variance, each point left out in turn, from which a trend is stated
+EXTRA = 2  # Points more than coefficients from which one is fitted
+ALIKE = 0.05  # Difference of the predicted shares of two forms that fit equally well
 
 FAR = 10.0
 """A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""

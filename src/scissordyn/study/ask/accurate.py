@@ -8,8 +8,7 @@ from scissordyn.errors import whole_number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 
-PILOT = 8
-"""Points of both kinds of runs that a budget is split by, and the least number of points that are verified."""
+PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
 
 
 @dataclass(frozen=True)

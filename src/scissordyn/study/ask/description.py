@@ -33,11 +33,8 @@ from scissordyn.study.ask.plain import from_plain, to_plain
 from scissordyn.study.ask.requirement import Requirement, Response, check_unit
 from scissordyn.study.ask.variant import check_variants, own_values
 
-NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")
-"""Rooms that no measure of a case depends on."""
-
-UNCERTAIN_SEEDS = 2**32
-"""Added to the seed of the uncertain numbers, which are to be independent of those of the design."""
+NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
+UNCERTAIN_SEEDS = 2**32  # Added to the seed of the uncertain numbers, which are to be independent of those of the design
 
 
 @dataclass(frozen=True)

@@ -16,20 +16,11 @@ from scissordyn.study.ask.distribution import Variation
 
 Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]
 
-WORDS = 4
-"""Numbers that one count of the Philox generator gives."""
-
-LARGEST_SEED = 2**62
-"""Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given."""
-
-DRAWN_IN = 0.99
-"""Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite."""
-
-MORRIS_LEVELS = 4
-"""Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007)."""
-
-FEWEST = 8
-"""Base points or trajectories of a design for indices below which no index is worth its interval."""
+WORDS = 4  # Numbers that one count of the Philox generator gives
+LARGEST_SEED = 2**62  # Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given
+DRAWN_IN = 0.99  # Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite
+MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
+FEWEST = 8  # Base points or trajectories of a design for indices below which no index is worth its interval
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from scipy import special
 
 from scissordyn.errors import InputError, did_you_mean
 
-LEVELS = 10
-"""Levels of an interval in a grid if their number is not given."""
+LEVELS = 10  # Levels of an interval in a grid if their number is not given
 
 LEAST, MOST = np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg
 """Probabilities that keep the quantiles of unbounded distributions finite."""
@@ -389,8 +388,7 @@ class Empirical(Variation):
 
 KINDS = (Levels, Names, Interval, Uniform, Normal, LogNormal, Trapezoid, Triangular, Beta, Weibull, Empirical)
 
-VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: variation for variation in KINDS})
-"""Variations by kind."""
+VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: variation for variation in KINDS})  # Variations by kind
 
 
 def from_plain(plain: Mapping[str, Any]) -> Any:

@@ -18,8 +18,7 @@ from scissordyn.study.ask.distribution import Normal, Trapezoid
 DIAMETERS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 """Upper ends of the ranges of nominal diameters [mm], which belong to their range."""
 
-SMALLEST = 1.0
-"""Smallest nominal diameter [mm]."""
+SMALLEST = 1.0  # Smallest nominal diameter [mm]
 
 GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
     {
@@ -45,8 +44,7 @@ DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
 """Distance of the upper limit of a shaft below the nominal diameter [um]."""
 
 TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")
-SIGMAS = 3.0
-"""Limits of a tolerance field in standard deviations, where it is normal."""
+SIGMAS = 3.0  # Limits of a tolerance field in standard deviations, where it is normal
 
 SAMPLE = "'H7/g6 at 10 mm'"
 

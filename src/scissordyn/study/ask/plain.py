@@ -12,11 +12,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 
-Read = Mapping[Any, Callable[[Any], Any]]
-"""How values of some types are read."""
-
-EARLIER = {"address": "path"}
-"""What fields were called in earlier files."""
+Read = Mapping[Any, Callable[[Any], Any]]  # How values of some types are read
+EARLIER = {"address": "path"}  # What fields were called in earlier files
 
 
 def to_plain(value: Any) -> Any:

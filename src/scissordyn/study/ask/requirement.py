@@ -21,8 +21,7 @@ SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.g
 BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
 """Measures whose unit is that of what a component exerts."""
 
-KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
-"""What a component exerts, by its unit."""
+KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # What a component exerts, by its unit
 
 ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""

@@ -18,8 +18,7 @@ from scissordyn.run.engine import QUICKLY, signals_blocked
 KEYS = ("_job_ca_file", "_job_cert", "_job_key")
 """Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
 
-PATIENCE = 10.0
-"""How long a scheduler may take to answer [s]."""
+PATIENCE = 10.0  # How long a scheduler may take to answer [s]
 
 
 @contextmanager

@@ -22,23 +22,15 @@ from scissordyn.run.options import TIME_STEPPING, Options
 from scissordyn.study.ask.description import check_part
 from scissordyn.study.ask.requirement import Response, read_response, response_values
 
-TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-"""From coarse to fine; each is compared with the next two."""
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # From coarse to fine; each is compared with the next two
 
 STEPS = tuple(2.0**k for k in range(4, -4, -1))
 """The same of hard contacts, in units of the step that is chosen without one, or of a shorter one that was asked for."""
 
-MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)
-"""Of each bar that bends, from coarse to fine."""
-
-PERTURBATION = 1e-14
-"""Of the starts of members, relative: round-off."""
-
-AGREEING = 2
-"""Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance."""
-
-NOISE = 2.0
-"""Means over members that differ by less than so many standard errors of their difference count as equal."""
+MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Of each bar that bends, from coarse to fine
+PERTURBATION = 1e-14  # Of the starts of members, relative: round-off
+AGREEING = 2  # Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance
+NOISE = 2.0  # Means over members that differ by less than so many standard errors of their difference count as equal
 
 WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 

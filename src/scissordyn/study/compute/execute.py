@@ -16,27 +16,17 @@ from scissordyn.study.ask.description import Study
 from scissordyn.study.compute.block import Block, BlockResult, ProgramError, failed, pilot, run_block
 from scissordyn.study.compute.store import COMPLETE, FAILED, PENDING, Store
 
-BLOCK_SECONDS = 3.0
-"""Work of a block [s]: much more than a task costs, and little to lose."""
+BLOCK_SECONDS = 3.0  # Work of a block [s]: much more than a task costs, and little to lose
 
 TASK_SECONDS = 1e-2
 """Processor time of a task in the scheduler and the coordinator [s]: docs/decisions/measured/studies.md, with a margin for slow
 or busy machines."""
 
-BUSY = 0.5
-"""Fraction of the time that they may be busy, which makes blocks for very many workers longer."""
-
-SHARES = 4
-"""At least as many blocks for each worker, so that none waits long for the last."""
-
-LARGEST_BLOCK = 100_000
-"""Cases; what a worker holds in memory."""
-
-TIMED = 8
-"""Cases whose time is taken to choose a block."""
-
-QUICK = 0.1
-"""A case longer than that [s] is timed alone."""
+BUSY = 0.5  # Fraction of the time that they may be busy, which makes blocks for very many workers longer
+SHARES = 4  # At least as many blocks for each worker, so that none waits long for the last
+LARGEST_BLOCK = 100_000  # Cases; what a worker holds in memory
+TIMED = 8  # Cases whose time is taken to choose a block
+QUICK = 0.1  # A case longer than that [s] is timed alone
 
 
 @dataclass(frozen=True)

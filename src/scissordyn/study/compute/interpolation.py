@@ -22,16 +22,12 @@ from scissordyn.study.ask.requirement import Response, response_values
 from scissordyn.study.compute.kriging import Kriging
 from scissordyn.study.compute.table import column
 
-FEWEST = 32
-"""Runs between which is interpolated."""
+FEWEST = 32  # Runs between which is interpolated
 
 GROUPS = 4
 
-FITTED = 128
-"""Runs at most to which kriging is fitted: its effort grows with their third power."""
-
-OTHERS = 2**16
-"""Cases that are predicted."""
+FITTED = 128  # Runs at most to which kriging is fitted: its effort grows with their third power
+OTHERS = 2**16  # Cases that are predicted
 
 
 class Interpolation:

@@ -11,24 +11,16 @@ from typing import Any
 
 import numpy as np
 
-LEAST = 8
-"""Points from which a response is interpolated."""
-
-MOST = 300
-"""Points up to which it is: the effort grows with their third power."""
-
-STARTS = (0.3, 1.0)
-"""Correlation lengths of the unit cube from which the likelihood is climbed."""
-
-PART = 4096
-"""Points that are predicted at once."""
+LEAST = 8  # Points from which a response is interpolated
+MOST = 300  # Points up to which it is: the effort grows with their third power
+STARTS = (0.3, 1.0)  # Correlation lengths of the unit cube from which the likelihood is climbed
+PART = 4096  # Points that are predicted at once
 
 LENGTHS = (0.05, 20.0)
 NOISE = (1e-8, 1.0)
 VARIANCES = (1e-2, 1e4)
 
-FACTOR = 5.0
-"""Ratio of largest to smallest of positive values from which their logarithm is interpolated."""
+FACTOR = 5.0  # Ratio of largest to smallest of positive values from which their logarithm is interpolated
 
 
 class Kriging:

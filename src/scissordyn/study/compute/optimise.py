@@ -20,8 +20,7 @@ from scissordyn.study.compute.execute import How, Progress, execute
 from scissordyn.study.compute.store import COMPLETE, PENDING, Store
 from scissordyn.study.compute.table import chosen_numbers, column
 
-STEP = 0.3
-"""First step size of CMA-ES in the unit cube, as its author recommends for ranges."""
+STEP = 0.3  # First step size of CMA-ES in the unit cube, as its author recommends for ranges
 
 
 @dataclass(frozen=True)

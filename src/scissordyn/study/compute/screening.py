@@ -28,14 +28,9 @@ from scissordyn.study.compute.optimise import candidates, optimise
 from scissordyn.study.compute.store import Store
 from scissordyn.study.compute.table import column
 
-PILOTED = 0.05
-"""Of the budget, at most, for cheap runs that say how well interpolation between them predicts."""
-
-SPLIT = ("random", "sobol")
-"""Designs whose points are independent enough for intervals, and to which points can be added."""
-
-LEAST = 0.1
-"""Of a correlation with which a budget is split: with fewer pairs than it needs the pilot knows no better."""
+PILOTED = 0.05  # Of the budget, at most, for cheap runs that say how well interpolation between them predicts
+SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
+LEAST = 0.1  # Of a correlation with which a budget is split: with fewer pairs than it needs the pilot knows no better
 
 
 def verified_path(path: str | os.PathLike[str]) -> str:

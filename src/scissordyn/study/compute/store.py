@@ -21,22 +21,14 @@ from scissordyn.study.ask.design import Design
 from scissordyn.study.ask.plain import from_plain, to_plain
 from scissordyn.study.compute import table
 
-PENDING, COMPLETE, FAILED = range(len(STATES))
-"""Status of a case; one without a row is pending."""
-
-FORMAT = 3
-"""`user_version` of the file; stores of formats 1 and 2 were folders."""
-
-APPLICATION = 0x73636973
-"""`application_id` of the file, "scis"."""
+PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without a row is pending
+FORMAT = 3  # `user_version` of the file; stores of formats 1 and 2 were folders
+APPLICATION = 0x73636973  # `application_id` of the file, "scis"
 
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 
-SHOWN = 8
-"""Damaged cases that are named."""
-
-PATIENCE = 60.0
-"""How long a writer waits for those who read [s]."""
+SHOWN = 8  # Damaged cases that are named
+PATIENCE = 60.0  # How long a writer waits for those who read [s]
 
 
 class StoreError(ScissordynError):
